@@ -121,7 +121,7 @@ def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMemb
 
 
 def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """The constraints, with the map's edge as a part of the mobility.
+    """Yield the constraints, with the map's edge as a part of the mobility.
 
     A specification leaves out the edge where walls are along it. Without those walls a robot would
     step from the end of a row to the beginning of the next one, which is never meant."""

@@ -17,7 +17,7 @@ from safenav.scenario.yaml.flow import flow
 
 
 def model_change(model: RobotModel, **values: str) -> tuple[tuple[str, str], ...]:
-    """The items and the values that give a robot model other values of some keys."""
+    """Return the items and the values that give a robot model other values of some keys."""
     item = f"catalogue.robots.{model.name}"
     if model != built_in().robots.get(model.name):
         return tuple((f"{item}.{key}", value) for key, value in values.items())
@@ -25,7 +25,7 @@ def model_change(model: RobotModel, **values: str) -> tuple[tuple[str, str], ...
 
 
 def model_written(model: RobotModel, changed: Mapping[str, str] = MappingProxyType({})) -> str:
-    """A built-in robot model in YAML, with other values of some keys."""
+    """Return a built-in robot model in YAML, with other values of some keys."""
     keys = {
         "mobility": model.mobility.value,
         "layer": model.layer,
@@ -40,7 +40,7 @@ def model_written(model: RobotModel, changed: Mapping[str, str] = MappingProxyTy
 def need_change(
     kind: ObstacleType, number: int, need: Need, word: Word = number_word
 ) -> tuple[str, str]:
-    """The item and the value that give a type another need with this number."""
+    """Return the item and the value that give a type another need with this number."""
     item, needs = f"catalogue.obstacles.{kind.name}", list(kind.needs)
     alone = not kind.listed and replace(needs[number], at=need.at) == need
     needs[number] = need
@@ -52,7 +52,7 @@ def need_change(
 
 
 def type_written(kind: ObstacleType, first: Need | None = None, word: Word = number_word) -> str:
-    """An obstacle type in YAML; ``first``: its only need, if it lists none."""
+    """Return an obstacle type in YAML; ``first``: its only need, if it lists none."""
     need = first or kind.needs[0]
     keys = {"action": need.action, "resolve_at": _at(need, word)}
     if kind.listed:

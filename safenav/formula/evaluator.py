@@ -63,7 +63,7 @@ def predicate(formula: syntax.Formula) -> Predicate:
 
 
 def _some_of(operands: tuple[syntax.Formula, ...]) -> Predicate:
-    """A disjunction. One that lists values of a variable looks its value up."""
+    """Return a disjunction. One that lists values of a variable looks its value up."""
     name, values = None, set[int]()
     for operand in operands:
         match operand:

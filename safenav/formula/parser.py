@@ -34,7 +34,7 @@ class FormulaError(SafenavError):
 
 
 def parse(text: str) -> syntax.Formula:
-    """The formula that ``text`` holds. Raises FormulaError."""
+    """Return the formula that ``text`` holds. Raises FormulaError."""
     return _Parser(tokens_of(text, _TOKEN, _HINTS, FormulaError)).whole()
 
 
@@ -103,7 +103,7 @@ def tokens_of(
     hints: Mapping[str, str],
     error: Callable[[int, str, str], Exception],
 ) -> list[Token]:
-    """The tokens of a formula by the groups of a pattern, without ``space``; the last one is
+    """Return the tokens of a formula by the groups of a pattern, without ``space``; the last one is
     ``end``. Raises ``error`` for ``foreign`` ones and for characters that no group matches."""
     tokens = []
     position = 0
@@ -209,7 +209,7 @@ class _Parser:
         return formula
 
     def _comparison(self) -> syntax.Formula:
-        """A comparison, a Boolean variable, a constant, or a formula in parentheses."""
+        """Return a comparison, a Boolean variable, a constant, or a formula in parentheses."""
         token = self._peek()
         self._height = 0
         if token.kind == "open":

@@ -17,7 +17,7 @@ _CONSTANTS = {"0": "FALSE", "1": "TRUE"}
 
 
 def to_infix(line: str) -> str:
-    """A constraint in infix notation; one that is so already stays as it is."""
+    """Return a constraint in infix notation; one that is so already stays as it is."""
     if not _STARTS.match(line) or _is_infix(line):
         return line
     try:

@@ -28,7 +28,7 @@ _SYMBOL = {Xor: " ^ ", Or: " | ", And: " & ", Implies: " -> ", Iff: " <-> "}
 
 
 def to_text(formula: Formula) -> str:
-    """The formula in structured slugs, on one line."""
+    """Return the formula in structured slugs, on one line."""
     match formula:
         case Constant(value):
             return "TRUE" if value else "FALSE"
@@ -49,7 +49,7 @@ def to_text(formula: Formula) -> str:
 
 
 def _within(formula: Formula, lowest: int) -> str:
-    """The formula, in parentheses if it binds less than ``lowest``."""
+    """Return the formula, in parentheses if it binds less than ``lowest``."""
     text = to_text(formula)
     return text if _PRECEDENCE.get(type(formula), _ATOM) >= lowest else f"({text})"
 

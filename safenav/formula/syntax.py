@@ -111,7 +111,7 @@ Formula = Constant | Name | Comparison | Not | Next | And | Or | Xor | Implies |
 
 
 def operands_of(formula: Formula) -> tuple[Formula, ...]:
-    """The formulas that an operator joins, from left to right; none of an atom."""
+    """Return the formulas that an operator joins, from left to right; none of an atom."""
     match formula:
         case Not(operand) | Next(operand):
             return (operand,)
@@ -124,12 +124,12 @@ def operands_of(formula: Formula) -> tuple[Formula, ...]:
 
 
 def atoms_of(term: Term) -> tuple[Name | Number, ...]:
-    """The summands of a term."""
+    """Return the summands of a term."""
     return term.terms if isinstance(term, Sum) else (term,)
 
 
 def names_of(formula: Formula) -> Iterator[Name]:
-    """Every occurrence of a variable, from left to right."""
+    """Yield every occurrence of a variable, from left to right."""
     if isinstance(formula, Name):
         yield formula
     elif isinstance(formula, Comparison):
@@ -140,13 +140,13 @@ def names_of(formula: Formula) -> Iterator[Name]:
 
 
 def reads_next(formula: Formula) -> bool:
-    """Whether a formula is about the next state, too."""
+    """Return whether a formula is about the next state, too."""
     deeper = any(map(reads_next, operands_of(formula)))
     return isinstance(formula, Next) or deeper or any(name.primed for name in names_of(formula))
 
 
 def variables(formula: Formula) -> frozenset[str]:
-    """The names of all variables, primed or not."""
+    """Return the names of all variables, primed or not."""
     return frozenset(name.name for name in names_of(formula))
 
 
@@ -155,7 +155,7 @@ def resolve_constants(
     value: Callable[[Name, Comparison], int | None],
     members: Callable[[Name], Iterable[int] | None] = lambda _: None,
 ) -> Formula:
-    """The formula with names in comparisons replaced by numbers where ``value`` gives one.
+    """Return the formula with names in comparisons replaced by numbers where ``value`` gives one.
 
     Being equal to a name with ``members`` means being equal to one of them."""
 

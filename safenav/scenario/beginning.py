@@ -19,13 +19,13 @@ DEFAULT = "door"
 
 
 def template_text(name: str) -> str:
-    """The YAML of a template."""
+    """Return the YAML of a template."""
     folder = Path(__file__).with_name("templates")
     return (folder / f"{name}.yaml").read_text(encoding="utf-8")
 
 
 def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None:
-    """The YAML of a scenario on a map; ``lines`` are the keys of its ``map``.
+    """Return the YAML of a scenario on a map; ``lines`` are the keys of its ``map``.
 
     A flyer patrols between two regions that are far apart, and a rover goes back and forth
     between two others. None if the map has no four regions that are connected.
@@ -79,7 +79,7 @@ expect: {{outcome: completed}}
 
 
 def _largest_floor(world: RegionMap) -> list[Region]:
-    """The largest set of regions that are connected, ascending."""
+    """Return the largest set of regions that are connected, ascending."""
     left = set(world.free)
     best: list[Region] = []
     while left and len(left) > len(best):
@@ -90,6 +90,6 @@ def _largest_floor(world: RegionMap) -> list[Region]:
 
 
 def _farthest(world: RegionMap, region: Region) -> Region:
-    """The region of the same floor that most steps lead to, the lowest of several."""
+    """Return the region of the same floor that most steps lead to, the lowest of several."""
     depth = world.distances([region])
     return min(depth, key=lambda other: (-depth[other], other))

@@ -87,7 +87,7 @@ class Guarantees:
         return tuple(goal for goal, rule in goals if reads_next(rule.formula))
 
     def allows(self, before: Pose, after: Pose) -> bool:
-        """Whether a step is allowed with some memory."""
+        """Return whether a step is allowed with some memory."""
         one, other = values_of(before), values_of(after)
         if not all(rule.holds(one, other) for rule in self._plain):
             return False
@@ -97,7 +97,7 @@ class Guarantees:
         )
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
-        """Whether a goal is met on a step, or by staying, with some memory."""
+        """Return whether a goal is met on a step, or by staying, with some memory."""
         one, other, rule = values_of(before), values_of(after), self._liveness[goal]
         if not self._speaks_of_memory(rule):
             return rule.holds(one, other)
@@ -108,7 +108,7 @@ class Guarantees:
     def remembered(
         self, memory: Values, before: Pose, after: Pose, inputs: tuple[Values, Values] = ({}, {})
     ) -> Values | None:
-        """The robot's possible memory after a step, the least change first; None if its
+        """Return the robot's possible memory after a step, the least change first; None if its
         guarantees forbid the step with the memory that it has. ``inputs``: before and after it."""
         return next(self.after(memory, before, after, inputs), None)
 
@@ -126,7 +126,7 @@ class Guarantees:
                     yield new
 
     def begins(self, memory: Values, pose: Pose) -> bool:
-        """Whether the robot may begin in a pose with a memory."""
+        """Return whether the robot may begin in a pose with a memory."""
         values = values_of(pose) | dict(memory)
         return all(rule.holds(values, values) for rule in self._init)
 
@@ -136,7 +136,7 @@ class Guarantees:
         return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
 
     def meets_with(self, goal: int, before: Pose, old: Values, after: Pose, new: Values) -> bool:
-        """Whether a goal is met on such a step."""
+        """Return whether a goal is met on such a step."""
         one, other = values_of(before) | dict(old), values_of(after) | dict(new)
         return self._liveness[goal].holds(one, other)
 
@@ -160,12 +160,12 @@ class Guarantees:
 
 @lru_cache(maxsize=256)
 def guarantees_of(objective: Ltl) -> Guarantees:
-    """The formulas of an objective, read once."""
+    """Return the formulas of an objective, read once."""
     return Guarantees(objective)
 
 
 def values_of(pose: Pose) -> dict[str, int]:
-    """The variables of a specification that say where a robot is."""
+    """Return the variables of a specification that say where a robot is."""
     if pose.heading is None:
         return {"region": pose.region}
     return {"region": pose.region, "heading": int(pose.heading)}

@@ -180,7 +180,7 @@ def _misnamed(scenario: Scenario) -> Iterator[str]:
 
 
 def _draws(scenario: Scenario) -> bool:
-    """Whether anything in a run depends on the seed."""
+    """Return whether anything in a run depends on the seed."""
     robots = scenario.robots
     return (
         any(isinstance(obstacle.traversable, float) for obstacle in scenario.obstacles)

@@ -141,7 +141,7 @@ class ObstacleType(Struct, frozen=True):
         return self.listed or (Need(self.action, at=self.resolve_at),)
 
     def takes(self, number: int) -> bool:
-        """Whether the robots that meet a need carry a load from then on."""
+        """Return whether the robots that meet a need carry a load from then on."""
         return needs.takes(self.needs, number)
 
     def actions(self, number: int) -> frozenset[str]:
@@ -167,11 +167,11 @@ class Catalogue(Struct, frozen=True):
         return frozenset(model.layer for model in self.robots.values())
 
     def may_hold(self, name: str) -> bool:
-        """Whether an entry that is not there may be one that could not be read."""
+        """Return whether an entry that is not there may be one that could not be read."""
         return not self.broken.isdisjoint((name, "*"))
 
     def without_rest(self) -> Catalogue:
-        """The same after more of it could not be read at all."""
+        """Return the same after more of it could not be read at all."""
         return replace(self, broken=self.broken | {"*"})
 
 
@@ -210,14 +210,14 @@ class Obstacle(Struct, frozen=True):
         return self.type.needs
 
     def blocks(self, robot: Robot) -> bool:
-        """Whether it physically stops this robot, whatever the robot can do."""
+        """Return whether it physically stops this robot, whatever the robot can do."""
         listed = self.type.blocks
         names = (robot.model.layer, robot.model.name, robot.name)
         return listed is None or any(name in listed for name in names)
 
     def resolved_by_entering(self, robot: Robot, need: int = 0) -> bool:
-        """Whether this robot alone resolves the obstacle by entering its region while the needs
-        from number ``need`` on are left: only one is, and the region is in its S_r."""
+        """Return whether this robot alone resolves the obstacle by entering its region while the
+        needs from number ``need`` on are left: only one is, and the region is in its S_r."""
         last = self.needs[-1]
         inside = last.at == ResolveAt.SELF or (
             isinstance(last.at, frozenset) and self.region in last.at
@@ -226,14 +226,14 @@ class Obstacle(Struct, frozen=True):
         return only and inside and last.action in robot.capabilities
 
     def closed_to(self, robot: Robot, need: int = 0) -> bool:
-        """Whether this robot must not enter the obstacle's region while the needs from number
-        ``need`` on are left. Stricter than the paper's phi_a, which lets any robot with the action
-        pass wherever that works (docs/paper.md)."""
+        """Return whether this robot must not enter the obstacle's region while the needs from
+        number ``need`` on are left. Stricter than the paper's phi_a, which lets any robot with the
+        action pass wherever that works (docs/paper.md)."""
         return self.blocks(robot) and not self.resolved_by_entering(robot, need)
 
     def swept(self, world: RegionMap) -> frozenset[Region]:
-        """The free regions beside its own that no other robot may be in while a robot resolves
-        it."""
+        """Return the free regions beside its own that no other robot may be in while a robot
+        resolves it."""
         where = self.type.sweeps if self.sweeps is None else self.sweeps
         return frozenset() if where is None else frozenset(self._at(where, world)) - {self.region}
 
@@ -251,7 +251,7 @@ class Obstacle(Struct, frozen=True):
 
 
 def name_parts(name: str) -> tuple[str, str, int]:
-    """The type, the region as it is written, and the number of a named obstacle: ``crate``,
+    """Return the type, the region as it is written, and the number of a named obstacle: ``crate``,
     ``dock`` and 2 of ``crate@dock#2``."""
     kind, _, place = name.partition("@")
     where, _, number = place.partition("#")
@@ -326,8 +326,8 @@ class Scenario(Struct, frozen=True):
         return self.promises or any(each is not None and each.stay for each in charged)
 
     def limit_of(self, obstacle: Obstacle) -> int | None:
-        """The most ticks from the request for an obstacle to its resolution: its own, that of its
-        type, that of the scenario."""
+        """Return the most ticks from the request for an obstacle to its resolution: its own, that
+        of its type, that of the scenario."""
         for limit in (obstacle.resolve_within, obstacle.type.resolve_within):
             if limit is not None:
                 return limit
@@ -341,21 +341,21 @@ class Scenario(Struct, frozen=True):
         return own or any(kind.sweeps is not None for kind in kinds)
 
     def robot(self, name: str) -> Robot:
-        """The robot of that name. Raises KeyError."""
+        """Return the robot of that name. Raises KeyError."""
         for robot in self.robots:
             if robot.name == name:
                 return robot
         raise KeyError(name)
 
     def interfere(self, one: Robot, other: Robot) -> bool:
-        """Whether one of these may have to wait for the other: they are in conflict, or never
-        together in some regions."""
+        """Return whether one of these may have to wait for the other: they are in conflict, or
+        never together in some regions."""
         names = {one.name, other.name}
         return conflict(one, other) or any(names <= each.robots for each in self.never_together)
 
     def observable_stepwise(self, robot: Robot) -> bool:
-        """Whether ``exact`` or ``belief`` is available to a robot: it is in no ``never_together``,
-        and the robots that it observes take one step per tick."""
+        """Return whether ``exact`` or ``belief`` is available to a robot: it is in no
+        ``never_together``, and the robots that it observes take one step per tick."""
         if any(robot.name in each.robots for each in self.never_together):
             return False
         near = [o for o in self.robots if o is not robot and self.conflict(robot, o)]
@@ -364,8 +364,8 @@ class Scenario(Struct, frozen=True):
         return not slow and not (near and self.clock is settings.Clock.LIVE)
 
     def held(self, robot: str, at: Mapping[str, Collection[Region]]) -> frozenset[Region]:
-        """The regions that a robot must not enter because one that it is never together with is
-        in them. ``at``: the regions that each robot occupies."""
+        """Return the regions that a robot must not enter because one that it is never together with
+        is in them. ``at``: the regions that each robot occupies."""
         found: set[Region] = set()
         for each in self.never_together:
             others = each.robots - {robot}
@@ -374,8 +374,8 @@ class Scenario(Struct, frozen=True):
         return frozenset(found)
 
     def conflict(self, one: Robot, other: Robot) -> bool:
-        """Whether these two must never share a region. It is mutual, also if only one of them
-        asks for it: what one guarantees is what the other assumes."""
+        """Return whether these two must never share a region. It is mutual, also if only one of
+        them asks for it: what one guarantees is what the other assumes."""
         return conflict(one, other)
 
 

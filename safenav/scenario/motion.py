@@ -78,7 +78,7 @@ TURNING = "rover"
 
 
 def parameters(kind: str) -> Mapping[str, Parameter] | None:
-    """The parameters of a kind, built in or installed; None if there is no such kind."""
+    """Return the parameters of a kind, built in or installed; None if there is no such kind."""
     if kind in KINDS:
         return KINDS[kind]
     installed = installed_kind(kind)
@@ -86,7 +86,7 @@ def parameters(kind: str) -> Mapping[str, Parameter] | None:
 
 
 def installed_kind(kind: str) -> type | None:
-    """The class of a kind that an installed package adds; None if there is none."""
+    """Return the class of a kind that an installed package adds; None if there is none."""
     from importlib.metadata import entry_points
 
     for entry in entry_points(group=ENTRY_POINTS, name=kind):
@@ -97,7 +97,7 @@ def installed_kind(kind: str) -> type | None:
 
 
 def known_kinds() -> list[str]:
-    """The names of all kinds, built in or installed."""
+    """Return the names of all kinds, built in or installed."""
     from importlib.metadata import entry_points
 
     return sorted({*KINDS, *(entry.name for entry in entry_points(group=ENTRY_POINTS))})
@@ -126,6 +126,6 @@ def resolved(
 
 
 def _within(kind: str, **values: float | None) -> bool:
-    """Whether a built-in kind takes these values."""
+    """Return whether a built-in kind takes these values."""
     known = KINDS[kind]
     return all(v is None or known[n].least <= v <= known[n].most for n, v in values.items())

@@ -28,7 +28,7 @@ class AnyNeed(Protocol):
 
 
 def chain(needs: Sequence[_Need], number: int) -> Sequence[_Need]:
-    """A need, and those after it that the same robots must meet."""
+    """Return a need, and those after it that the same robots must meet."""
     last = number + 1
     while last < len(needs) and needs[last].same:
         last += 1
@@ -36,22 +36,22 @@ def chain(needs: Sequence[_Need], number: int) -> Sequence[_Need]:
 
 
 def takes(needs: Sequence[AnyNeed], number: int) -> bool:
-    """Whether the robots that meet a need carry a load from then on: the same robots must meet
-    the next need, and others may have met the one before."""
+    """Return whether the robots that meet a need carry a load from then on: the same robots must
+    meet the next need, and others may have met the one before."""
     return number + 1 < len(needs) and needs[number + 1].same and not needs[number].same
 
 
 def actions(needs: Sequence[AnyNeed], number: int) -> frozenset[str]:
-    """The actions that a robot must have for a need: its own, and those of the needs that the
-    same robots must meet after it."""
+    """Return the actions that a robot must have for a need: its own, and those of the needs that
+    the same robots must meet after it."""
     return frozenset(need.action for need in chain(needs, number))
 
 
 def group_of(
     need: AnyNeed, done: frozenset[_Robot], here: Collection[_Robot]
 ) -> tuple[frozenset[_Robot], bool]:
-    """The robots that have fulfilled their part of a need, once those ``here`` act with those that
-    have ``done`` so before, and whether it is met by that."""
+    """Return the robots that have fulfilled their part of a need, once those ``here`` act with
+    those that have ``done`` so before, and whether it is met by that."""
     group = done.union(here)
     met = len(group) >= need.robots
     return (group if met or not need.together else done), met

@@ -32,7 +32,7 @@ Word = Callable[[Region | Target], str]
 
 
 def number_word(place: Region | Target) -> str:
-    """A region's number; the numbers of a target: ``47|58``."""
+    """Return a region's number; the numbers of a target: ``47|58``."""
     return str(place) if isinstance(place, int) else "|".join(map(str, sorted(place)))
 
 
@@ -73,26 +73,26 @@ class TargetObjective(Struct, frozen=True):
 
     @classmethod
     def timed(cls) -> bool:
-        """Whether its rounds can be promised within a number of ticks."""
+        """Return whether its rounds can be promised within a number of ticks."""
         return cls.in_turn and not cls.settles
 
     @classmethod
     def ordered(cls) -> bool:
-        """Whether the target that is next is always known."""
+        """Return whether the target that is next is always known."""
         return cls.in_turn or cls.one
 
     @classmethod
     def example(cls) -> str:
-        """An objective of this kind as one writes it in a scenario, without braces."""
+        """Return an objective of this kind as one writes it in a scenario, without braces."""
         return f"{cls.kind}: {'3' if cls.one else '[3, 8]'}"
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
-        """The error of these targets, and what to do; None if there is none."""
+        """Return the error of these targets, and what to do; None if there is none."""
         return None if targets else (EMPTY, "name at least one target")
 
     def words(self, word: Word) -> str:
-        """The objective in a few words."""
+        """Return the objective in a few words."""
         return f"{self.kind} " + ", ".join(map(word, self.targets))
 
     def relaxed(self) -> TargetObjective:
@@ -112,7 +112,7 @@ class TargetObjective(Struct, frozen=True):
         return bool(self.turn) and len(self.targets) > 1
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """The memory of a robot that gets the objective in ``region``, having remembered
+        """Return the memory of a robot that gets the objective in ``region``, having remembered
         ``memory``."""
         del region
         return memory
@@ -123,35 +123,35 @@ class TargetObjective(Struct, frozen=True):
         return Pursuit(len(self.targets), self.in_turn, self.settles)
 
     def reached(self, region: Region) -> int:
-        """The targets that have ``region``, as a mask."""
+        """Return the targets that have ``region``, as a mask."""
         return sum(1 << i for i, target in enumerate(self.targets) if region in target)
 
     def met(self, memory: int, region: Region) -> tuple[int, ...]:
-        """The targets that count for being in ``region``."""
+        """Return the targets that count for being in ``region``."""
         return tuple(bits(self.pursuit.met(memory, self.reached(region))))
 
     def turned(self, memory: int, region: Region) -> int:
-        """The memory of a robot that leaves ``region``, or stays there."""
+        """Return the memory of a robot that leaves ``region``, or stays there."""
         return self.pursuit.step(memory, self.reached(region))[0]
 
     def forbidden(self, memory: int, region: Region, after: Region) -> bool:
-        """Whether the objective itself forbids the step from ``region`` to ``after``."""
+        """Return whether the objective itself forbids the step from ``region`` to ``after``."""
         if self.strict:
             now = self.turned(memory, region)
             return any(after in target for i, target in enumerate(self.targets) if i != now)
         return self.stays(memory, region) and after != region
 
     def stays(self, memory: int, region: Region) -> bool:
-        """Whether a robot that is in ``region`` may no longer leave it."""
+        """Return whether a robot that is in ``region`` may no longer leave it."""
         return self.settles and len(self.targets) - 1 in self.met(memory, region)
 
     def awaited(self, memory: int) -> Target:
-        """The regions of which the robot must reach one next."""
+        """Return the regions of which the robot must reach one next."""
         targets = self.targets
         return frozenset().union(*(targets[i] for i in bits(self.pursuit.awaited(memory))))
 
     def ends_round(self, seen: Collection[int]) -> bool:
-        """Whether a round is complete in which these targets were met."""
+        """Return whether a round is complete in which these targets were met."""
         count = len(self.targets)
         return count - 1 in seen if self.settles else len(seen) == count
 
@@ -188,8 +188,8 @@ class Patrol(TargetObjective, frozen=True):
         return f"patrol {' <-> '.join(map(word, self.targets))}{strictly}"
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """A robot that stands on a target begins with that one: the formula forbids to be there
-        in another's turn (paper, Section VI)."""
+        """Return a robot that stands on a target begins with that one: the formula forbids to be
+        there in another's turn (paper, Section VI)."""
         return next((i for i, target in enumerate(self.targets) if region in target), memory)
 
 
@@ -345,7 +345,7 @@ def target_regions(objective: Objective | None) -> frozenset[Region]:
 
 
 def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str, ...]:
-    """The keys of the kinds for which ``has`` is true, in the order of ``KINDS``."""
+    """Return the keys of the kinds for which ``has`` is true, in the order of ``KINDS``."""
     return tuple(key for key, kind in KINDS.items() if has(kind))
 
 
@@ -372,20 +372,20 @@ def station(objective: Objective) -> Target | None:
 
 
 def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
-    """An objective of the same kind with other targets, as many as it has."""
+    """Return an objective of the same kind with other targets, as many as it has."""
     return objective if isinstance(objective, Ltl) else replace(objective, targets=tuple(targets))
 
 
 def formulas_in(objective: Objective) -> Ltl | None:
-    """The formulas that restrict a robot's steps; None if there are none."""
+    """Return the formulas that restrict a robot's steps; None if there are none."""
     if isinstance(objective, Ltl):
         return objective
     return Ltl(safety=tuple(map(on_steps, objective.always))) if objective.always else None
 
 
 def on_steps(formula: str) -> str:
-    """A formula that a robot keeps on each step that it takes. Staying takes none: the team must be
-    able to let every robot wait."""
+    """Return a formula that a robot keeps on each step that it takes. Staying takes none: the team
+    must be able to let every robot wait."""
     return f"region' = region | ({formula})"
 
 

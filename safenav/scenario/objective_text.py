@@ -9,7 +9,7 @@ from safenav.scenario.yaml.flow import flow
 
 
 def to_data(objective: Objective) -> dict[str, object]:
-    """The objective as it stands in a scenario or a trace, regions as numbers.
+    """Return the objective as it stands in a scenario or a trace, regions as numbers.
 
     A target of one region is a number, a larger one a sorted list.
     """
@@ -40,8 +40,8 @@ _SHOWN = 2
 
 
 def describe(objective: Objective, word: Word = number_word) -> str:
-    """The objective in a few words, for people: ``patrol 58 <-> 28``, or with ``RegionMap.word``
-    ``patrol dock <-> ward_a``."""
+    """Return the objective in a few words, for people: ``patrol 58 <-> 28``, or with
+    ``RegionMap.word`` ``patrol dock <-> ward_a``."""
     if isinstance(objective, Ltl):
         safety, liveness = len(objective.safety), len(objective.liveness)
         return f"meet its formulas ({safety} safety, {liveness} liveness)"
@@ -54,7 +54,7 @@ def describe(objective: Objective, word: Word = number_word) -> str:
 
 
 def written(objective: Objective, word: Word = number_word) -> str:
-    """The objective as one writes it in a scenario: ``{patrol: [dock, shelf]}``."""
+    """Return the objective as one writes it in a scenario: ``{patrol: [dock, shelf]}``."""
 
     def target(regions: Target) -> object:
         words = word(regions).split("|")

@@ -18,16 +18,16 @@ class Pursuit(NamedTuple):
     settles: bool
 
     def met(self, memory: int, here: int) -> int:
-        """The targets that count where the targets ``here`` are reached."""
+        """Return the targets that count where the targets ``here`` are reached."""
         return here & 1 << memory if self.in_turn else here
 
     def awaited(self, memory: int) -> int:
-        """The targets of which one must be reached next."""
+        """Return the targets of which one must be reached next."""
         return 1 << memory if self.in_turn else (1 << self.targets) - 1 & ~memory
 
     def step(self, memory: int, here: int) -> tuple[int, int]:
-        """The memory after a turn where ``here`` are reached, and how much counts: a goal if they
-        count in turn, else a round; only the last one if it settles there."""
+        """Return the memory after a turn where ``here`` are reached, and how much counts: a goal if
+        they count in turn, else a round; only the last one if it settles there."""
         if not self.in_turn:
             seen = memory | here
             return (seen, 0) if seen + 1 < 1 << self.targets else (0, 1)

@@ -35,18 +35,18 @@ class Reachability:
         return frozenset(bits(self._graph.regions_of(self._reached)))
 
     def reaches(self, target: Target) -> bool:
-        """Whether some region of the target can be reached."""
+        """Return whether some region of the target can be reached."""
         return bool(self._poses(target) & self._reached)
 
     def follows(self, targets: Sequence[Target]) -> bool:
-        """Whether the robot can visit the targets once, one after the other."""
+        """Return whether the robot can visit the targets once, one after the other."""
         reached = self._reached
         for target in targets:
             reached = self._graph.closure(self._poses(target) & reached, self._allowed)
         return bool(reached)
 
     def recurs(self, targets: Collection[Target]) -> bool:
-        """Whether the robot can visit all the targets infinitely often."""
+        """Return whether the robot can visit all the targets infinitely often."""
         if not self._graph.one_way or len(set(targets)) < 2:
             return all(map(self.reaches, targets))  # every step has a way back
         return bool(self._graph.live(tuple(map(self._poses, targets)), self._reached))

@@ -38,8 +38,8 @@ class Input(Struct, frozen=True):
 
 
 def switching(inputs: Iterable[Input]) -> list[int]:
-    """The ticks in which inputs change as the scenario lists it, in order; none of inputs that are
-    drawn."""
+    """Return the ticks in which inputs change as the scenario lists it, in order; none of inputs
+    that are drawn."""
     found = set[int]()
     for each in inputs:
         spans = () if each.probability else each.spans

@@ -50,7 +50,7 @@ class CommandInputs:
         self.stopped: Pose | None = None
 
     def inputs(self, signal: AssignedGoal | None, region: Region) -> dict[str, int]:
-        """The inputs for a robot in ``region`` under ``signal``."""
+        """Return the inputs for a robot in ``region`` under ``signal``."""
         if signal is None:
             self._sent = None
             return self._values(False, self._neutral, False)
@@ -64,7 +64,7 @@ class CommandInputs:
         return self._values(True, signal.place, False)
 
     def after_waiting(self, place: Region | None) -> dict[str, int]:
-        """The inputs that send a robot that has waited to ``place``; None: nowhere."""
+        """Return the inputs that send a robot that has waited to ``place``; None: nowhere."""
         known = place is not None
         return self._values(known, self._neutral if place is None else place, False)
 
@@ -73,7 +73,7 @@ class CommandInputs:
         self._sent = place
 
     def stop(self) -> dict[str, int]:
-        """The inputs that keep the robot where it is; a request stays open."""
+        """Return the inputs that keep the robot where it is; a request stays open."""
         return self._values(self._sent is not None, self._neutral, True)
 
     def forget(self) -> None:
@@ -86,7 +86,7 @@ class CommandInputs:
 
 
 def inputs(world: RegionMap) -> tuple[Variable, ...]:
-    """The inputs by which the coordination layer commands the robot."""
+    """Return the inputs by which the coordination layer commands the robot."""
     return (
         Variable("request", Owner.INPUT, None, "the robot is assigned a region"),
         Variable("wait", Owner.INPUT, None, "the robot must stay where it is"),
@@ -95,7 +95,7 @@ def inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def neutral(assignable: AssignableRegions) -> Region:
-    """The command inputs without a request."""
+    """Return the command inputs without a request."""
     return min(assignable.places)
 
 
@@ -156,7 +156,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _in(part: Part, task: Task, mark: str = "") -> str:
-    """The robot is where a part matters; ``mark``: of the variables."""
+    """Return the robot is where a part matters; ``mark``: of the variables."""
     ranges = task.objective.memory if isinstance(task.objective, Ltl) else {}
     atoms = []
     for memory, poses in part.poses().items():
@@ -172,16 +172,16 @@ def _has(name: str, value: int, boolean: bool, mark: str) -> str:
 
 
 def _asked(part: Part) -> str:
-    """The robot is asked to go to one of the regions of a part."""
+    """Return the robot is asked to go to one of the regions of a part."""
     assigned = one_of("assigned", part.regions, "'")
     return f"request' & !wait' & {assigned}"
 
 
 def begins_anywhere(task: Task) -> bool:
-    """Whether the strategy is to know every pose and memory from which its goals can be met, not
-    only those that its own ways lead to: a joint plan may leave the robot in any. Without headings
-    and formulas its ways lead everywhere. A strategy that remembers where others are does not have
-    a node for every place of theirs either way."""
+    """Return whether the strategy is to know every pose and memory from which its goals can be met,
+    not only those that its own ways lead to: a joint plan may leave the robot in any. Without
+    headings and formulas its ways lead everywhere. A strategy that remembers where others are does
+    not have a node for every place of theirs either way."""
     formulas = formulas_in(task.objective) is not None
     wayward = task.robot.model.mobility is Mobility.HEADING or formulas
     nearby = task.tracking is Tracking.NEARBY
@@ -205,8 +205,8 @@ def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def excused(constraint: Constraint, holds: bool = False) -> Constraint:
-    """A goal of its own, excused while a request is open; one that ``holds`` may also leave the
-    place where it stays."""
+    """Return a goal of its own, excused while a request is open; one that ``holds`` may also leave
+    the place where it stays."""
     stays = holds and constraint.origin.rule.endswith(", stay")
     if constraint.section is not Section.SYS_LIVENESS and not stays:
         return constraint

@@ -32,7 +32,7 @@ class Part(Struct, frozen=True):
     states: frozenset[State]
 
     def poses(self) -> dict[Remembered, frozenset[Pose]]:
-        """The poses for each memory."""
+        """Return the poses for each memory."""
         found: dict[Remembered, set[Pose]] = {}
         for pose, memory in self.states:
             found.setdefault(memory, set()).add(pose)
@@ -50,7 +50,7 @@ class AssignableRegions(Struct, frozen=True):
     homes: tuple[Part, ...] = ()
 
     def allows(self, pose: Pose, memory: Mapping[str, int], place: Region) -> bool:
-        """Whether ``place`` is assignable at a pose with this memory."""
+        """Return whether ``place`` is assignable at a pose with this memory."""
         return place in self.places and all(
             any(at == pose and _agree(known, memory) for at, known in part.states)
             for part in self.parts
@@ -68,7 +68,7 @@ def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
 
 
 def whereabouts(task: Task, world: RegionMap) -> frozenset[Region]:
-    """The regions that the robot of a task can ever reach."""
+    """Return the regions that the robot of a task can ever reach."""
     return frozenset(pose.region for pose, _ in _Ground.of(task, world).ways())
 
 
@@ -104,8 +104,8 @@ class _Ground(Struct, frozen=True):
         return [(self.start, m) for m in memories if guarantees.begins(dict(m), self.start)]
 
     def after(self, state: State) -> list[State]:
-        """The states after a step or a stay. Where there is too much to remember, those that are
-        allowed with some memory."""
+        """Return the states after a step or a stay. Where there is too much to remember, those that
+        are allowed with some memory."""
         pose, memory = state
         guarantees = self.guarantees
         steps = moves(self.mobility, pose, self.world, self.blocked)
@@ -122,7 +122,7 @@ class _Ground(Struct, frozen=True):
         ]
 
     def ways(self) -> dict[State, Sequence[State]]:
-        """The states that the robot can reach, each with those that may follow."""
+        """Return the states that the robot can reach, each with those that may follow."""
         return explored(self.begins(), self.after)
 
     def meets(self, members: Collection[State], ways: Mapping[State, Collection[State]]) -> bool:
@@ -174,9 +174,9 @@ def _assignable_regions(ground: _Ground) -> AssignableRegions:
 def _homes(
     ground: _Ground, ways: dict[State, Sequence[State]]
 ) -> tuple[list[list[State]], list[int | None]]:
-    """The states in rounds (what one leads to comes before it), and for each the round in which
-    the robot continues forever from there; None where its objective is lost, or where it cannot
-    stay although it may be told to wait."""
+    """Return the states in rounds (what one leads to comes before it), and for each the round in
+    which the robot continues forever from there; None where its objective is lost, or where it
+    cannot stay although it may be told to wait."""
     while True:
         states = list(ways)
         number = {state: index for index, state in enumerate(states)}
@@ -218,7 +218,7 @@ def _parts(rounds: list[list[State]], reach: list[frozenset[Region]]) -> list[Pa
 
 
 def _told_apart(rounds: list[list[State]], home: list[int | None]) -> tuple[Part, ...]:
-    """The homes with the states on the way to them; nothing if all are the same regions."""
+    """Return the homes with the states on the way to them; nothing if all are the same regions."""
     found: dict[frozenset[Region], set[State]] = {}
     for k, at in enumerate(home):
         if at is not None:

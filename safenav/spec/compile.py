@@ -21,7 +21,7 @@ from safenav.world.moves import Mobility, Pose
 
 
 def compile_task(task: Task, world: RegionMap) -> Specification:
-    """The specification of one robot for its current task.
+    """Return the specification of one robot for its current task.
 
     Source: paper, Sections III and VI; DESIGN section 4.
     """
@@ -78,7 +78,7 @@ def _unchanged(constraint: Constraint) -> Constraint:
 
 
 def assumption_names(task: Task, world: RegionMap) -> list[str]:
-    """The fairness assumptions that a task relies on, in words."""
+    """Return the fairness assumptions that a task relies on, in words."""
     rules = (
         constraint.origin.rule
         for constraint in (*encode_others(task, world).assumptions, *_environment(task))
@@ -88,7 +88,7 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
 
 
 def _goal_places(task: Task) -> Iterator[Constraint]:
-    """A target that is next is entered in its places only."""
+    """Yield a target that is next is entered in its places only."""
     objective = task.objective
     origin = Origin(f"{task.item}.objective", "where it is in time", "deadlines")
     for index, places in enumerate(task.goal_places):

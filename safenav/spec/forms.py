@@ -66,9 +66,9 @@ def forms(
     assigned: bool = False,
     charged: bool = False,
 ) -> Iterator[ObjectiveForm]:
-    """The forms to ask for, the strongest first, for a robot at ``pose`` that has target number
-    ``turn`` next. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
-    could not keep even alone are left out, but for the last one."""
+    """Yield the forms to ask for, the strongest first, for a robot at ``pose`` that has target
+    number ``turn`` next. ``blocked``: a mask of the regions that it cannot enter. Forms that the
+    robot could not keep even alone are left out, but for the last one."""
     plain = objective.relaxed()
     if isinstance(objective, Ltl) or plain == objective:
         yield ObjectiveForm(objective, turn)
@@ -108,7 +108,7 @@ def concession(
 
 
 def asked_of(task: Task) -> Objective:
-    """The objective of the user, of which a task may have a weaker form."""
+    """Return the objective of the user, of which a task may have a weaker form."""
     own = task.robot.objective
     return own if task.objective in (own, own.relaxed()) else task.objective
 
@@ -118,7 +118,7 @@ def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
 
 
 def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked: Mask) -> Weakening:
-    """The obstruction that keeps a robot from a strict objective."""
+    """Return the obstruction that keeps a robot from a strict objective."""
     shut, turns = region_mask(strict.avoid), range(len(strict.targets))
     if blocked & ~shut and any(can_keep(graph, pose, strict, turn, shut) for turn in turns):
         return Weakening.OBSTACLES
@@ -135,8 +135,8 @@ def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked:
 def can_keep(
     graph: PoseGraph, pose: Pose, strict: TargetObjective, memory: int, blocked: Mask = 0
 ) -> bool:
-    """Whether a robot at ``pose`` that remembers ``memory`` can by itself keep a strict objective
-    by the letter, forever, while some regions are ``blocked``: it cannot enter them.
+    """Return whether a robot at ``pose`` that remembers ``memory`` can by itself keep a strict
+    objective by the letter, forever, while some regions are ``blocked``: it cannot enter them.
 
     The letter is strict (paper, Section VI): a robot leaves a target immediately, and never touches
     one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.

@@ -25,8 +25,8 @@ def one_of(variable: str, regions: Iterable[Region], prime: str = "") -> str:
 
 
 def among(poses: Collection[Pose], mark: str = "") -> str:
-    """The robot is in one of the poses, as a formula that binds like an atom; ``mark``: of the
-    variables."""
+    """Return the robot is in one of the poses, as a formula that binds like an atom; ``mark``: of
+    the variables."""
     regions: dict[Heading | None, set[Region]] = {}
     for pose in poses:
         regions.setdefault(pose.heading, set()).add(pose.region)
@@ -43,7 +43,7 @@ def among(poses: Collection[Pose], mark: str = "") -> str:
 
 
 def step_formula(variable: str, heading: Heading, world: RegionMap) -> str:
-    """The atom that says that ``variable`` makes one step that way (edges aside)."""
+    """Return the atom that says that ``variable`` makes one step that way (edges aside)."""
     offset = world.cols if heading in (Heading.NORTH, Heading.SOUTH) else 1
     if heading in (Heading.NORTH, Heading.WEST):
         return f"{variable} = {variable}' + {offset}"
@@ -51,7 +51,7 @@ def step_formula(variable: str, heading: Heading, world: RegionMap) -> str:
 
 
 def headings(world: RegionMap) -> tuple[Heading, ...]:
-    """The directions in which the map has any extent (a 1 x n map has no north)."""
+    """Return the directions in which the map has any extent (a 1 x n map has no north)."""
     vertical = (Heading.NORTH, Heading.SOUTH) if world.rows > 1 else ()
     sideways = (Heading.EAST, Heading.WEST) if world.cols > 1 else ()
     return tuple(h for h in Heading if h in vertical or h in sideways)
@@ -88,8 +88,8 @@ def on_side(variable: str, heading: Heading, world: RegionMap) -> str:
 
 
 def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
-    """The regions at the eastern or western edge from which counting on in reading order would lead
-    over the edge to a free region."""
+    """Return the regions at the eastern or western edge from which counting on in reading order
+    would lead over the edge to a free region."""
     column, on = (world.cols - 1, 1) if heading is Heading.EAST else (0, -1)
     edge = (world.region(row, column) for row in range(world.rows))
     return [region for region in edge if world.is_free(region) and world.is_free(region + on)]

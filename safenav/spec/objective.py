@@ -145,7 +145,7 @@ def _in_turn(
 
 
 def _recur(objective: TargetObjective, item: str) -> Iterator[Constraint]:
-    """Each target infinitely often, in any order: GR(1) needs no memory for that."""
+    """Yield each target infinitely often, in any order: GR(1) needs no memory for that."""
     rule = f"{describe(objective)}: infinitely often at each target"
     origin = Origin(item, rule, SOURCE_OBJECTIVE)
     for target in objective.targets:

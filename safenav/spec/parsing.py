@@ -22,7 +22,7 @@ _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z")
 
 
 def read_specification(text: str, file: str = "-", robot: str = "robot") -> Specification:
-    """The specification that structured-slugs ``text`` holds.
+    """Return the specification that structured-slugs ``text`` holds.
 
     Raises InputError with all lines that belong nowhere, or the first character that may end a line
     or not (see ``safenav.lines``). Formulas are read when they are used.
@@ -112,7 +112,7 @@ def check_formulas(spec: Specification, file: str = "-") -> None:
 
 
 def _occurrences(formula: syntax.Formula, primed: bool) -> Iterator[tuple[syntax.Name, bool]]:
-    """The names of a formula, each with whether it is about the next state."""
+    """Yield the names of a formula, each with whether it is about the next state."""
     operands = syntax.operands_of(formula)
     if not operands:
         yield from ((name, primed or name.primed) for name in syntax.names_of(formula))

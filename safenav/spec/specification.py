@@ -87,17 +87,17 @@ class Specification(Struct, frozen=True):
         return tuple(v for v in self.variables if v.owner is owner)
 
     def without(self, dropped: Iterable[Constraint]) -> Specification:
-        """The specification without some constraints (for explanations)."""
+        """Return the specification without some constraints (for explanations)."""
         gone = set(dropped)
         kept = tuple(c for c in self.constraints if c not in gone)
         return replace(self, constraints=kept)
 
     def with_more(self, *more: Constraint) -> Specification:
-        """The specification with further constraints."""
+        """Return the specification with further constraints."""
         return replace(self, constraints=(*self.constraints, *more))
 
     def to_structuredslugs(self) -> str:
-        """The specification as structured-slugs text, ending in a newline."""
+        """Return the specification as structured-slugs text, ending in a newline."""
         lines = [f"# {self.title}", ""]
         for owner in Owner:
             lines.append(f"[{owner}]")

@@ -59,7 +59,7 @@ class Binary(Struct, frozen=True, dict=True):
 
 
 def find_binary() -> Binary:
-    """The binary to use: ``SAFENAV_SLUGS`` if set, else the one that came with safenav.
+    """Return the binary to use: ``SAFENAV_SLUGS`` if set, else the one that came with safenav.
 
     Raises SynthesizerError, saying what to do, if there is none that can be executed.
     """

@@ -82,11 +82,11 @@ class Cache:
 
     @classmethod
     def off(cls) -> Cache:
-        """A cache that is always empty."""
+        """Return a cache that is always empty."""
         return cls(None)
 
     def load(self, key: str) -> CacheEntry | None:
-        """The answer of that name, None if it is unknown or damaged (then it is dropped)."""
+        """Return the answer of that name, None if it is unknown or damaged (then it is dropped)."""
         if self.directory is None:
             return None
         path = self._path(key)
@@ -130,7 +130,7 @@ class Cache:
             self._write(path, text.encode())
 
     def load_text(self, sha256: str) -> str | None:
-        """The text with this sha256; None if it is not kept."""
+        """Return the text with this sha256; None if it is not kept."""
         if self.directory is None:
             return None
         try:

@@ -38,7 +38,7 @@ class StrategySize(Struct, frozen=True):
 
 
 def to_dot(strategy: Strategy) -> str:
-    """The automaton in Graphviz's language. Initial nodes have a double border."""
+    """Return the automaton in Graphviz's language. Initial nodes have a double border."""
     spec = strategy.specification
     initial = frozenset(strategy.initial())
     lines = [f"digraph {_quoted(spec.robot)} {{", f"  label={_quoted(spec.title)};"]
@@ -56,14 +56,14 @@ def to_dot(strategy: Strategy) -> str:
 
 
 def to_graphml(strategy: Strategy) -> str:
-    """The automaton as GraphML, with every variable as a number on the nodes."""
+    """Return the automaton as GraphML, with every variable as a number on the nodes."""
     import networkx
 
     return "\n".join(networkx.generate_graphml(to_networkx(strategy))) + "\n"
 
 
 def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
-    """The automaton as a directed graph. Nodes carry ``label``, ``goal``, ``initial`` and a
+    """Return the automaton as a directed graph. Nodes carry ``label``, ``goal``, ``initial`` and a
     number for each variable (``value_`` before its name), edges the ``inputs`` they answer."""
     # Imported here: it takes longer than most syntheses.
     import networkx
@@ -91,13 +91,13 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
 
 
 def in_words(strategy: Strategy, values: Mapping[str, int], owner: Owner) -> str:
-    """The values of the inputs or of the outputs, as a person would write them."""
+    """Return the values of the inputs or of the outputs, as a person would write them."""
     owned = strategy.specification.owned(owner)
     return " ".join(_value_in_words(variable, values[variable.name]) for variable in owned)
 
 
 def statistics_of(spec: Specification, result: SynthesisResult) -> StrategySize:
-    """The figures of one synthesis, for a table."""
+    """Return the figures of one synthesis, for a table."""
     strategy = result.strategy
     return StrategySize(
         robot=result.robot,

@@ -228,7 +228,7 @@ class _Conversation:
         return b"".join(self._heard[2])
 
     def until_silence(self) -> bool:
-        """Whether both outputs were closed before the deadline."""
+        """Return whether both outputs were closed before the deadline."""
         while self._selector.get_map():
             left = None if self.deadline is None else self.deadline - time.monotonic()
             if left is not None and left <= 0:
@@ -276,7 +276,7 @@ class _Conversation:
 
 
 def _exits(process: subprocess.Popen[bytes], deadline: float | None) -> bool:
-    """Whether a process that has closed its outputs ends by the deadline, too."""
+    """Return whether a process that has closed its outputs ends by the deadline, too."""
     try:
         process.wait(None if deadline is None else max(0.01, deadline - time.monotonic()))
     except subprocess.TimeoutExpired:

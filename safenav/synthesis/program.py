@@ -81,7 +81,7 @@ class Program(Struct, frozen=True):
             return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
 
     def _translated(self, crew: ProcessGroup, job: Job) -> tuple[bytes, str]:
-        """The specification as slugsin if our own binary is there to translate it."""
+        """Return the specification as slugsin if our own binary is there to translate it."""
         own = find_own_binary()
         given = job.text.encode()
         if own is None or not own.native:

@@ -33,7 +33,7 @@ class ExitStatus(IntEnum):
 
 
 def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
-    """The verdict. Raises SynthesizerError, with the last words, if there is none."""
+    """Return the verdict. Raises SynthesizerError, with the last words, if there is none."""
     if finished.timed_out:
         return Verdict.TIMEOUT
     said = _RESULT.findall(finished.stderr)
@@ -58,12 +58,12 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
 
 
 def too_large(finished: Finished) -> bool:
-    """Whether a strategy was given up because it has more nodes than may be listed."""
+    """Return whether a strategy was given up because it has more nodes than may be listed."""
     return finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr
 
 
 def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
-    """An error that tells what the synthesizer did, its last words, and what to do."""
+    """Return an error that tells what the synthesizer did, its last words, and what to do."""
     lines = [f"the synthesizer {binary.path} {problem} (robot '{robot}')"]
     words = finished.last_words
     if words:

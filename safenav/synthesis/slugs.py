@@ -79,14 +79,14 @@ class Synthesizer:
         self.states = states
 
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
-        """The verdict, and the strategy if there is one and it is wanted.
+        """Return the verdict, and the strategy if there is one and it is wanted.
 
         Raises SynthesizerError if the binary is missing, crashes or prints invalid output.
         """
         return self.synthesize_all([spec], strategy)[0]
 
     def counterstrategy(self, spec: Specification) -> SynthesisResult:
-        """The verdict, and for an unrealizable specification the environment's strategy.
+        """Return the verdict, and for an unrealizable specification the environment's strategy.
 
         A foreign binary does not print it as JSON; then safenav's own is asked.
         """
@@ -151,8 +151,8 @@ class Synthesizer:
         return [result for result in results if result is not None]
 
     def _worked_off(self, jobs: Sequence[Job], tell: Listener) -> dict[int, SynthesisResult]:
-        """The results of jobs by their indices. Threads run the program; its answers are read, and
-        reported, in the caller's thread. Whatever ends this ends the programs, too."""
+        """Return the results of jobs by their indices. Threads run the program; its answers are
+        read, and reported, in the caller's thread. Whatever ends this ends the programs, too."""
         _ = self.binary.native  # asked here once, not in every thread
         program, crew = Program(self.binary, self.seconds, self.memory_mb), ProcessGroup()
         begun: dict[int, float] = {}
@@ -227,8 +227,8 @@ class Synthesizer:
     def _checked(
         self, job: Job, entry: CacheEntry, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
-        """The result of an answer. Raises SynthesizerError if its automaton is malformed, or is
-        verified and fails."""
+        """Return the result of an answer. Raises SynthesizerError if its automaton is malformed, or
+        is verified and fails."""
         data = entry.strategy_json
         strategy = None if data is None else Strategy.parse(data, job.spec)
         verified = None
@@ -255,6 +255,6 @@ class Synthesizer:
         return key_of(job.text, self.binary.digest, (job.kind, *job.options))
 
     def _too_large_key(self, job: Job) -> str:
-        """The result where a strategy has more nodes than may be listed."""
+        """Return the result where a strategy has more nodes than may be listed."""
         limit = ("more nodes than", str(job.most_nodes))
         return key_of(job.text, self.binary.digest, (job.kind, *job.options, *limit))

@@ -18,7 +18,7 @@ _SECONDS = 60.0
 
 
 def load_specification(path: Path) -> Specification:
-    """The specification in a file.
+    """Return the specification in a file.
 
     Raises InputError with everything that safenav's synthesizer finds wrong with its text.
     """

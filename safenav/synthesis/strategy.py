@@ -108,7 +108,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return {field.variable.name: field.decode(state) for field in self.fields}
 
     def initial(self) -> tuple[int, ...]:
-        """The nodes in which a play may start, ascending.
+        """Return the nodes in which a play may start, ascending.
 
         The synthesizer prints them first and tells them apart by nothing else: they are the
         leading nodes of rank 0, each with another state, that satisfy ENV_INIT and SYS_INIT.
@@ -126,7 +126,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
 
     @kept
     def _nodes(self, name: str) -> dict[int, list[int]]:
-        """The nodes by the value of a variable."""
+        """Return the nodes by the value of a variable."""
         found: dict[int, list[int]] = {}
         for node, state in enumerate(self.states):
             found.setdefault(self._field[name].decode(state), []).append(node)
@@ -136,7 +136,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         """Nothing: a listed strategy holds nothing open."""
 
     def step(self, node: int, inputs: Mapping[str, int]) -> int | None:
-        """The successor for these next inputs; None if there is none, which means that the
+        """Return the successor for these next inputs; None if there is none, which means that the
         environment did what the assumptions exclude. Raises KeyError for unknown names."""
         return self._first(self.transitions[node], self._wanted(inputs, Owner.INPUT))
 

@@ -68,7 +68,7 @@ def _meant_cell(node: Node, name: str, world: RegionMap) -> Iterator[str]:
 
 
 def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
-    """The free regions of an area; None if something was reported."""
+    """Return the free regions of an area; None if something was reported."""
     before = len(reading)
     found: set[Region] = set()
     if not isinstance(node, Sequence | Mapping):

@@ -65,7 +65,7 @@ ACTION = "for example 'action: push'"
 
 
 def _vision(node: Node | None, what: str, findings: Findings) -> float | None:
-    """A radius in regions, at least 1; None if nothing is written, or ``unlimited``."""
+    """Return a radius in regions, at least 1; None if nothing is written, or ``unlimited``."""
     if isinstance(node, Scalar) and node.value == UNLIMITED:
         return None
     radius = read.finite(node, what, findings, f"a number of regions, or '{UNLIMITED}'")
@@ -147,7 +147,7 @@ def _places(
 
 
 def entry_of(kind: str, entries: Callable[[Catalogue], Mapping[str, Entry]]) -> Shape[Entry]:
-    """An entry of the catalogue, by its name."""
+    """Return an entry of the catalogue, by its name."""
 
     def reads(node: Node | None, what: str, reading: Reading) -> Entry | None:
         name, known = read.text(node, what, reading), entries(reading.catalogue)
@@ -239,7 +239,7 @@ class CatalogueKeys(Table):
 
 @lru_cache(maxsize=1)
 def built_in() -> Catalogue:
-    """The catalogue that is shipped with the package."""
+    """Return the catalogue that is shipped with the package."""
     catalogue = Catalogue()
     for name in ("robots.yaml", "obstacles.yaml"):
         reading = Reading(str(LIBRARY / name))
@@ -367,7 +367,7 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
 def swept(
     node: Node | None, what: str, several: bool, reading: Reading
 ) -> ResolveAt | frozenset[Region] | None:
-    """The regions that a resolution sweeps. ``several``: it takes more than one need."""
+    """Return the regions that a resolution sweeps. ``several``: it takes more than one need."""
     found = _places(node, f"'sweeps' of {what}", reading)
     if found is ResolveAt.SELF or (found is not None and several):
         said = "it has several needs" if several else "its own region is always included"

@@ -58,7 +58,7 @@ def _late(node: Node | None, what: str, reading: Reading) -> frozenset[str] | No
 
 
 def _ticks(node: Node | None, what: str, reading: Reading) -> tuple[int | None, int | None]:
-    """The least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
+    """Return the least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
     if not isinstance(node, Mapping):
         return None, read.integer(node, what, reading, least=1)
     item = TickKeys.read(node, what, reading, f"in {what}")
@@ -97,7 +97,7 @@ def _helpers(node: Node | None, what: str, reading: Reading) -> dict[str, str] |
 
 
 def _patterns(node: Node | None, what: str, reading: Reading) -> tuple[EventPattern, ...] | None:
-    """A list of patterns of events."""
+    """Return a list of patterns of events."""
     items = read.sequence(node, what, reading)
     found = [_pattern(item, f"an item of {what}", reading) for item in items or ()]
     return None if items is None else tuple(pattern for pattern in found if pattern is not None)
@@ -139,8 +139,8 @@ def _pattern(node: Node, what: str, reading: Reading) -> EventPattern | None:
 
 
 def _obstacle(node: Node, written: str, what: str, reading: Reading) -> str | None:
-    """The obstacle's name with its region as a number; ``door@dock`` is understood. None if it was
-    reported, or obstacles are not known."""
+    """Return the obstacle's name with its region as a number; ``door@dock`` is understood. None if
+    it was reported, or obstacles are not known."""
     if reading.obstacles is None:
         return None
     kind, where, number = name_parts(written)

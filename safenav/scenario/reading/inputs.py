@@ -43,7 +43,7 @@ INPUTS = shapes.form(shapes.named(InputKeys, {"allOf": [VARIABLE, {"not": _RESER
 
 
 def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:
-    """The inputs that are named; whatever is wrong is reported."""
+    """Return the inputs that are named; whatever is wrong is reported."""
     item, found = read.mapping(node, "inputs", reading, example="{alarm: {at: 12-30}}"), []
     taken = RESERVED_WORDS | OWN_VARIABLES | TAKEN | {*reading.named}
     for key, value in item.entries if item else ():

@@ -14,10 +14,10 @@ FORM = "NAME: {model: ..., start: ..., objective: ...}"
 
 
 def joined(scenario: Scenario, text: str) -> Scenario:
-    """The scenario with one robot more. ``text``: as an item of ``robots`` in a scenario file, such
-    as ``cart2: {model: turtlebot4, start: [2, 3], objective: {visit: [dock, [4, 4]]}}``. Regions in
-    which a robot was lost are closed to it, too, if it must not share a region with that one.
-    Raises UsageError with all that is wrong."""
+    """Return the scenario with one robot more. ``text``: as an item of ``robots`` in a scenario
+    file, such as ``cart2: {model: turtlebot4, start: [2, 3], objective: {visit: [dock, [4, 4]]}}``.
+    Regions in which a robot was lost are closed to it, too, if it must not share a region with that
+    one. Raises UsageError with all that is wrong."""
     reading = Reading("the robot", world=scenario.map)
     reading.inputs = tuple(each.name for each in scenario.inputs)
     known = {robot.model.name: robot.model for robot in scenario.robots}
@@ -39,7 +39,7 @@ def joined(scenario: Scenario, text: str) -> Scenario:
 
 
 def _closed_too(obstacle: Obstacle, robot: Robot, scenario: Scenario) -> Obstacle:
-    """The place of a lost robot, closed to a robot in conflict with it."""
+    """Return the place of a lost robot, closed to a robot in conflict with it."""
     kind = obstacle.type
     missing = next((r for r in scenario.robots if kind.name == f"lost_{r.name}"), None)
     if missing is None or kind.blocks is None or not scenario.conflict(missing, robot):

@@ -180,7 +180,7 @@ AS_WRITTEN = (
 
 
 def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
-    """The scenario in a file. ``reachable``: insist that robots can reach their targets.
+    """Return the scenario in a file. ``reachable``: insist that robots can reach their targets.
 
     Raises InputError with every diagnostic, in file order, if the file cannot be read or is not a
     valid scenario.
@@ -189,7 +189,7 @@ def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
 
 
 def scenario_text(path: Path) -> str:
-    """The text of a scenario's file, or of standard input. Raises InputError."""
+    """Return the text of a scenario's file, or of standard input. Raises InputError."""
     findings = Findings(str(path))
     text = read_source(path, findings)
     findings.raise_if_any()
@@ -205,7 +205,7 @@ def load_scenario_text(
     reachable: bool = True,
     reach: ReadableFolder | None = None,
 ) -> Scenario:
-    """The scenario in a text. ``file`` is named in messages and as the scenario's source; a
+    """Return the scenario in a text. ``file`` is named in messages and as the scenario's source; a
     catalogue file is searched beside it. ``reach``: which files it may name.
 
     Raises InputError.
@@ -233,7 +233,7 @@ class Draft(Struct, frozen=True):
 def load_draft(
     text: str, file: str, reach: ReadableFolder | None = None, *, reachable: bool = True
 ) -> Draft:
-    """The scenario in a text that somebody is still working on. Raises nothing."""
+    """Return the scenario in a text that somebody is still working on. Raises nothing."""
     reading = Reading(file, reach, reachable=reachable)
     reading.catalogue = built_in()
     root = parsed(text, reading)
@@ -246,7 +246,7 @@ def load_draft(
 
 
 def load_catalogue(path: Path) -> Catalogue:
-    """The built-in catalogue with what a scenario or a catalogue file adds.
+    """Return the built-in catalogue with what a scenario or a catalogue file adds.
 
     Raises InputError with every diagnostic if the file is neither.
     """
@@ -265,15 +265,15 @@ def load_catalogue(path: Path) -> Catalogue:
 
 
 def schema_text() -> str:
-    """The JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It describes
-    their shape; a region in a wall or an unknown robot model, only a reader finds."""
+    """Return the JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It
+    describes their shape; a region in a wall or an unknown robot model, only a reader finds."""
     from safenav.scenario.yaml import json_schema
 
     return json_schema.schema_text(ScenarioKeys, "safenav scenario")
 
 
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
-    """The scenario; only to be used if nothing was reported."""
+    """Return the scenario; only to be used if nothing was reported."""
     reading.catalogue = built_in()
     item = ScenarioKeys.read(root, "the scenario", reading, of="")
     if item is None:

@@ -30,7 +30,7 @@ KIND = "kind"
 
 
 def _number(parameter: motion.Parameter) -> Shape[float]:
-    """A number that a kind of motion takes."""
+    """Return a number that a kind of motion takes."""
     least, most = parameter.least, parameter.most
 
     def reads(node: Node | None, what: str, findings: Findings) -> float | None:
@@ -80,7 +80,7 @@ _FOOTPRINT = Key(
 
 
 def _table(kind: str) -> type[Table]:
-    """The keys of a motion of some kind."""
+    """Return the keys of a motion of some kind."""
     keys: list[Key[Any]] = [Key(form({"const": kind}), name=KIND, required="a kind of motion")]
     for name, each in (motion.parameters(kind) or {}).items():
         if name not in _MODEL_KEYS:
@@ -105,7 +105,7 @@ MOTION = form(
 def read_motion(
     node: Node | None, model: Mapping, mobility: Mobility | None, what: str, findings: Findings
 ) -> motion.MotionModel | None:
-    """The motion of a robot model; None if it says nothing, or has been reported."""
+    """Return the motion of a robot model; None if it says nothing, or has been reported."""
     if node is None:
         return None
     label = f"'motion' of {what}"

@@ -117,7 +117,7 @@ Declared = dict[str, tuple[int, int] | None]
 def read_objective(
     node: Node | None, robot: str, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
-    """The objective of a robot; None if there is none or it was reported."""
+    """Return the objective of a robot; None if there is none or it was reported."""
     what = f"objective of {robot}"
     item = ObjectiveKeys.read(node, what, reading, f"of {robot}")
     if item is None:
@@ -169,7 +169,7 @@ def _ruled(
 def read_within(
     node: Node | None, robot: str, objective: Objective | None, findings: Findings
 ) -> int | None:
-    """The most ticks of a round of an objective, if that says so."""
+    """Return the most ticks of a round of an objective, if that says so."""
     at = node.get(WITHIN) if isinstance(node, Mapping) else None
     found = ObjectiveKeys.within.shape.read(at, f"'{WITHIN}' of {robot}", findings)
     if at is None or objective is None:
@@ -184,7 +184,7 @@ def read_within(
 def _formed(
     objective: Objective | None, item: ObjectiveKeys, kind: str, robot: str
 ) -> Objective | None:
-    """The objective in the form that it must have."""
+    """Return the objective in the form that it must have."""
     word, node = item.form, item.where(ObjectiveKeys.form)
     if word is None:
         return objective
@@ -242,7 +242,7 @@ def _ltl(node: Node, what: str, mobility: Mobility | None, reading: Reading) -> 
 
 
 def _pose(mobility: Mobility | None, reading: Reading) -> Declared:
-    """The variables of a robot's own pose."""
+    """Return the variables of a robot's own pose."""
     size = reading.world.size if reading.world else 2**31
     heading = {} if mobility is Mobility.FREE else {"heading": (0, 3)}
     return {"region": (0, size - 1), **heading}
@@ -291,7 +291,7 @@ def _lines(
 def _line(
     node: Node, what: str, declared: Declared, next_allowed: bool, reading: Reading
 ) -> str | None:
-    """The formula as text with region and heading names replaced by their numbers."""
+    """Return the formula as text with region and heading names replaced by their numbers."""
     text = read.text(node, f"a formula of {what}", reading)
     if text is None or not isinstance(node, Scalar):
         return None

@@ -52,7 +52,7 @@ ORDERS = form(many(OrderKeys))
 
 
 def read_obstacles(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
-    """The obstacles that could be read; what is wrong with the others is reported."""
+    """Return the obstacles that could be read; what is wrong with the others is reported."""
     found: list[Obstacle] = []
     for item in read.sequence(node, "obstacles", reading) or ():
         obstacle = _read_obstacle(item, reading)
@@ -75,14 +75,14 @@ def read_obstacles(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
 
 
 def _apart(obstacle: Obstacle, robot: Robot) -> str:
-    """The hint for a robot that starts inside an obstacle."""
+    """Return the hint for a robot that starts inside an obstacle."""
     if any(need.action in robot.capabilities for need in obstacle.needs):
         return f"move one of them: {robot.name} alone does not resolve it from inside"
     return "move one of them"
 
 
 def _meet(one: Obstacle, other: Obstacle) -> bool:
-    """Whether both are there in some tick."""
+    """Return whether both are there in some tick."""
     ends = (one.goes or MOST_TICKS, other.goes or MOST_TICKS)
     return max(one.appears or 0, other.appears or 0) < min(ends)
 
@@ -145,13 +145,13 @@ def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bo
 
 
 def _where(node: Node) -> Node:
-    """The region of an obstacle, to point at."""
+    """Return the region of an obstacle, to point at."""
     region = node.get("region") if isinstance(node, Mapping) else None
     return region or node
 
 
 def _suspects(node: Node | None, _what: str, reading: Reading) -> tuple[Obstacle, ...] | None:
-    """The obstacles of which the team knows that they may be there; None without a list."""
+    """Return the obstacles of which the team knows that they may be there; None without a list."""
     items = read.sequence(node, "suspects", reading)
     found = []
     for part in items or ():

@@ -26,7 +26,7 @@ class TileKeys(Table):
 def _partition(
     node: Node | None, what: str, reading: Reading
 ) -> tuple[frozenset[Region], ...] | None:
-    """The cells; None for the rooms of the map, or if something was reported."""
+    """Return the cells; None for the rooms of the map, or if something was reported."""
     match node:
         case None:
             return None

@@ -28,7 +28,7 @@ def referenced_files(root: Node | None, folder: Path) -> list[Path]:
 
 
 def root_of(text: str) -> Node | None:
-    """The document in a text, None if it is none."""
+    """Return the document in a text, None if it is none."""
     try:
         return read_document(text).root
     except DocumentError:
@@ -36,5 +36,5 @@ def root_of(text: str) -> Node | None:
 
 
 def _file(node: Node | None, folder: Path) -> Path | None:
-    """A path if one stands there; a catalogue may as well be written in place."""
+    """Return a path if one stands there; a catalogue may as well be written in place."""
     return folder / node.value if isinstance(node, Scalar) and isinstance(node.value, str) else None

@@ -52,7 +52,7 @@ ZONE = form(either(TARGET, many(TARGET)))
 
 
 def place_of(value: object) -> Region | tuple[int, int] | None:
-    """The region that plain data names by its number, or by row and column."""
+    """Return the region that plain data names by its number, or by row and column."""
     match value:
         case bool() | [bool(), _] | [_, bool()]:
             return None
@@ -64,7 +64,7 @@ def place_of(value: object) -> Region | tuple[int, int] | None:
 
 
 def _union(found: Iterable[Target | None]) -> Target | None:
-    """The regions of all targets; None if one of them was reported."""
+    """Return the regions of all targets; None if one of them was reported."""
     regions: set[Region] = set()
     for target in found:
         if target is None:
@@ -108,7 +108,7 @@ class Reading(Findings):
         self.folder = Path(file).parent
 
     def region(self, node: Node | None, what: str) -> Region | None:
-        """A region that is not a wall; None if there is none or it was reported."""
+        """Return a region that is not a wall; None if there is none or it was reported."""
         if node is None:
             return None
         region = self._number(node, what)
@@ -119,7 +119,7 @@ class Reading(Findings):
         return region
 
     def regions(self, node: Node, what: str) -> frozenset[Region] | None:
-        """The regions of an area, or one region; None if that was reported."""
+        """Return the regions of an area, or one region; None if that was reported."""
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value in self.areas:
             return self.areas[node.value]
         region = self.region(node, what)
@@ -150,7 +150,7 @@ class Reading(Findings):
     def targets(
         self, node: Node | None, what: str, least: int = 1
     ) -> tuple[Target | None, ...] | None:
-        """A list of ``least`` targets or more, None in place of those that were reported."""
+        """Return a list of ``least`` targets or more, None in place of those that were reported."""
         if isinstance(node, Scalar | Mapping):
             found = f"{what}: a list of targets is expected"
             self.add(node, found, "put brackets around it: [47, [3, 8], dock]")
@@ -183,7 +183,7 @@ class Reading(Findings):
         return False
 
     def written(self, text: str) -> Region | None:
-        """The region in a name such as ``door@dock``: what stands behind the ``@``."""
+        """Return the region in a name such as ``door@dock``: what stands behind the ``@``."""
         if text.isascii() and text.isdigit() and len(text) < 10:
             return int(text)
         if (match := _BRACKETS.fullmatch(text)) and self.world is not None:

@@ -58,7 +58,7 @@ def _entries(node: Node | None, findings: Findings) -> list[tuple[Scalar | None,
 
 
 def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
-    """The text with the regions of events as numbers."""
+    """Return the text with the regions of events as numbers."""
     try:
         tree = parse_requirement(text)
     except RequirementError as error:

@@ -81,8 +81,8 @@ Standing = tuple[Robot, Node | None, Node | None]
 def read_robots(
     node: Node | None, reading: Reading, others: Collection[Robot] = ()
 ) -> tuple[Robot, ...]:
-    """The robots that could be read; what is wrong with the others is reported. ``others``: robots
-    that the scenario has already."""
+    """Return the robots that could be read; what is wrong with the others is reported. ``others``:
+    robots that the scenario has already."""
     team = read.mapping(node, "robots", reading)
     if team is None:
         return ()
@@ -142,8 +142,8 @@ def _robot(key: Scalar, node: Node, standing: list[Standing], reading: Reading) 
 def _while_waiting(
     node: Node | None, own: Objective | None, name: str, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
-    """The objective while it waits for help. Formulas keep their safety lines then, so that a
-    robot with formulas stays."""
+    """Return the objective while it waits for help. Formulas keep their safety lines then, so that
+    a robot with formulas stays."""
     if node is None:
         return None
     found = read_objective(node, name, mobility, reading)
@@ -174,7 +174,7 @@ def _when(node: Node | None, robot: Robot, reading: Reading) -> tuple[tuple[str,
 
 
 def _heading(item: RobotKeys, name: str, model: RobotModel | None) -> Heading | None:
-    """The heading; one that the mobility does not need is checked and ignored."""
+    """Return the heading; one that the mobility does not need is checked and ignored."""
     missing = item.where(RobotKeys.heading) is None
     if missing and model is not None and model.mobility is Mobility.HEADING:
         found = f"robot {name}: the key 'heading' is missing"
@@ -260,8 +260,8 @@ def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
 
 
 def misses_targets(robot: Robot, node: Node | None, reading: Reading) -> bool:
-    """Whether a robot cannot get from its start to each target of its objective; reports those
-    that it misses."""
+    """Return whether a robot cannot get from its start to each target of its objective; reports
+    those that it misses."""
     world, before = reading.world, len(reading)
     if world is None or not reading.reachable:
         return False

@@ -73,24 +73,24 @@ _KEYS = "keys are words; a list needs brackets: [3, 8]"
 
 
 def below(node: Node | None, *keys: str) -> Node | None:
-    """The node below another one, under one key after the other; None if there is none."""
+    """Return the node below another one, under one key after the other; None if there is none."""
     for key in keys:
         node = node.get(key) if isinstance(node, Mapping) else None
     return node
 
 
 def entries_of(node: Node | None) -> tuple[tuple[Scalar, Node], ...]:
-    """The keys and values of a mapping; none of any other node."""
+    """Return the keys and values of a mapping; none of any other node."""
     return node.entries if isinstance(node, Mapping) else ()
 
 
 def items_of(node: Node | None) -> tuple[Node, ...]:
-    """The items of a list; none of any other node."""
+    """Return the items of a list; none of any other node."""
     return node.items if isinstance(node, Sequence) else ()
 
 
 def plain(node: Node) -> Any:
-    """The data that a node stands for."""
+    """Return the data that a node stands for."""
     if isinstance(node, Scalar):
         return node.value
     if isinstance(node, Mapping):
@@ -116,7 +116,7 @@ class Document(Struct, frozen=True):
 
 
 def read_document(text: str) -> Document:
-    """The only document in ``text``. Raises DocumentError."""
+    """Return the only document in ``text``. Raises DocumentError."""
     if (foreign := foreign_character(text)) is not None:
         line, column, found = foreign
         raise DocumentError(Place(line, column), f"not text: {found}", HINT)
@@ -134,7 +134,7 @@ def read_document(text: str) -> Document:
 
 
 def scalar_value(text: str) -> str | int | float | bool | None:
-    """The value of a plain scalar in the YAML 1.2 core schema."""
+    """Return the value of a plain scalar in the YAML 1.2 core schema."""
     if text in _WORDS:
         return _WORDS[text]
     if len(text) > MAX_NUMBER_LENGTH:
@@ -172,7 +172,7 @@ class _Builder:
         self.flaws: list[tuple[Place, str, str]] = []
 
     def node(self, event: Any) -> tuple[Node, int]:
-        """The node that begins with an event, and how many values it holds."""
+        """Return the node that begins with an event, and how many values it holds."""
         place = _place(event)
         if isinstance(event, yaml.AliasEvent):
             return self._named(event.anchor, place)
@@ -223,7 +223,7 @@ class _Builder:
         return Scalar(place, value, event.value, style, literal)
 
     def _named(self, anchor: str | None, place: Place) -> tuple[Node, int]:
-        """The node that an alias stands for."""
+        """Return the node that an alias stands for."""
         if (known := self._known.get(anchor or "")) is not None:
             node, weight = known
             # A diagnostic points at the alias for a scalar, into what it stands for otherwise.

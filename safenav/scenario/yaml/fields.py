@@ -24,7 +24,7 @@ MOST = 2**31 - 1
 
 
 def described(node: Node) -> str:
-    """The value there, for "found ..."."""
+    """Return the value there, for "found ..."."""
     match node:
         case Sequence(_, items):
             return f"a list of {len(items)}" if items else "an empty list"
@@ -72,7 +72,7 @@ def mapping(
     elsewhere: Wanted[str, str] | None = None,
     example: str = "",
 ) -> Mapping | None:
-    """A mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones (each
+    """Return a mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones (each
     with a hint what to write). ``elsewhere``: hints for keys that belong in something else;
     ``example``: of such a mapping, for messages."""
     if not isinstance(node, Mapping):
@@ -117,7 +117,7 @@ def _as_meant(
 
 
 def is_nothing(node: Node) -> bool:
-    """Whether a key has no value."""
+    """Return whether a key has no value."""
     return isinstance(node, Scalar) and node.value is None
 
 
@@ -157,7 +157,7 @@ _ALSO_CALLED = {
 
 
 def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
-    """The items of a list."""
+    """Return the items of a list."""
     if not isinstance(node, Sequence):
         shown = clipped(node.text) if isinstance(node, Scalar) else ""
         if isinstance(node, Mapping) and all(is_nothing(value) for _, value in node.entries):
@@ -171,7 +171,7 @@ def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ..
 
 
 def text(node: Node | None, what: str, findings: Findings) -> str | None:
-    """A text that is not empty."""
+    """Return a text that is not empty."""
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
         wrong_type(node, what, "a text", findings)
         return None
@@ -182,7 +182,7 @@ def text(node: Node | None, what: str, findings: Findings) -> str | None:
 
 
 def texts(node: Node | None, what: str, findings: Findings) -> tuple[str, ...] | None:
-    """A list of texts."""
+    """Return a list of texts."""
     items = sequence(node, what, findings)
     if items is None:
         return None
@@ -191,7 +191,7 @@ def texts(node: Node | None, what: str, findings: Findings) -> tuple[str, ...] |
 
 
 def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
-    """A list of words whose order means nothing."""
+    """Return a list of words whose order means nothing."""
     found = texts(node, what, findings)
     return None if found is None else frozenset(found)
 
@@ -199,7 +199,7 @@ def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | 
 def integer(
     node: Node | None, what: str, findings: Findings, *, least: int = 0, most: int = MOST
 ) -> int | None:
-    """A whole number from ``least`` to ``most``; true and false are none."""
+    """Return a whole number from ``least`` to ``most``; true and false are none."""
     value = node.value if isinstance(node, Scalar) else None
     if isinstance(value, bool) or not isinstance(value, int):
         wrong_type(node, what, "a whole number", findings)
@@ -212,7 +212,7 @@ def integer(
 
 
 def positive(node: Node | None, what: str, findings: Findings) -> float | None:
-    """A finite number above zero."""
+    """Return a finite number above zero."""
     value = finite(node, what, findings)
     if value is not None and node is not None and value <= 0:
         findings.add(node, f"{what} is {value:g}, and must be more than 0")
@@ -221,7 +221,7 @@ def positive(node: Node | None, what: str, findings: Findings) -> float | None:
 
 
 def probability(node: Node | None, what: str, findings: Findings) -> float | None:
-    """A number from 0 to 1."""
+    """Return a number from 0 to 1."""
     value = finite(node, what, findings)
     if value is not None and node is not None and not 0 <= value <= 1:
         findings.add(node, f"{what} is {value:g}, and must be from 0 to 1")
@@ -232,7 +232,7 @@ def probability(node: Node | None, what: str, findings: Findings) -> float | Non
 def finite(
     node: Node | None, what: str, findings: Findings, expected: str = "a number"
 ) -> float | None:
-    """A number that is neither infinite nor none at all (``.inf``, ``.nan``)."""
+    """Return a number that is neither infinite nor none at all (``.inf``, ``.nan``)."""
     value = node.value if isinstance(node, Scalar) else None
     if isinstance(value, bool) or not isinstance(value, int | float):
         wrong_type(node, what, expected, findings)

@@ -22,7 +22,7 @@ class ReadableFolder(Struct, frozen=True):
     folder: Path | None
 
     def holds(self, path: Path) -> bool:
-        """Whether a path, links followed, stays inside."""
+        """Return whether a path, links followed, stays inside."""
         if self.folder is None:
             return False
         try:
@@ -115,14 +115,14 @@ class Findings:
 
 
 def closest(word: str, known: Iterable[str], alike: float = 0.6) -> list[str]:
-    """The known word that was probably meant, if there is one; ``alike``: from 0 to 1."""
+    """Return the known word that was probably meant, if there is one; ``alike``: from 0 to 1."""
     from difflib import get_close_matches  # only needed when something is wrong
 
     return get_close_matches(word[:80], sorted(known), n=1, cutoff=alike)
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """The known word that was probably meant, and all known ones if they are few."""
+    """Return the known word that was probably meant, and all known ones if they are few."""
     words = sorted(known)
     close = closest(word, words)
     parts = [f"did you mean '{close[0]}'?"] if close else []

@@ -13,7 +13,7 @@ from safenav.scenario.yaml.shapes import Key, Shape, Table
 
 
 def schema_text(root: type[Table], title: str) -> str:
-    """The schema of documents that are one item of a table, as JSON text."""
+    """Return the schema of documents that are one item of a table, as JSON text."""
     definitions: dict[str, object] = {}
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -25,7 +25,7 @@ def schema_text(root: type[Table], title: str) -> str:
 
 
 def _written(part: object, definitions: dict[str, object]) -> object:
-    """A part of a schema in JSON; shapes and tables with a name become definitions."""
+    """Return a part of a schema in JSON; shapes and tables with a name become definitions."""
     if isinstance(part, Shape):
         about = {"description": part.about} if part.about else {}
         return _defined(part.name, {**about, **_shape(part.schema, definitions)}, definitions)
@@ -45,7 +45,7 @@ def _shape(part: object, definitions: dict[str, object]) -> dict[str, object]:
 
 
 def _defined(name: str, schema: object, definitions: dict[str, object]) -> object:
-    """The schema, or a reference to it."""
+    """Return the schema, or a reference to it."""
     if not name:
         return schema
     definitions[name] = schema
@@ -80,7 +80,7 @@ def _own(key: Key[Any], table: type[Table]) -> str:
 
 
 def _default(name: str, table: type[Table]) -> str:
-    """The value without the key, as the structure that the table fills has it."""
+    """Return the value without the key, as the structure that the table fills has it."""
     made = fields(table.made) if table.made is not None else ()
     default = next((field.default for field in made if field.encode_name == name), None)
     if isinstance(default, bool):

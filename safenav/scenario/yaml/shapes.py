@@ -41,12 +41,12 @@ class Shape(Struct, Generic[T], frozen=True):
 
 
 def form(schema: object, name: str = "", about: str = "") -> Shape[Node]:
-    """A value that its reader reads itself."""
+    """Return a value that its reader reads itself."""
     return Shape(schema, lambda node, _what, _findings: node, name, about)
 
 
 def whole(least: int = 0, most: int = read.MOST) -> Shape[int]:
-    """A whole number from ``least`` to ``most``."""
+    """Return a whole number from ``least`` to ``most``."""
     reads = partial(read.integer, least=least, most=most)
     return Shape({"type": "integer", "minimum": least, "maximum": most}, reads)
 
@@ -67,23 +67,23 @@ def choice(options: Iterable[E]) -> Shape[E]:
 
 
 def many(items: object, least: int = 0) -> Schema:
-    """A list."""
+    """Return a list."""
     return {"type": "array", **({"minItems": least} if least else {}), "items": items}
 
 
 def several(*items: object) -> Schema:
-    """A list with one value of each of these shapes."""
+    """Return a list with one value of each of these shapes."""
     length = len(items)
     return {"type": "array", "prefixItems": items, "items": False, "minItems": length}
 
 
 def matching(pattern: re.Pattern[str]) -> Schema:
-    """A text that is of a form from end to end."""
+    """Return a text that is of a form from end to end."""
     return {"type": "string", "pattern": f"^(?:{pattern.pattern})$"}
 
 
 def named(values: object, names: Schema | None = None) -> Schema:
-    """A mapping from names to values."""
+    """Return a mapping from names to values."""
     found = {"type": "object", "additionalProperties": values}
     return found if names is None else {**found, "propertyNames": names}
 
@@ -175,9 +175,9 @@ class Table:
         of: str | None = None,
         elsewhere: Mapping[str, str] | None = None,
     ) -> Self | None:
-        """The item there; reports keys that are unknown or missing. ``of``: how messages about a
-        key continue, such as ``of until``; ``elsewhere``: hints for keys that belong in something
-        else."""
+        """Return the item there; reports keys that are unknown or missing. ``of``: how messages
+        about a key continue, such as ``of until``; ``elsewhere``: hints for keys that belong in
+        something else."""
         required = {key.name: key.hint for key in cls.needed}
         found = read.mapping(node, what, findings, cls.known, required, elsewhere, cls.example)
         return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
@@ -186,7 +186,7 @@ class Table:
     def fill(
         cls, node: Node | None, what: str, findings: Findings, default: S, of: str | None = None
     ) -> S:
-        """The default with the values that are given."""
+        """Return the default with the values that are given."""
         item = cls.read(node, what, findings, of)
         return default if item is None else item.over(default)
 
@@ -198,14 +198,14 @@ class Table:
         )
 
     def over(self, default: S) -> S:
-        """The default with the values that are given."""
+        """Return the default with the values that are given."""
         return replace(default, **self.given(*self.known.values()))
 
     def given(self, *keys: Key[Any]) -> dict[str, Any]:
-        """The values of keys that have one, by name."""
+        """Return the values of keys that have one, by name."""
         found = ((key.name, key.__get__(self, type(self))) for key in keys)
         return {name: value for name, value in found if value is not None}
 
     def where(self, key: Key[Any]) -> Node | None:
-        """The node of a key, to point at."""
+        """Return the node of a key, to point at."""
         return self.node.get(key.name)

@@ -28,7 +28,7 @@ _IMAGES = {b"\x89PNG": "PNG", b"P5": "PGM", b"P2": "PGM", b"\xff\xd8\xff": "JPEG
 
 
 def read_source(path: Path, findings: Findings, named_at: Node | None = None) -> str | None:
-    """The text of a file; None if that is impossible, which is then reported.
+    """Return the text of a file; None if that is impossible, which is then reported.
 
     ``named_at`` is where another file (that of ``findings``) names this one.
     """
@@ -36,7 +36,7 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
 
 
 def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> bytes | None:
-    """The content of a binary file, of at most ``limit`` bytes; else as above."""
+    """Return the content of a binary file, of at most ``limit`` bytes; else as above."""
     return _made(bytes, path, findings, named_at, limit)
 
 
@@ -135,17 +135,17 @@ def _decoded(data: bytes) -> str:
 
 
 def is_trace(text: str) -> bool:
-    """Whether a text begins as a trace does, which is not a scenario."""
+    """Return whether a text begins as a trace does, which is not a scenario."""
     return _TRACE.match(text) is not None
 
 
 def is_specification(text: str) -> bool:
-    """Whether a text begins as a specification of slugs does, which is not a scenario."""
+    """Return whether a text begins as a specification of slugs does, which is not a scenario."""
     return _SPECIFICATION.match(text) is not None
 
 
 def parsed(text: str, findings: Findings) -> Node | None:
-    """The YAML document in a text; its flaws are reported."""
+    """Return the YAML document in a text; its flaws are reported."""
     if is_trace(text):
         hint = f"show it with: safenav replay {findings.file}"
         findings.add(None, "this is a trace, not a scenario", hint)

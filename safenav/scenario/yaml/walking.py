@@ -56,7 +56,7 @@ def _below(
 
 
 def _inner(form: object, step: object) -> object:
-    """The part of a form behind a key or an index; None if it has none."""
+    """Return the part of a form behind a key or an index; None if it has none."""
     if isinstance(form, type) and issubclass(form, Table):
         return form.known[step].shape if isinstance(step, str) and step in form.known else None
     schema = form if isinstance(form, Mapping) else {}

@@ -57,7 +57,7 @@ class Model(Struct, frozen=True):
         return self.watch.world.size
 
     def number(self, knowledge: Knowledge) -> int:
-        """The input's value; one beyond its range for a belief that cannot occur."""
+        """Return the input's value; one beyond its range for a belief that cannot occur."""
         if not isinstance(knowledge, frozenset):
             return knowledge
         known = knowledge in self.beliefs
@@ -72,7 +72,7 @@ def watch_for(task: Task, world: RegionMap) -> Tracker:
 
 
 def known_of(other: Observed) -> Knowledge:
-    """The knowledge of another robot when a specification is written."""
+    """Return the knowledge of another robot when a specification is written."""
     return other.region if other.belief is None else other.belief
 
 
@@ -136,7 +136,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """The assumption that lets the robot get anywhere, if it makes one.
+    """Yield the assumption that lets the robot get anywhere, if it makes one.
 
     Knowledge meets it if one of the regions does where the other may be. Whenever the other
     itself meets it, the knowledge of it does then: the robot relies on no more than is true of the
@@ -169,7 +169,7 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dict[str, int]:
-    """The inputs when this is known of the others (robot's name -> knowledge)."""
+    """Return the inputs when this is known of the others (robot's name -> knowledge)."""
     return {m.other.variable: m.number(known[m.other.name]) for m in models(task, world)}
 
 

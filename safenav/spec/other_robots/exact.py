@@ -57,7 +57,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """The assumption that lets the robot get anywhere, if it makes one."""
+    """Yield the assumption that lets the robot get anywhere, if it makes one."""
     if task.fairness is Fairness.OUT_OF_MY_WAY:
         yield from out_of_my_way(task, world)
         return
@@ -90,5 +90,5 @@ def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def observe(task: Task, positions: Mapping[str, Region]) -> dict[str, int]:
-    """The inputs when the others are at these positions (robot's name -> region)."""
+    """Return the inputs when the others are at these positions (robot's name -> region)."""
     return {other.variable: positions[other.name] for other in task.observed}

@@ -69,7 +69,7 @@ class Tracker:
         self._east = self._west << world.cols - 1
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
-        """The regions where the other may be."""
+        """Return the regions where the other may be."""
         if isinstance(knowledge, frozenset):
             return self.partition.regions(knowledge)
         return frozenset({knowledge})
@@ -83,11 +83,11 @@ class Tracker:
 
     @kept
     def outlook(self, knowledge: Knowledge) -> Outlook:
-        """The prospects from all free regions."""
+        """Return the prospects from all free regions."""
         return self._look_ahead(self.reach(region_mask(self.possible(knowledge))))
 
     def spread(self, regions: Mask, within: Mask | None = None) -> Mask:
-        """The regions one step or none away, in ``within`` (default: all free regions)."""
+        """Return the regions one step or none away, in ``within`` (default: all free regions)."""
         return (
             regions
             | regions >> self.world.cols
@@ -105,7 +105,7 @@ class Tracker:
 
     @kept
     def _look_ahead(self, reach: Mask) -> Outlook:
-        """The same by where the other may be then: in a live run many lead to the same."""
+        """Return the same by where the other may be then: in a live run many lead to the same."""
         groups: list[tuple[Belief, Mask]] = [(frozenset(), self._free)]
         for cell, regions in enumerate(self._cells):
             if not reach & regions:
@@ -175,7 +175,7 @@ def occurring(
 def _following(
     watch: Tracker, knowledge: Knowledge, owns: Mask
 ) -> Iterator[tuple[Knowledge, Mask]]:
-    """The possible next knowledge, with those of the own regions from which it is."""
+    """Yield the possible next knowledge, with those of the own regions from which it is."""
     outlook = watch.outlook(knowledge)
     for region in bits(outlook.reach):
         seers = owns & watch.visibility.mask(region)

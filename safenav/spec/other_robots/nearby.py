@@ -23,7 +23,7 @@ MOVE = "move"
 
 
 def busy(heading: Heading) -> str:
-    """The input that says whether the region on that side is occupied."""
+    """Return the input that says whether the region on that side is occupied."""
     return f"busy_{heading.label}"
 
 
@@ -35,8 +35,8 @@ def inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def move_variable() -> Variable:
-    """The first output, so that of moves that are equally good the synthesizer takes staying:
-    a robot that must wait waits where it is."""
+    """Return the first output, so that of moves that are equally good the synthesizer takes
+    staying: a robot that must wait waits where it is."""
     note = "what it does: 0 stay, 1 north, 2 east, 3 south, 4 west"
     return Variable(MOVE, Owner.OUTPUT, (0, 4), note)
 
@@ -74,7 +74,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """The assumption that lets the robot get anywhere, if it makes one.
+    """Yield the assumption that lets the robot get anywhere, if it makes one.
 
     One condition for all sides: it is met by a joint plan as one for each side would be, and costs
     a fixpoint instead of four.
@@ -88,7 +88,7 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def observe(region: Region, occupied: Collection[Region], world: RegionMap) -> dict[str, int]:
-    """The inputs for a robot in ``region`` when others occupy those regions."""
+    """Return the inputs for a robot in ``region`` when others occupy those regions."""
     return {
         busy(heading): int(world.step(region, heading) in occupied) for heading in headings(world)
     }

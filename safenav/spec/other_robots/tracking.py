@@ -59,7 +59,7 @@ def encode_others(task: Task, world: RegionMap) -> OthersEncoding:
 
 
 def observe(task: Task, world: RegionMap, sightings: Sightings) -> dict[str, int]:
-    """The inputs of a task's strategy for what there is to observe."""
+    """Return the inputs of a task's strategy for what there is to observe."""
     if not task.observed or (task.tracking is Tracking.NEARBY and not task.endangered):
         return {}
     match task.tracking:

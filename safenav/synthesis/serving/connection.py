@@ -80,7 +80,7 @@ class Connection:
         return reply
 
     def read_line(self, deadline: float | None) -> bytes | None:
-        """The next line, None at the end. Raises TimeoutError."""
+        """Return the next line, None at the end. Raises TimeoutError."""
         while b"\n" not in self._read:
             left = None if deadline is None else deadline - time.monotonic()
             if (left is not None and left <= 0) or not self._selector.select(left):

@@ -53,7 +53,7 @@ class ServedMove(Struct, frozen=True):
 
 
 def falls(before: Position, move: ServedMove, assumption_holds: bool) -> bool:
-    """Whether a move keeps the promise of the measure. ``assumption_holds``: whether the
+    """Return whether a move keeps the promise of the measure. ``assumption_holds``: whether the
     assumption that ``before`` names holds on this move."""
     new = move.to
     stays = (new.distance, new.assumption) == (before.distance, before.assumption)

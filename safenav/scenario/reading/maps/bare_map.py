@@ -44,8 +44,8 @@ class Division(Struct, frozen=True):
 
 
 def form_of(path: Path) -> str | None:
-    """The form of a map in a scenario that a file has: ``image``, ``ros`` or ``movingai``; None
-    if it is not a map file."""
+    """Return the form of a map in a scenario that a file has: ``image``, ``ros`` or ``movingai``;
+    None if it is not a map file."""
     suffix = path.suffix.lower()
     if suffix in _IMAGES:
         return "image"
@@ -59,7 +59,7 @@ def form_of(path: Path) -> str | None:
 
 
 def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
-    """The keys of a scenario's ``map`` for a file; the scenario lies in ``folder``.
+    """Return the keys of a scenario's ``map`` for a file; the scenario lies in ``folder``.
 
     Raises InputError if the file is none that holds a map.
     """
@@ -73,8 +73,8 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
 
 
 def load_map(path: Path, division: Division, reach: ReadableFolder | None = None) -> RegionMap:
-    """The regions of a map file. ``reach``: which further files it may name. Raises InputError with
-    everything that is wrong."""
+    """Return the regions of a map file. ``reach``: which further files it may name. Raises
+    InputError with everything that is wrong."""
     if not path.is_file():
         raise InputError([Diagnostic(str(path), 0, 0, "no such file", "check the path")])
     reading = Reading(str(path), reach)

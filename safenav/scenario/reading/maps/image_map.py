@@ -27,7 +27,7 @@ DEFAULT_THRESHOLD = 0.5
 
 
 def read_image_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
-    """The map of an image with ``rows`` and ``cols``."""
+    """Return the map of an image with ``rows`` and ``cols``."""
     before = len(findings)
     count = read_count(fields, findings)
     threshold, share = fields.threshold, fields.share or 0.0
@@ -91,7 +91,7 @@ def _areas(
     node: Node,
     findings: Findings,
 ) -> Iterator[tuple[str, frozenset[int]]]:
-    """The free regions whose free pixels have mostly the colour of an area."""
+    """Yield the free regions whose free pixels have mostly the colour of an area."""
     open_ = 1 - shares(blocked, layout)
     for name, mask in masks.items():
         most = (shares(mask & ~blocked, layout) >= 0.5 * open_).ravel()

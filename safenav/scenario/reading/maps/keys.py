@@ -41,7 +41,7 @@ OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
 
 
 def _of_form(kind: str) -> Schema:
-    """The keys that a form may have, and those that it must have."""
+    """Return the keys that a form may have, and those that it must have."""
     others = [other for other in OPTIONS if other not in FORMS[kind]]
     needed = {"image": ["rows"]}.get(kind, [])
     sized = {"oneOf": ({"required": ["rows"]}, {"required": ["resolution"]})}

@@ -123,7 +123,7 @@ def _read_names(fields: MapKeys, reading: Reading) -> None:
 
 
 def _areas_of_legend(image: Node | None) -> dict[str, frozenset[int] | None]:
-    """The areas of an image that cannot be read."""
+    """Return the areas of an image that cannot be read."""
     legend = image.get("legend") if isinstance(image, Mapping) else None
     entries = legend.entries if isinstance(legend, Mapping) else ()
     return {value.text: None for _, value in entries if isinstance(value, Scalar)}

@@ -47,13 +47,13 @@ def read_movingai_map(node: Node, fields: MapKeys, findings: Reading) -> RegionM
 
 
 def named_path(node: Node, key: str, findings: Reading) -> Path | None:
-    """The file that a key of the map names; None if it was reported."""
+    """Return the file that a key of the map names; None if it was reported."""
     name = read.text(node, f"'{key}' of map", findings)
     return None if name is None else findings.folder / name
 
 
 def read_pixels(node: Node, findings: Reading) -> Image | None:
-    """The image whose path stands there; None if it was reported."""
+    """Return the image whose path stands there; None if it was reported."""
     path = named_path(node, "image", findings)
     data = None if path is None else read_bytes(path, findings, node, MAX_BYTES)
     if path is None or data is None:
@@ -78,7 +78,7 @@ def read_count(fields: MapKeys, findings: Findings) -> tuple[int, int] | None:
 def with_walls(
     blocked: Blocked, layout: Layout, share: float, node: Node, findings: Findings
 ) -> RegionMap | None:
-    """The map of that layout over the pixels; None if it was reported as of no use."""
+    """Return the map of that layout over the pixels; None if it was reported as of no use."""
     if layout.rows * layout.cols > MAX_REGIONS:
         found, hint = too_large(layout.rows, layout.cols)
         findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")

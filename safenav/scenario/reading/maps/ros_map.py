@@ -43,7 +43,7 @@ class RosMap(Struct, frozen=True):
 
 
 def occupied(image: Image, settings: RosMap) -> Blocked:
-    """The pixels that are occupied or unknown; transparent ones are unknown."""
+    """Return the pixels that are occupied or unknown; transparent ones are unknown."""
     values = np.arange(image.white + 1)
     occupancy = (values if settings.negate else image.white - values) / image.white
     free = (occupancy < settings.free_thresh) & ~(occupancy > settings.occupied_thresh)
@@ -87,7 +87,7 @@ class Mode(StrEnum):
 
 
 def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
-    """The map with its frame; None if it was reported."""
+    """Return the map with its frame; None if it was reported."""
     before = len(findings)
     count = read_count(fields, findings)
     side, share = fields.resolution, fields.share or 0.0
@@ -134,7 +134,7 @@ def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None
 
 
 def _decimal(number: float) -> Fraction:
-    """The decimal number, not its binary neighbour: 0.5 / 0.05 is exactly 10."""
+    """Return the decimal number, not its binary neighbour: 0.5 / 0.05 is exactly 10."""
     return Fraction(repr(number))
 
 
