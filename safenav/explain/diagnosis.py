@@ -24,8 +24,8 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     if isinstance(task.objective, Ltl):
         return Diagnosis(None, confined=walkable.regions)
     solo = _solo(task, world)
-    again = replace(task, objective=alternation(task.targets, task.objective))
-    ends = task.assignable and task.objective.settles and not _solo(again, world).winnable
+    plain = replace(task, objective=alternation(task.targets, task.objective))
+    ends = task.assignable and task.objective.settles and not _solo(plain, world).winnable
     if solo.winnable:  # with assignable goals it must not end where it cannot leave
         return Diagnosis(NoStrategyCause.ONE_WAY if ends else None, confined=solo.regions)
     lost = tuple(t for t in task.targets if not walkable.reaches(t))
@@ -43,7 +43,6 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     free = replace(task, objective=replace(task.objective, always=()))
     if task.objective.always and _solo(free, world).winnable:
         return replace(found, cause=NoStrategyCause.FORBIDDEN_WAY)
-    plain = replace(task, objective=alternation(task.targets, task.objective))
     if task.objective.strict and _solo(plain, world).winnable:
         return replace(
             found,

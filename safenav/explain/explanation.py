@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Iterable
 from enum import StrEnum
 
 from msgspec import Struct
 
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Target
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.spec.task import Known, Task
@@ -185,6 +187,25 @@ class Repair(Struct, frozen=True):
     scenario: Scenario | None = None
     helpers: tuple[str, ...] = ()
     action: str | None = None
+
+
+class RepairProblem(Struct, frozen=True):
+    """The robot and the reasons for which a repair is sought."""
+
+    scenario: Scenario
+    task: Task
+    cause: NoStrategyCause
+    diagnosis: Diagnosis
+    deadline: float = math.inf
+
+    @property
+    def late(self) -> bool:
+        """Return whether the deadline has passed (by the monotonic clock)."""
+        return time.monotonic() > self.deadline
+
+    @property
+    def robot(self) -> Robot:
+        return self.scenario.robot(self.task.robot.name)
 
 
 class Explanation(Struct, frozen=True):

@@ -18,12 +18,13 @@ from safenav.explain.explanation import (
     NoStrategyCause,
     Repair,
     RepairKind,
+    RepairProblem,
     Witness,
     WitnessEnd,
 )
 from safenav.explain.play import confinement, play_out
 from safenav.explain.realizability import Questions
-from safenav.explain.repair import Judge, RepairProblem, find_repairs
+from safenav.explain.repair import Judge, find_repairs
 from safenav.outcome import Verdict
 from safenav.scenario.model import Scenario, Tracking
 from safenav.scenario.objective import Ltl

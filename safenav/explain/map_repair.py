@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
-from safenav.explain.explanation import Diagnosis, Repair, RepairKind
+from safenav.explain.explanation import Repair, RepairKind, RepairProblem
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.yaml.flow import flow
@@ -18,37 +18,37 @@ from safenav.spec.task import Task
 from safenav.world.map import Heading, Region, RegionMap
 
 
-def map_repairs(
-    kind: RepairKind, scenario: Scenario, robot: Robot, task: Task, found: Diagnosis
-) -> Iterator[Repair]:
-    """Yield candidates: for OPEN_WALL an obstacle with the robots that can resolve it, else no
-    walls."""
-    world = scenario.map
-    if kind is RepairKind.OPEN_WALL:
-        for wall in _single_walls(world, task, found):
-            opened = without_walls(scenario, [wall])
-            for obstacle, helpers in _resolvable(wall, opened.map, scenario, robot):
-                truth = {"traversable": obstacle.traversable}
-                written = flow({"type": obstacle.type.name, "region": wall, **truth})
-                yield Repair(
-                    kind,
-                    (("map", f"no wall at {wall}"), ("obstacles", written)),
-                    replace(opened, obstacles=(*scenario.obstacles, obstacle)),
-                    helpers,
-                    obstacle.type.action,
-                )
-        return
-    ways = [[wall] for wall in _single_walls(world, task, found)]
-    ways += [way for t in found.lost if len(way := _fewest_walls(world, task, t)) > 1]
-    for way in ways:
-        regions = ", ".join(map(str, way))
-        change = (("map", f"no wall at {regions}"),)
-        yield Repair(kind, change, without_walls(scenario, way))
+def open_walls(problem: RepairProblem) -> Iterator[Repair]:
+    """Yield scenarios with an obstacle instead of a wall, and the robots that can resolve it."""
+    scenario = problem.scenario
+    for wall in _single_walls(problem):
+        opened = without_walls(scenario, [wall])
+        for obstacle, helpers in _resolvable(wall, opened.map, scenario, problem.robot):
+            truth = {"traversable": obstacle.traversable}
+            written = flow({"type": obstacle.type.name, "region": wall, **truth})
+            yield Repair(
+                RepairKind.OPEN_WALL,
+                (("map", f"no wall at {wall}"), ("obstacles", written)),
+                replace(opened, obstacles=(*scenario.obstacles, obstacle)),
+                helpers,
+                obstacle.type.action,
+            )
 
 
-def _single_walls(world: RegionMap, task: Task, found: Diagnosis) -> list[Region]:
+def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
+    """Yield scenarios without one wall, or without the fewest that are in the way."""
+    scenario, lost = problem.scenario, problem.diagnosis.lost
+    ways = [[wall] for wall in _single_walls(problem)]
+    fewest = (_fewest_walls(scenario.map, problem.task, target) for target in lost)
+    for way in (*ways, *(way for way in fewest if len(way) > 1)):
+        change = (("map", f"no wall at {', '.join(map(str, way))}"),)
+        yield Repair(RepairKind.REMOVE_WALLS, change, without_walls(scenario, way))
+
+
+def _single_walls(problem: RepairProblem) -> list[Region]:
     """Return walls beside a region within reach that have another region beside them, in the order
     of the path over them to the targets."""
+    world, task, found = problem.scenario.map, problem.task, problem.diagnosis
     targets = found.lost or task.targets
     from_start = world.distances([task.pose.region])
     to_targets = [world.distances(target) for target in targets]

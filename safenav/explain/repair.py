@@ -5,18 +5,16 @@ offered repair was checked by the synthesizer."""
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from typing import TypeVar
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.explain.entry import model_change
-from safenav.explain.explanation import Diagnosis, NoStrategyCause, Repair, RepairKind
-from safenav.explain.map_repair import map_repairs
+from safenav.explain.explanation import NoStrategyCause, Repair, RepairKind, RepairProblem
+from safenav.explain.map_repair import open_walls, removed_walls
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.motion import ONLY_WITH_HEADING, TURNING, MotionModel
@@ -25,7 +23,6 @@ from safenav.scenario.objective_text import written
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.yaml.flow import flow
 from safenav.spec.objective import NO_MEMORY
-from safenav.spec.task import Task
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
@@ -54,25 +51,6 @@ _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
     C.CORNERED: (K.INPUT, K.OBJECTIVE, K.TRACKING, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
     C.KEPT_AWAY: (K.INPUT, K.TRACKING, K.AVOIDS, K.OTHER_START, K.OBJECTIVE, K.OPEN_WALL, K.START),
 }
-
-
-class RepairProblem(Struct, frozen=True):
-    """The robot and the reasons for which a repair is sought."""
-
-    scenario: Scenario
-    task: Task
-    cause: NoStrategyCause
-    diagnosis: Diagnosis
-    deadline: float = math.inf
-
-    @property
-    def late(self) -> bool:
-        """Return whether the deadline has passed (by the monotonic clock)."""
-        return time.monotonic() > self.deadline
-
-    @property
-    def robot(self) -> Robot:
-        return self.scenario.robot(self.task.robot.name)
 
 
 def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
@@ -106,9 +84,9 @@ def offered(
 
 
 def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:
-    if kind in (K.OPEN_WALL, K.REMOVE_WALLS):
-        return map_repairs(kind, problem.scenario, problem.robot, problem.task, problem.diagnosis)
     makers = {
+        K.OPEN_WALL: open_walls,
+        K.REMOVE_WALLS: removed_walls,
         K.HEADING: _headings,
         K.START: _starts,
         K.MOBILITY: _mobility,

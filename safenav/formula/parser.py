@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from functools import reduce
+from typing import Any
 
 from msgspec import Struct
 
@@ -94,7 +96,14 @@ _TEMPORAL = {
     "W": "weak until has no place in GR(1): use a memory variable under 'safety'",
 }
 
-_PRECEDENCE = {"iff": 1, "implies": 2, "xor": 3, "or": 4, "and": 5}
+_OPERATORS: Mapping[str, Any] = {
+    "iff": syntax.Iff,
+    "implies": syntax.Implies,
+    "xor": syntax.Xor,
+    "or": syntax.Or,
+    "and": syntax.And,
+}
+_PRECEDENCE = {kind: syntax.PRECEDENCE[node] for kind, node in _OPERATORS.items()}
 
 
 def tokens_of(
@@ -151,14 +160,16 @@ class _Parser:
             kind = self._peek().kind
             operands = [left]
             height = self._height
+            chained = kind in ("implies", "iff")
             while self._peek().kind == kind:
                 operator = self._take()
                 operands.append(self._binary(rank + 1))
                 height = max(height, self._height)
-                if kind in ("implies", "iff"):
+                if chained:
                     height = self._bounded(height + 1, operator)
-            left = _joined(kind, operands)
-            self._height = height if kind in ("implies", "iff") else height + 1
+            node = _OPERATORS[kind]
+            left = reduce(node, operands) if chained else node(tuple(operands))
+            self._height = height if chained else height + 1
             self._bounded(self._height, self._peek())
         return left
 
@@ -305,17 +316,3 @@ class _Parser:
 
 
 _ONE_STEP = "a GR(1) formula refers to this state and the next one only"
-
-
-def _joined(kind: str, operands: list[syntax.Formula]) -> syntax.Formula:
-    match kind:
-        case "and":
-            return syntax.And(tuple(operands))
-        case "or":
-            return syntax.Or(tuple(operands))
-        case "xor":
-            return syntax.Xor(tuple(operands))
-    left = operands[0]
-    for right in operands[1:]:
-        left = syntax.Implies(left, right) if kind == "implies" else syntax.Iff(left, right)
-    return left

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from safenav.formula.syntax import (
+    PRECEDENCE,
     And,
     Comparison,
     Constant,
@@ -23,7 +24,6 @@ from safenav.formula.syntax import (
 )
 
 _ATOM = 7
-_PRECEDENCE = {Iff: 1, Implies: 2, Xor: 3, Or: 4, And: 5, Not: 6}
 _SYMBOL = {Xor: " ^ ", Or: " | ", And: " & ", Implies: " -> ", Iff: " <-> "}
 
 
@@ -41,24 +41,24 @@ def to_text(formula: Formula) -> str:
         case Next(operand):
             return f"next({to_text(operand)})"
         case And(operands) | Or(operands) | Xor(operands):
-            rank = _PRECEDENCE[type(formula)]
+            rank = PRECEDENCE[type(formula)]
             return _SYMBOL[type(formula)].join(_within(operand, rank + 1) for operand in operands)
         case Implies(left, right) | Iff(left, right):
-            rank = _PRECEDENCE[type(formula)]
+            rank = PRECEDENCE[type(formula)]
             return _within(left, rank) + _SYMBOL[type(formula)] + _within(right, rank + 1)
 
 
 def _within(formula: Formula, lowest: int) -> str:
     """Return the formula, in parentheses if it binds less than ``lowest``."""
     text = to_text(formula)
-    return text if _PRECEDENCE.get(type(formula), _ATOM) >= lowest else f"({text})"
+    return text if PRECEDENCE.get(type(formula), _ATOM) >= lowest else f"({text})"
 
 
 def _not_operand(operand: Formula) -> str:
     # "!x = 3" would parse as meant, but a reader should not have to know that.
     if isinstance(operand, Comparison):
         return f"({to_text(operand)})"
-    return _within(operand, _PRECEDENCE[Not])
+    return _within(operand, PRECEDENCE[Not])
 
 
 def _term(term: Term) -> str:

@@ -7,7 +7,7 @@ Columns (from 1; 0 if the tree was not parsed) do not take part in comparisons.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import StrEnum
 
 from msgspec import Struct
@@ -105,6 +105,9 @@ class Iff(Struct, frozen=True):
     left: Formula
     right: Formula
 
+
+PRECEDENCE: Mapping[type, int] = {Iff: 1, Implies: 2, Xor: 3, Or: 4, And: 5, Not: 6}
+"""How much an operator binds; comparisons bind more."""
 
 Term = Name | Number | Sum
 Formula = Constant | Name | Comparison | Not | Next | And | Or | Xor | Implies | Iff

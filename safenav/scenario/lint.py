@@ -8,6 +8,7 @@ seed without effect.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import combinations
 from math import floor
 from typing import Any
 
@@ -126,18 +127,14 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
 
 def _crowded(scenario: Scenario) -> Iterator[str]:
     """Robots that must hold the same region, which has room for one."""
-    for number, robot in enumerate(scenario.robots):
-        for other in scenario.robots[:number]:
-            own, theirs = station(robot.objective), station(other.objective)
-            if own is None or theirs is None:
-                continue
-            both = own | theirs
-            if len(both) == 1 and scenario.conflict(robot, other):
-                place = scenario.map.label(min(both))
-                yield (
-                    f"{other.name} and {robot.name} must both hold region {place}, but it has room "
-                    "for one robot"
-                )
+    held = [(robot, at) for robot in scenario.robots if (at := station(robot.objective))]
+    for (first, one), (second, other) in combinations(held, 2):
+        if len(one | other) == 1 and scenario.conflict(first, second):
+            place = scenario.map.label(min(one))
+            yield (
+                f"{first.name} and {second.name} must both hold region {place}, but it has room "
+                "for one robot"
+            )
 
 
 def _needless(scenario: Scenario) -> Iterator[str]:

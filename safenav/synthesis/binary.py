@@ -78,24 +78,21 @@ def find_binary() -> Binary:
 
 
 def find_own_binary() -> Binary | None:
-    """safenav's own binary: in the installed package, else built in the source tree."""
-    for place in _own_places():
-        if _executable(place):
-            return Binary(place, ours=True)
-    recorded = _recorded_by_installer()
-    if recorded is not None:
-        return Binary(recorded, ours=True)
-    built = _PACKAGE.parent / "slugs" / "build" / "slugs"
-    return Binary(built, ours=True) if _executable(built) else None
+    """Return safenav's own binary: in the installed package, else built in the source tree."""
+    found = (place for place in _own_places() if place is not None and _executable(place))
+    place = next(found, None)
+    return None if place is None else Binary(place, ours=True)
 
 
-def _own_places() -> Iterator[Path]:
+def _own_places() -> Iterator[Path | None]:
     yield _PACKAGE / _INSIDE_PACKAGE
     # Imported where it is needed: it reads how Python itself was built.
     import sysconfig
 
     for scheme in ("platlib", "purelib"):
         yield Path(sysconfig.get_path(scheme)) / _PACKAGE.name / _INSIDE_PACKAGE
+    yield _recorded_by_installer()
+    yield _PACKAGE.parent / "slugs" / "build" / "slugs"
 
 
 def _named_by_environment(named: str) -> Binary:

@@ -125,7 +125,7 @@ class Cache:
         """Keep a specification's text under its sha256, by which traces name it."""
         if self.directory is None:
             return
-        path = self._text_path(sha256)
+        path = self._path(sha256, _TEXT_SUFFIX)
         if not path.exists():
             self._write(path, text.encode())
 
@@ -134,7 +134,7 @@ class Cache:
         if self.directory is None:
             return None
         try:
-            data = self._text_path(sha256).read_bytes()
+            data = self._path(sha256, _TEXT_SUFFIX).read_bytes()
         except OSError:
             return None
         return data.decode() if hashlib.sha256(data).hexdigest() == sha256 else None
@@ -145,13 +145,9 @@ class Cache:
             with contextlib.suppress(OSError):
                 self._path(key).unlink()
 
-    def _path(self, key: str) -> Path:
+    def _path(self, name: str, suffix: str = _SUFFIX) -> Path:
         assert self.directory is not None
-        return self.directory / key[:2] / (key + _SUFFIX)
-
-    def _text_path(self, sha256: str) -> Path:
-        assert self.directory is not None
-        return self.directory / sha256[:2] / (sha256 + _TEXT_SUFFIX)
+        return self.directory / name[:2] / (name + suffix)
 
     def _warn(self, error: OSError) -> None:
         if not self._warned:

@@ -28,13 +28,11 @@ class RequestKind(StrEnum):
     @property
     def options(self) -> tuple[str, ...]:
         """Options that every slugs binary knows; with none of them, the verdict alone is given."""
-        match self:
-            case RequestKind.REALIZABILITY | RequestKind.MOVES:
-                return ()
-            case RequestKind.STRATEGY:
-                return ("--explicitStrategy", "--jsonOutput")
-            case RequestKind.COUNTERSTRATEGY:
-                return ("--counterStrategy", "--jsonOutput")
+        printed = {
+            RequestKind.STRATEGY: ("--explicitStrategy", "--jsonOutput"),
+            RequestKind.COUNTERSTRATEGY: ("--counterStrategy", "--jsonOutput"),
+        }
+        return printed.get(self, ())
 
     @property
     def ending(self) -> Verdict:

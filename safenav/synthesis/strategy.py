@@ -107,17 +107,35 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         state = self.states[node]
         return {field.variable.name: field.decode(state) for field in self.fields}
 
+    @kept
     def initial(self) -> tuple[int, ...]:
         """Return the nodes in which a play may start, ascending.
 
         The synthesizer prints them first and tells them apart by nothing else: they are the
         leading nodes of rank 0, each with another state, that satisfy ENV_INIT and SYS_INIT.
         """
-        return self._initial
+        # Imported here: only this needs formulas, and small programs may never ask.
+        from safenav.formula.evaluator import evaluate
+        from safenav.formula.parser import parse
+
+        initial_sections = (Section.ENV_INIT, Section.SYS_INIT)
+        constraints = [
+            parse(c.formula) for s in initial_sections for c in self.specification.section(s)
+        ]
+        seen: set[tuple[int, ...]] = set()
+        for node, rank in enumerate(self.ranks):
+            state = tuple(self.states[node])
+            values = self.values(node)
+            if rank != 0 or state in seen:
+                break
+            if not all(evaluate(formula, values) for formula in constraints):
+                break
+            seen.add(state)
+        return tuple(range(len(seen)))
 
     def find_initial(self, values: Mapping[str, int]) -> int | None:
         """Return the first initial node with these values (of any variables), or None."""
-        return self._first(self._initial, self._wanted(values))
+        return self._first(self.initial(), self._wanted(values))
 
     def find(self, values: Mapping[str, int]) -> int | None:
         """Return the first node with these values (of at least one variable), or None."""
@@ -147,27 +165,6 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         if wanted is None:
             return ()
         return tuple(n for n in self.transitions[node] if self._agrees(n, wanted))
-
-    @cached_property
-    def _initial(self) -> tuple[int, ...]:
-        # Imported here: only this needs formulas, and small programs may never ask.
-        from safenav.formula.evaluator import evaluate
-        from safenav.formula.parser import parse
-
-        initial_sections = (Section.ENV_INIT, Section.SYS_INIT)
-        constraints = [
-            parse(c.formula) for s in initial_sections for c in self.specification.section(s)
-        ]
-        seen: set[tuple[int, ...]] = set()
-        for node, rank in enumerate(self.ranks):
-            state = tuple(self.states[node])
-            values = self.values(node)
-            if rank != 0 or state in seen:
-                break
-            if not all(evaluate(formula, values) for formula in constraints):
-                break
-            seen.add(state)
-        return tuple(range(len(seen)))
 
     def _wanted(
         self, values: Mapping[str, int], owner: Owner | None = None

@@ -7,7 +7,6 @@ from collections.abc import Collection
 
 from safenav.outcome import Outcome
 from safenav.scenario.event_pattern import EventKind, EventPattern
-from safenav.scenario.model import name_parts
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Expect
 from safenav.scenario.yaml import fields as read
@@ -143,17 +142,11 @@ def _obstacle(node: Node, written: str, what: str, reading: Reading) -> str | No
     it was reported, or obstacles are not known."""
     if reading.obstacles is None:
         return None
-    kind, where, number = name_parts(written)
-    region = reading.written(where)
-    for obstacle in reading.obstacles:
-        if (obstacle.type.name, obstacle.region, obstacle.number) == (kind, region, number):
-            return obstacle.name
-    if reading.flat is not None and kind == reading.flat.name and region is not None:
-        return f"{kind}@{region}"
-    names = [obstacle.name for obstacle in reading.obstacles]
-    nothing = "the scenario has no obstacles"
-    reading.unknown(node, f"{what}: there is no obstacle", written, names, nothing)
-    return None
+    if (name := reading.obstacle_named(written)) is None:
+        names = [obstacle.name for obstacle in reading.obstacles]
+        nothing = "the scenario has no obstacles"
+        reading.unknown(node, f"{what}: there is no obstacle", written, names, nothing)
+    return name
 
 
 _NAME = {"description": "An obstacle: type@region.", "type": "string", "pattern": "^.+@.+$"}

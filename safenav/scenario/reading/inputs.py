@@ -23,10 +23,37 @@ _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
 _TICKS = shapes.either(TICK, shapes.matching(_SPAN))
 
 
+def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int, int], ...]:
+    """Ticks and ranges of them: ``12``, ``10-20``, or a list of both."""
+    found = []
+    for part in node.items if isinstance(node, Sequence) else () if node is None else (node,):
+        text = str(part.value) if isinstance(part, Scalar) else ""
+        match = _SPAN.fullmatch(text)
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
+        if not 1 <= first <= last <= MOST_TICKS:
+            hint = "for example at: [12, 20-30]; ticks count from 1"
+            findings.add(part, f"{what}: '{clipped(text)}' is not a tick or range", hint)
+        found.append((first, last))
+    return tuple(found)
+
+
+def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]:
+    """``off``, ``on`` or ``both``; YAML may read the first two as truths."""
+    if node is None:
+        return ()
+    value = node.value if isinstance(node, Scalar) else None
+    word = {True: "on", False: "off"}.get(value) if isinstance(value, bool) else value
+    if not isinstance(word, str) or word not in _AGAIN:
+        found = f"{what}: found '{clipped(str(value))}'"
+        findings.add(node, found, "'off': off infinitely often; 'on': on infinitely often; 'both'")
+        return ()
+    return _AGAIN[word]
+
+
 class InputKeys(shapes.Table):
     example = "{at: 12-30}; {} for one that a program sets"
     at = shapes.Key(
-        shapes.form(shapes.either(_TICKS, shapes.many(_TICKS))),
+        shapes.Shape(shapes.either(_TICKS, shapes.many(_TICKS)), _spans),
         "Ticks when a simulation has it on: 12, 20-30 or a list.",
     )
     probability = shapes.Key(
@@ -34,7 +61,8 @@ class InputKeys(shapes.Table):
         "Probability of being on in each other tick of a simulation. Default: 0.",
     )
     always_eventually = shapes.Key(
-        shapes.form({"enum": [*_AGAIN, True, False]}), "Assumed infinitely often: off, on or both."
+        shapes.Shape({"enum": [*_AGAIN, True, False]}, _again),
+        "Assumed infinitely often: off, on or both.",
     )
 
 
@@ -56,34 +84,6 @@ def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:
         if fields is None:
             found.append(Input(key.text))
             continue
-        spans = _spans(fields.at, what, reading)
-        again = _again(fields.always_eventually, what, reading)
+        spans, again = fields.at or (), fields.always_eventually or ()
         found.append(Input(key.text, spans, fields.probability or 0.0, again))
     return tuple(found)
-
-
-def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int, int], ...]:
-    """Ticks and ranges of them: ``12``, ``10-20``, or a list of both."""
-    found = []
-    for part in node.items if isinstance(node, Sequence) else () if node is None else (node,):
-        text = str(part.value) if isinstance(part, Scalar) else ""
-        match = _SPAN.fullmatch(text)
-        first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
-        if not 1 <= first <= last <= MOST_TICKS:
-            hint = "for example at: [12, 20-30]; ticks count from 1"
-            findings.add(part, f"'at' of {what}: '{clipped(text)}' is not a tick or range", hint)
-        found.append((first, last))
-    return tuple(found)
-
-
-def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]:
-    """``off``, ``on`` or ``both``; YAML may read the first two as truths."""
-    if node is None:
-        return ()
-    value = node.value if isinstance(node, Scalar) else None
-    word = {True: "on", False: "off"}.get(value) if isinstance(value, bool) else value
-    if not isinstance(word, str) or word not in _AGAIN:
-        found = f"'always_eventually' of {what}: found '{clipped(str(value))}'"
-        findings.add(node, found, "'off': off infinitely often; 'on': on infinitely often; 'both'")
-        return ()
-    return _AGAIN[word]

@@ -8,7 +8,7 @@ from collections.abc import Mapping as Names
 from collections.abc import Sequence as Nodes
 from pathlib import Path
 
-from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot
+from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot, name_parts
 from safenav.scenario.objective import Target
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, plain
@@ -191,6 +191,17 @@ class Reading(Findings):
             inside = row < self.world.rows and col < self.world.cols
             return self.world.region(row, col) if inside else None
         return self.names.get(text)
+
+    def obstacle_named(self, text: str) -> str | None:
+        """Return the name with a region's number of the obstacle that ``door@dock`` names; None if
+        there is none."""
+        kind, where, number = name_parts(text)
+        region = self.written(where)
+        for each in self.obstacles or ():
+            if (each.type.name, each.region, each.number) == (kind, region, number):
+                return each.name
+        flat = self.flat is not None and kind == self.flat.name and region is not None
+        return f"{kind}@{region}" if flat else None
 
     def _number(self, node: Node, what: str) -> Region | None:
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value:

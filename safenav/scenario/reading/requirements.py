@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from safenav.scenario.model import name_parts
 from safenav.scenario.reading.naming import NAME, well_named
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
@@ -74,19 +73,15 @@ def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
         elif isinstance(part, Happens):
             events.append(part)
     for event in sorted(events, key=lambda event: -event.column):
-        kind, where, _ = name_parts(event.obstacle)
-        region, name = reading.written(where), event.obstacle
-        if region is not None:
-            name = name.replace(f"@{where}", f"@{region}", 1)
-        known = [obstacle.name for obstacle in reading.obstacles or ()]
-        appears = reading.flat is not None and kind == reading.flat.name
-        if reading.obstacles is not None and name not in known and not appears:
+        name = reading.obstacle_named(event.obstacle)
+        if reading.obstacles is not None and name is None:
+            known = [obstacle.name for obstacle in reading.obstacles]
             told = f"{what}: there is no obstacle '{clipped(event.obstacle)}'"
             hint = suggestion(event.obstacle, known) or "the scenario has no obstacles"
             reading.add_inside(node, event.column + len(event.kind) + 1, told, hint)
         begin = event.column - 1
         end = begin + len(event.kind) + 1 + len(event.obstacle)
-        text = f"{text[:begin]}{event.kind}_{name}{text[end:]}"
+        text = f"{text[:begin]}{event.kind}_{name or event.obstacle}{text[end:]}"
     return text
 
 
