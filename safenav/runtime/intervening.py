@@ -17,7 +17,9 @@ from safenav.runtime import user_changes
 from safenav.scenario.model import Scenario, name_parts
 from safenav.scenario.objective import USAGE
 from safenav.scenario.reading.changes import read_changes
+from safenav.scenario.reading.compatibility import check_assignable
 from safenav.scenario.reading.regions import Reading
+from safenav.scenario.settings import Coordination
 from safenav.scenario.yaml.document import DocumentError, Node, read_document
 from safenav.scenario.yaml.source import parsed
 from safenav.world.map import HEADINGS
@@ -129,7 +131,10 @@ def _read(
             reading.team = scenario.robots
             reading.named = tuple(robot.name for robot in scenario.robots)
             listed = [{"at": 1, "robot": data.get("robot"), kind: told}]
-            for change in read_changes(_node(listed, reading), reading):
+            changes = read_changes(_node(listed, reading), reading)
+            if scenario.coordination is Coordination.ASSIGNABLE:
+                check_assignable((), changes, None, reading)
+            for change in changes:
                 if change.objective is not None:
                     return user_changes.AssignObjective(change.robot, change.objective)
                 return user_changes.SetService(change.robot, change.active is True)

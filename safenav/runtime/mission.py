@@ -40,7 +40,7 @@ from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import InputWorld, SimulatedWorld
 from safenav.scenario.model import Scenario, Tracking
-from safenav.scenario.reading.deadlines import in_seconds
+from safenav.scenario.reading.compatibility import in_seconds
 from safenav.scenario.settings import Clock
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache

@@ -10,6 +10,7 @@ from runtime.test_operator import GATE
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.runtime.failures import lost
+from safenav.runtime.intervening import line_read
 from safenav.runtime.knowledge import Knowledge
 from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario_text
@@ -76,6 +77,46 @@ def test_a_robot_joins_a_run_that_is_resumed(tmp_path: Path) -> None:
 def test_a_robot_that_cannot_join_is_refused(text: str, told: str) -> None:
     with pytest.raises(UsageError, match=told):
         joined(load_scenario_text(GATE), text)
+
+
+BATTERY = "capabilities: [], battery: {capacity: 30, charge: 5}"
+CELL = f"catalogue: {{robots: {{cell: {{mobility: free, layer: low, {BATTERY}}}}}}}\n"
+
+
+@pytest.mark.parametrize(
+    ("settings", "objective", "told"),
+    [
+        ("coordination: assignable", "hold: 9}, while_waiting: {hold: 10", "cannot keep 'while_w"),
+        ("coordination: assignable", "patrol: [9, 10], form: literal", "cannot keep 'form: lit"),
+        ("coordination: assignable\nchargers: [8]", "visit: [9]", "a battery, which 'coordinat"),
+        ("chargers: [8]", "cover: [9, 10]", "a battery, and an objective without an order"),
+        ("chargers: [12]", "visit: [9]", "reaches no charger"),
+        ("seed: 1", "visit: [9]", "a battery, and the scenario has no charger"),
+        ("clock: live\nchargers: [8]", "visit: [9], within: 9", "'clock: live' with deadlines"),
+        ("chargers: [8]", "visit: [9], within: 9", ""),
+    ],
+)
+def test_a_robot_that_the_settings_exclude_cannot_join(
+    settings: str, objective: str, told: str
+) -> None:
+    """A scenario file with that robot would be refused for the same reason."""
+    scenario = load_scenario_text(
+        f'safenav: 1\nmap: {{grid: ["#######", "#...#.#", "#######"]}}\n{settings}\n{CELL}'
+        "robots: {a: {model: quadcopter, start: 8, objective: {visit: [8]}}}\n"
+    )
+    text = f"b: {{model: cell, start: 9, objective: {{{objective}}}}}"
+    if told:
+        with pytest.raises(UsageError, match=told):
+            joined(scenario, text)
+    else:
+        assert joined(scenario, text).robot("b").within == 9
+
+
+def test_an_operator_assigns_no_form_that_the_settings_exclude() -> None:
+    scenario = load_scenario_text(GATE + "coordination: assignable\n")
+    assert line_read("objective cart {patrol: [23, 24]}", scenario)
+    with pytest.raises(UsageError, match="cannot keep 'form: literal' of cart"):
+        line_read("objective cart {patrol: [23, 24], form: literal}", scenario)
 
 
 def test_the_place_of_a_lost_robot_is_closed_to_one_that_joins() -> None:

@@ -6,6 +6,7 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.reading.compatibility import conflicts
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import read_robots
 from safenav.scenario.yaml.source import parsed
@@ -35,7 +36,13 @@ def joined(scenario: Scenario, text: str) -> Scenario:
             raise UsageError(f"{obstacle.name} is where {robot.name} starts, and blocks it")
     begun = scenario.begun and replace(scenario.begun, plan=None)  # it may stand in the way
     robots_then = (*scenario.robots, robot)
-    return replace(scenario, robots=robots_then, obstacles=obstacles, begun=begun)
+    then = replace(scenario, robots=robots_then, obstacles=obstacles, begun=begun)
+    before = conflicts(scenario)
+    for each in conflicts(then):
+        if each not in before:
+            reading.add(None, each.found, each.hint)
+    reading.refuse_if_any()
+    return then
 
 
 def _closed_too(obstacle: Obstacle, robot: Robot, scenario: Scenario) -> Obstacle:

@@ -6,7 +6,7 @@ each know one item of the format; docs/scenario.md is its reference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from msgspec import Struct
@@ -15,7 +15,6 @@ from safenav.errors import Diagnostic, InputError
 from safenav.lines import printable
 from safenav.scenario import settings
 from safenav.scenario.model import Catalogue, ObstacleType, Scenario
-from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.areas import AREAS, read_areas
 from safenav.scenario.reading.catalogue import (
     TYPE,
@@ -25,7 +24,7 @@ from safenav.scenario.reading.catalogue import (
     read_catalogue_file,
 )
 from safenav.scenario.reading.changes import CHANGES, read_changes
-from safenav.scenario.reading.deadlines import check_deadlines
+from safenav.scenario.reading.compatibility import check_assignable, check_deadlines
 from safenav.scenario.reading.expectation import EXPECT
 from safenav.scenario.reading.inputs import INPUTS, read_inputs
 from safenav.scenario.reading.maps.keys import MapKeys
@@ -296,7 +295,8 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     changes = read_changes(item.changes, reading)
     reading.flat = _flat(item, reading)
     if item.coordination is settings.Coordination.ASSIGNABLE:
-        _check_assignable(item.where(ScenarioKeys.coordination), changes, reading)
+        at = item.where(ScenarioKeys.coordination)
+        check_assignable(reading.team, changes, at, reading)
     given = {"name": printable(Path(reading.file).stem), **item.given(*AS_WRITTEN)}
     if reading.world is None:
         return None
@@ -337,23 +337,3 @@ def _flat(item: ScenarioKeys, reading: Reading) -> ObstacleType | None:
         found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
         reading.add(item.where(ScenarioKeys.flat), found, f"give {kind.name} 'blocks: []'")
     return kind
-
-
-def _check_assignable(
-    node: Node | None, changes: Sequence[settings.RobotChange], reading: Reading
-) -> None:
-    """A goal that is assigned at runtime may lie beyond a target, or be one."""
-    for robot in reading.team:
-        if robot.while_waiting is not None:
-            found = f"'coordination: assignable' cannot keep 'while_waiting' of {robot.name}"
-            hint = "leave out the key, or use 'coordination: resynthesis'"
-            reading.add(node, found, hint)
-        if isinstance(robot.objective, Ltl) and robot.objective.inputs:
-            found = f"'coordination: assignable' cannot use inputs in 'ltl' of {robot.name}"
-            reading.add(node, found, "use 'coordination: resynthesis'")
-    given = [(robot.name, robot.objective) for robot in reading.team]
-    given += [(change.robot, change.objective) for change in changes if change.objective]
-    for name in dict.fromkeys(n for n, o in given if o.literal):
-        found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
-        hint = "leave out the form, or use 'coordination: resynthesis'"
-        reading.add(node, found, hint)

@@ -86,6 +86,11 @@ class Findings:
         else:
             self.add(node, f"{found} (column {column} of the formula)", hint)
 
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """What was found so far, as it came."""
+        return tuple(self._found)
+
     def __len__(self) -> int:
         return len(self._found)
 

@@ -1,20 +1,53 @@
-"""Checks of deadlines in ticks, and of batteries."""
+"""Settings that exclude each other: goals at runtime, deadlines in ticks, batteries."""
 
 from __future__ import annotations
 
-from safenav.scenario.model import Scenario
-from safenav.scenario.objective import kinds_that, one_of
+from collections.abc import Sequence
+
+from safenav.errors import Diagnostic
+from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.objective import Ltl, kinds_that, one_of
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.settings import Clock, Coordination
-from safenav.scenario.yaml.document import Mapping
+from safenav.scenario.settings import Clock, Coordination, RobotChange
+from safenav.scenario.yaml.document import Mapping, Node
 from safenav.scenario.yaml.findings import Findings
 
 
-def check_deadlines(scenario: Scenario, item: Mapping, findings: Findings) -> None:
+def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
+    """Return the errors of a scenario that may no longer be that of its file, without places."""
+    findings = Findings(scenario.source)
+    if scenario.coordination is Coordination.ASSIGNABLE:
+        check_assignable(scenario.robots, scenario.changes, None, findings)
+    check_deadlines(scenario, None, findings)
+    return findings.diagnostics
+
+
+def check_assignable(
+    team: Sequence[Robot], changes: Sequence[RobotChange], node: Node | None, findings: Findings
+) -> None:
+    """Report what 'coordination: assignable' (at ``node``) cannot keep: a goal that is assigned at
+    runtime may lie beyond a target, or be one."""
+    for robot in team:
+        if robot.while_waiting is not None:
+            found = f"'coordination: assignable' cannot keep 'while_waiting' of {robot.name}"
+            hint = "leave out the key, or use 'coordination: resynthesis'"
+            findings.add(node, found, hint)
+        if isinstance(robot.objective, Ltl) and robot.objective.inputs:
+            found = f"'coordination: assignable' cannot use inputs in 'ltl' of {robot.name}"
+            findings.add(node, found, "use 'coordination: resynthesis'")
+    given = [(robot.name, robot.objective) for robot in team]
+    given += [(change.robot, change.objective) for change in changes if change.objective]
+    for name in dict.fromkeys(n for n, o in given if o.literal):
+        found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
+        hint = "leave out the form, or use 'coordination: resynthesis'"
+        findings.add(node, found, hint)
+
+
+def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
     """Report promises that no run could be judged by. The scenario has no other error."""
 
     def report(key: str, found: str, hint: str) -> None:
-        findings.add(item.get(key) or item, found, hint)
+        findings.add(item and (item.get(key) or item), found, hint)
 
     if scenario.clock is Clock.LIVE and scenario.promises:
         found = "'clock: live' with deadlines in ticks: a tick has no length there"
@@ -29,7 +62,7 @@ def check_deadlines(scenario: Scenario, item: Mapping, findings: Findings) -> No
             found = f"{robot.name} has a battery, which 'coordination: assignable' does not support"
             report("coordination", found, "use 'resynthesis'")
         if not scenario.chargers:
-            if scenario.flat is None and item.get("chargers") is None:
+            if scenario.flat is None and (item is None or item.get("chargers") is None):
                 found = f"{robot.name} has a battery, and the scenario has no charger"
                 report("robots", found, "list 'chargers', or set 'flat'")
             continue
