@@ -21,6 +21,7 @@ from safenav.scenario.motion import ONLY_WITH_HEADING, TURNING, MotionModel
 from safenav.scenario.objective import Ltl, Objective, Word, station, staying
 from safenav.scenario.objective_text import written
 from safenav.scenario.reachability import Reachability
+from safenav.scenario.reading.compatibility import conflicts
 from safenav.scenario.yaml.flow import flow
 from safenav.spec.objective import NO_MEMORY
 from safenav.world.map import Heading, Region, RegionMap
@@ -59,7 +60,7 @@ def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
     for kind in _FIRST[problem.cause]:
         if kind is K.REMOVE_WALLS and any(repair.kind is K.OPEN_WALL for repair in found):
             continue
-        candidates = _candidates(kind, problem)
+        candidates = (each for each in _candidates(kind, problem) if _loads(each, problem))
         tried = offered(candidates, lambda new: judge(new) or None, TRIED, problem.deadline)
         found += [repair for repair, _ in tried]
     return tuple(found)
@@ -81,6 +82,12 @@ def offered(
         if answer is not None:
             good += 1
             yield candidate, answer
+
+
+def _loads(repair: Repair, problem: RepairProblem) -> bool:
+    """Return whether a scenario file with the change would have no further conflict."""
+    changed = repair.scenario or problem.scenario
+    return {*conflicts(changed)} <= {*conflicts(problem.scenario)}
 
 
 def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:

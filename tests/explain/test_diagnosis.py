@@ -4,11 +4,13 @@ ways to answer it, and causes that only arise within a run."""
 from random import Random
 
 import pytest
+from msgspec.structs import replace
 
 from safenav.explain.diagnosis import diagnose
-from safenav.explain.explanation import NoStrategyCause, RepairKind, WitnessEnd
+from safenav.explain.explanation import NoStrategyCause, RepairKind, RepairProblem, WitnessEnd
 from safenav.explain.investigation import explain
 from safenav.explain.quickxplain import minimal_subset
+from safenav.explain.repair import find_repairs
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.undisturbed import play
 from safenav.outcome import Verdict
@@ -148,6 +150,29 @@ def test_a_robot_that_stays_in_the_only_way_is_what_is_in_the_way() -> None:
     found = explain(_beside(GUARD), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.PARKED_ROBOT
     assert "14 [1, 5]: guard holds this region" in cause_words(found, world)
+
+
+def test_no_start_without_a_charger_is_proposed_to_a_battery() -> None:
+    """The scenario with that repair would be refused."""
+    scenario = load_scenario_text(
+        """
+safenav: 1
+map: {grid: ["#########", "#...#...#", "#########"]}
+robots: {r: {model: cell, start: 10, objective: {visit: [14, 16]}}}
+chargers: [12]
+catalogue:
+  robots:
+    cell: {mobility: free, layer: low, capabilities: [push], battery: {capacity: 9, charge: 5}}
+""",
+        reachable=False,
+    )
+    (robot,) = scenario.robots
+    task = Task(robot, robot.start, robot.objective)
+    for chargers, kinds in (({12}, {"open_wall"}), ({15}, {"open_wall", "start"})):
+        plan = replace(scenario, chargers=frozenset(chargers))
+        found = diagnose(task, plan.map)
+        problem = RepairProblem(plan, task, NoStrategyCause.NO_WAY, found)
+        assert {repair.kind for repair in find_repairs(problem, lambda _: True)} == kinds
 
 
 @pytest.mark.parametrize("seed", range(40))

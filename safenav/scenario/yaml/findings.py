@@ -88,7 +88,7 @@ class Findings:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What was found so far, as it came."""
+        """All that was found so far, in that order."""
         return tuple(self._found)
 
     def __len__(self) -> int:
