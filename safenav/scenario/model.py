@@ -231,6 +231,12 @@ class Obstacle(Struct, frozen=True):
         action pass wherever that works (docs/paper.md)."""
         return self.blocks(robot) and not self.resolved_by_entering(robot, need)
 
+    def shuts_in(self, robot: Robot) -> bool:
+        """Return whether this robot starts where the obstacle is from the beginning, and must not
+        be. An obstacle that appears waits until no robot is there."""
+        here = self.appears is None and self.region == robot.start.region
+        return here and self.closed_to(robot)
+
     def swept(self, world: RegionMap) -> frozenset[Region]:
         """Return the free regions beside its own that no other robot may be in while a robot
         resolves it."""

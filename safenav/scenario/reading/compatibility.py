@@ -16,6 +16,12 @@ from safenav.scenario.yaml.findings import Findings
 def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
     """Return the errors of a scenario that may no longer be that of its file, without places."""
     findings = Findings(scenario.source)
+    for robot in scenario.robots:
+        for each in scenario.obstacles:
+            if each.shuts_in(robot):
+                findings.add(None, f"{each.name} is where {robot.name} starts, and blocks it")
+        if robot.start.region in robot.objective.avoid:
+            findings.add(None, f"'avoid' of {robot.name}: it starts in a region of these")
     if scenario.coordination is Coordination.ASSIGNABLE:
         check_assignable(scenario.robots, scenario.changes, None, findings)
     check_deadlines(scenario, None, findings)

@@ -30,10 +30,6 @@ def joined(scenario: Scenario, text: str) -> Scenario:
         raise UsageError(f"one robot joins at a time; expected: {FORM}")
     (robot,) = found
     obstacles = tuple(_closed_too(obstacle, robot, scenario) for obstacle in scenario.obstacles)
-    for obstacle in obstacles:
-        here = obstacle.region == robot.start.region and obstacle.appears is None
-        if here and obstacle.closed_to(robot):
-            raise UsageError(f"{obstacle.name} is where {robot.name} starts, and blocks it")
     begun = scenario.begun and replace(scenario.begun, plan=None)  # it may stand in the way
     robots_then = (*scenario.robots, robot)
     then = replace(scenario, robots=robots_then, obstacles=obstacles, begun=begun)

@@ -66,9 +66,8 @@ def read_obstacles(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
             break
         else:
             found.append(obstacle)
-        # One that appears waits until nobody stands there.
-        for robot in reading.team if obstacle.appears is None else ():
-            if robot.start.region == obstacle.region and obstacle.closed_to(robot):
+        for robot in reading.team:
+            if obstacle.shuts_in(robot):
                 message = f"{obstacle.name} is where {robot.name} starts, and blocks it"
                 reading.add(_where(item), message, _apart(obstacle, robot))
     return tuple(found)
