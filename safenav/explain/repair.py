@@ -60,34 +60,32 @@ def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
     for kind in _FIRST[problem.cause]:
         if kind is K.REMOVE_WALLS and any(repair.kind is K.OPEN_WALL for repair in found):
             continue
-        candidates = (each for each in _candidates(kind, problem) if _loads(each, problem))
-        tried = offered(candidates, lambda new: judge(new) or None, TRIED, problem.deadline)
+        candidates = _candidates(kind, problem)
+        given, deadline = problem.scenario, problem.deadline
+        tried = offered(candidates, given, lambda new: judge(new) or None, TRIED, deadline)
         found += [repair for repair, _ in tried]
     return tuple(found)
 
 
 def offered(
     candidates: Iterable[Repair],
+    given: Scenario,
     works: Callable[[Scenario], Answer | None],
     most: int,
     deadline: float,
 ) -> Iterator[tuple[Repair, Answer]]:
     """Yield OFFERED of the candidates that work, each with the answer. At most so many are tried,
-    until the deadline (by the monotonic clock)."""
-    good = 0
-    for candidate in islice(candidates, most):
+    until the deadline (by the monotonic clock); none that brings a conflict into the ``given``
+    scenario, with which its file would be refused."""
+    good, known = 0, {*conflicts(given)}
+    loaded = (each for each in candidates if {*conflicts(each.scenario or given)} <= known)
+    for candidate in islice(loaded, most):
         if good == OFFERED or time.monotonic() >= deadline:
             return
         answer = None if candidate.scenario is None else works(candidate.scenario)
         if answer is not None:
             good += 1
             yield candidate, answer
-
-
-def _loads(repair: Repair, problem: RepairProblem) -> bool:
-    """Return whether a scenario file with the change would have no further conflict."""
-    changed = repair.scenario or problem.scenario
-    return {*conflicts(changed)} <= {*conflicts(problem.scenario)}
 
 
 def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:
@@ -210,7 +208,7 @@ def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
         for region in nearest(other.start.region, world.free, world)[:LOOKED_AT]:
             if problem.late:
                 return
-            if region == other.start.region or region in taken | other.objective.avoid:
+            if region == other.start.region or region in taken:
                 continue
             moved = replace(other, start=replace(other.start, region=region))
             change = [(f"robots.{name}.start", scenario.map.word(region))]

@@ -107,6 +107,10 @@ class TargetObjective(Struct, frozen=True):
             yield alternation((target,), self)
 
     @property
+    def _literally(self) -> str:
+        return " (form: literal)" if self.literal else ""
+
+    @property
     def remembers(self) -> bool:
         """Whether its specification needs a variable for whose turn it is."""
         return bool(self.turn) and len(self.targets) > 1
@@ -184,8 +188,7 @@ class Patrol(TargetObjective, frozen=True):
         return None
 
     def words(self, word: Word) -> str:
-        strictly = " (form: literal)" if self.literal else ""
-        return f"patrol {' <-> '.join(map(word, self.targets))}{strictly}"
+        return f"patrol {' <-> '.join(map(word, self.targets))}{self._literally}"
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """Return a robot that stands on a target begins with that one: the formula forbids to be
@@ -218,8 +221,7 @@ class Circuit(TargetObjective, frozen=True):
         return super().wrong(targets)
 
     def words(self, word: Word) -> str:
-        strictly = " (form: literal)" if self.literal else ""
-        return "visit " + ", ".join(map(word, self.targets)) + f" in strict order{strictly}"
+        return "visit " + ", ".join(map(word, self.targets)) + f" in strict order{self._literally}"
 
 
 class Visit(TargetObjective, frozen=True):

@@ -107,7 +107,7 @@ def explain_run(
     repairs = [
         TeamRepair(repair.kind, repair.change, ended.ticks, ended.makespan)
         for kind in _KINDS
-        for repair, ended in offered(kind(failed), completes, TRIED, deadline)
+        for repair, ended in offered(kind(failed), failed.scenario, completes, TRIED, deadline)
     ]
     took = time.monotonic() - begun
     return Postmortem(result, result.links, tuple(repairs), tried, took, failed.missing)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import new_class
 from typing import Any
 
@@ -32,15 +33,8 @@ KIND = "kind"
 def _number(parameter: motion.Parameter) -> Shape[float]:
     """Return a number that a kind of motion takes."""
     least, most = parameter.least, parameter.most
-
-    def reads(node: Node | None, what: str, findings: Findings) -> float | None:
-        value = read.finite(node, what, findings)
-        if value is None or least <= value <= most:
-            return value
-        limits = f"from {least:g} to {most:g}: {parameter.meaning}"
-        findings.add(node, f"{what} is {value:g}, and must be {limits}")
-        return None
-
+    limits = f"from {least:g} to {most:g}: {parameter.meaning}"
+    reads = partial(read.within, allowed=lambda value: least <= value <= most, limits=limits)
     return Shape({"type": "number", "minimum": least, "maximum": most}, reads)
 
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from collections.abc import Mapping as Wanted
+from functools import partial
 from typing import TypeVar
 
 from msgspec.structs import replace
@@ -211,24 +212,6 @@ def integer(
     return value
 
 
-def positive(node: Node | None, what: str, findings: Findings) -> float | None:
-    """Return a finite number above zero."""
-    value = finite(node, what, findings)
-    if value is not None and node is not None and value <= 0:
-        findings.add(node, f"{what} is {value:g}, and must be more than 0")
-        return None
-    return value
-
-
-def probability(node: Node | None, what: str, findings: Findings) -> float | None:
-    """Return a number from 0 to 1."""
-    value = finite(node, what, findings)
-    if value is not None and node is not None and not 0 <= value <= 1:
-        findings.add(node, f"{what} is {value:g}, and must be from 0 to 1")
-        return None
-    return value
-
-
 def finite(
     node: Node | None, what: str, findings: Findings, expected: str = "a number"
 ) -> float | None:
@@ -245,6 +228,26 @@ def finite(
         wrong_type(node, what, "a finite number", findings)
         return None
     return number
+
+
+def within(
+    node: Node | None,
+    what: str,
+    findings: Findings,
+    *,
+    allowed: Callable[[float], bool],
+    limits: str,
+) -> float | None:
+    """Return a finite number that is ``allowed``, which ``limits`` says in words."""
+    value = finite(node, what, findings)
+    if value is None or allowed(value):
+        return value
+    findings.add(node, f"{what} is {value:g}, and must be {limits}")
+    return None
+
+
+positive = partial(within, allowed=lambda value: value > 0, limits="more than 0")
+probability = partial(within, allowed=lambda value: 0 <= value <= 1, limits="from 0 to 1")
 
 
 def boolean(node: Node | None, what: str, findings: Findings) -> bool | None:
