@@ -18,7 +18,7 @@ _COOPERATIVE = {
 
 
 class Questions:
-    """Cached results of the synthesizer. ``asked`` counts the queries to it."""
+    """Cached results of the synthesizer. ``asked``: number of queries to it."""
 
     def __init__(self, synthesizer: Synthesizer) -> None:
         self._synthesizer = synthesizer

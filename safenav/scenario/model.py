@@ -1,7 +1,7 @@
 """A scenario as data: map, robots, hidden obstacles, when to stop, what to expect.
 
-Immutable and already validated (see ``safenav.scenario.reading.loader``): who holds a Scenario
-need not check it again.
+Immutable and already validated (see ``safenav.scenario.reading.loader``): no user of a Scenario
+needs to check it again.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from safenav.world.moves import Mobility, Pose
 
 class Tracking(StrEnum):
     """Model of other robots in a robot's specification (docs/tracking.md):
-    what is next to it, where exactly everybody is, or where everybody may be."""
+    the robots next to it, their exact positions, or the regions where they may be."""
 
     NEARBY = "nearby"
     EXACT = "exact"
@@ -381,7 +381,7 @@ class Scenario(Struct, frozen=True):
 
     def conflict(self, one: Robot, other: Robot) -> bool:
         """Return whether these two must never share a region. It is mutual, also if only one of
-        them asks for it: what one guarantees is what the other assumes."""
+        them requires it: what one guarantees is what the other assumes."""
         return conflict(one, other)
 
 

@@ -1,4 +1,4 @@
-"""Objectives: what a robot is asked to do (DESIGN section 3), one class for each kind.
+"""Objectives of robots (DESIGN section 3), one class for each kind.
 
 A target is a set of regions, any of which counts. A kind is its data, its words, and the moves that
 it forbids; in which order its targets count is a ``Pursuit``. The specification states both in
@@ -191,7 +191,7 @@ class Patrol(TargetObjective, frozen=True):
         return f"patrol {' <-> '.join(map(word, self.targets))}{self._literally}"
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """Return a robot that stands on a target begins with that one: the formula forbids to be
+        """Return the target on which the robot stands, if any: the formula forbids to be
         there in another's turn (paper, Section VI)."""
         return next((i for i, target in enumerate(self.targets) if region in target), memory)
 

@@ -156,7 +156,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _in(part: Part, task: Task, mark: str = "") -> str:
-    """Return the robot is where a part matters; ``mark``: of the variables."""
+    """Return the condition that the robot is where a part matters; ``mark``: of the variables."""
     ranges = task.objective.memory if isinstance(task.objective, Ltl) else {}
     atoms = []
     for memory, poses in part.poses().items():
@@ -172,7 +172,7 @@ def _has(name: str, value: int, boolean: bool, mark: str) -> str:
 
 
 def _asked(part: Part) -> str:
-    """Return the robot is asked to go to one of the regions of a part."""
+    """Return the condition that one of the regions of a part is assigned to the robot."""
     assigned = one_of("assigned", part.regions, "'")
     return f"request' & !wait' & {assigned}"
 

@@ -176,7 +176,7 @@ def _homes(
 ) -> tuple[list[list[State]], list[int | None]]:
     """Return the states in rounds (what one leads to comes before it), and for each the round in
     which the robot continues forever from there; None where its objective is lost, or where it
-    cannot stay although it may be told to wait."""
+    cannot stay although it may have to wait."""
     while True:
         states = list(ways)
         number = {state: index for index, state in enumerate(states)}

@@ -88,7 +88,7 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
 
 
 def _goal_places(task: Task) -> Iterator[Constraint]:
-    """Yield a target that is next is entered in its places only."""
+    """Yield guarantees that a target that is next is entered in its places only."""
     objective = task.objective
     origin = Origin(f"{task.item}.objective", "where it is in time", "deadlines")
     for index, places in enumerate(task.goal_places):

@@ -25,8 +25,8 @@ def one_of(variable: str, regions: Iterable[Region], prime: str = "") -> str:
 
 
 def among(poses: Collection[Pose], mark: str = "") -> str:
-    """Return the robot is in one of the poses, as a formula that binds like an atom; ``mark``: of
-    the variables."""
+    """Return the condition that the robot is in one of the poses, as a formula that binds like an
+    atom; ``mark``: of the variables."""
     regions: dict[Heading | None, set[Region]] = {}
     for pose in poses:
         regions.setdefault(pose.heading, set()).add(pose.region)
@@ -43,7 +43,7 @@ def among(poses: Collection[Pose], mark: str = "") -> str:
 
 
 def step_formula(variable: str, heading: Heading, world: RegionMap) -> str:
-    """Return the atom that says that ``variable`` makes one step that way (edges aside)."""
+    """Return the atom that ``variable`` makes one step that way (edges aside)."""
     offset = world.cols if heading in (Heading.NORTH, Heading.SOUTH) else 1
     if heading in (Heading.NORTH, Heading.WEST):
         return f"{variable} = {variable}' + {offset}"

@@ -45,7 +45,7 @@ FAIRNESS_ORDER: dict[Tracking, tuple[Fairness, ...]] = {
 
 
 class Known(Struct, frozen=True):
-    """A region that is known not to be enterable now, and the scenario item that says why."""
+    """A region that cannot be entered now, and the scenario item that is the reason."""
 
     region: Region
     item: str

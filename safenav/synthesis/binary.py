@@ -28,7 +28,7 @@ _VERSION_SECONDS = 5.0
 
 
 class Binary(Struct, frozen=True, dict=True):
-    """A slugs binary. ``ours``: known to be safenav's, so that it need not be asked."""
+    """A slugs binary. ``ours``: known to be safenav's, without a query."""
 
     path: Path
     ours: bool = False
@@ -50,7 +50,7 @@ class Binary(Struct, frozen=True, dict=True):
 
     @property
     def version(self) -> str | None:
-        """The version that it prints, None if it does not speak as ours does."""
+        """The version that it prints, None if it has no such option."""
         try:
             status = self.path.stat()
         except OSError:

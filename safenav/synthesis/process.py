@@ -52,13 +52,13 @@ class Finished(Struct, frozen=True):
 
     @property
     def explanation(self) -> str:
-        """The same without what the synthesizer always says: its banner and the verdict."""
+        """The same without what the synthesizer always prints: its banner and the verdict."""
         lines = self.last_words.splitlines()
         return "\n".join(line for line in lines if not _ROUTINE.match(line))
 
 
 class DismissedError(Exception):
-    """The command was killed because nobody waits for its answer."""
+    """The command was killed because its result is no longer needed."""
 
 
 class ProcessGroup:
@@ -181,7 +181,7 @@ def die_with_parent(command: Sequence[str]) -> list[str]:
     ends when it has its answer)."""
     setpriv = _setpriv()
     if setpriv is None or not os.access(command[0], os.X_OK):
-        return list(command)  # what cannot be started says so itself
+        return list(command)  # a command that cannot be started is an error of its own
     return [setpriv, "--pdeathsig", "KILL", "--", *command]
 
 
@@ -267,7 +267,7 @@ class _Conversation:
         self._heard[key.data].append(data)
         self._size += len(data)
         if self._size > self._most:
-            # A strategy may be as large; what a program says beside it is not.
+            # A strategy may be as large; the messages of a program are not.
             kind = ResourceLimitError if key.data == 1 else SynthesizerError
             raise kind(
                 f"the synthesizer {self._command} printed more than {self._most >> 20} MiB, the "

@@ -63,7 +63,7 @@ def too_large(finished: Finished) -> bool:
 
 
 def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
-    """Return an error that tells what the synthesizer did, its last words, and what to do."""
+    """Return an error with what the synthesizer did, its last words, and what to do."""
     lines = [f"the synthesizer {binary.path} {problem} (robot '{robot}')"]
     words = finished.last_words
     if words:

@@ -153,7 +153,7 @@ class Synthesizer:
     def _worked_off(self, jobs: Sequence[Job], tell: Listener) -> dict[int, SynthesisResult]:
         """Return the results of jobs by their indices. Threads run the program; its answers are
         read, and reported, in the caller's thread. Whatever ends this ends the programs, too."""
-        _ = self.binary.native  # asked here once, not in every thread
+        _ = self.binary.native  # queried here once, not in every thread
         program, crew = Program(self.binary, self.seconds, self.memory_mb), ProcessGroup()
         begun: dict[int, float] = {}
         results: dict[int, SynthesisResult] = {}
@@ -255,6 +255,6 @@ class Synthesizer:
         return key_of(job.text, self.binary.digest, (job.kind, *job.options))
 
     def _too_large_key(self, job: Job) -> str:
-        """Return the result where a strategy has more nodes than may be listed."""
+        """Return the key of the verdict where a strategy has more nodes than may be listed."""
         limit = ("more nodes than", str(job.most_nodes))
         return key_of(job.text, self.binary.digest, (job.kind, *job.options, *limit))

@@ -114,7 +114,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         The synthesizer prints them first and tells them apart by nothing else: they are the
         leading nodes of rank 0, each with another state, that satisfy ENV_INIT and SYS_INIT.
         """
-        # Imported here: only this needs formulas, and small programs may never ask.
+        # Imported here: only this needs formulas, and small programs may never need it.
         from safenav.formula.evaluator import evaluate
         from safenav.formula.parser import parse
 

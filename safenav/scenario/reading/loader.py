@@ -232,7 +232,7 @@ class Draft(Struct, frozen=True):
 def load_draft(
     text: str, file: str, reach: ReadableFolder | None = None, *, reachable: bool = True
 ) -> Draft:
-    """Return the scenario in a text that somebody is still working on. Raises nothing."""
+    """Return the scenario in a text that is still being edited. Raises nothing."""
     reading = Reading(file, reach, reachable=reachable)
     reading.catalogue = built_in()
     root = parsed(text, reading)

@@ -169,7 +169,7 @@ def _ruled(
 def read_within(
     node: Node | None, robot: str, objective: Objective | None, findings: Findings
 ) -> int | None:
-    """Return the most ticks of a round of an objective, if that says so."""
+    """Return the most ticks of a round of an objective, if it has such a limit."""
     at = node.get(WITHIN) if isinstance(node, Mapping) else None
     found = ObjectiveKeys.within.shape.read(at, f"'{WITHIN}' of {robot}", findings)
     if at is None or objective is None:

@@ -126,7 +126,7 @@ def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
 
 
 def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bool | float | None:
-    """Its truth: traversable unless the scenario says otherwise."""
+    """Return its truth: traversable unless the scenario states another."""
     if node is None:
         return True if kind is not None and kind.has_truth else None
     if kind is not None and not kind.has_truth:

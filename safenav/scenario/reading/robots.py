@@ -1,4 +1,4 @@
-"""The ``robots:`` of a scenario, and whether each can do what its objective asks."""
+"""The ``robots:`` of a scenario, and whether each can reach its targets."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ def _check_others(node: Node | None, what: str, name: str, reading: Reading) -> 
     for item in node.items if isinstance(node, Sequence) else ():
         other = item.value if isinstance(item, Scalar) else None
         if not isinstance(other, str) or not other.strip():
-            continue  # told below
+            continue  # reported when the list is read
         if other == name:
             reading.add(item, f"{what}: a robot cannot list itself")
         elif other not in reading.named:

@@ -79,7 +79,7 @@ class Findings:
 
     def add_inside(self, node: Scalar, column: int, found: str, hint: str = "") -> None:
         """Report at a column of a text: exactly if it is written in one line without escapes,
-        else at its beginning with the column told in words."""
+        else at its beginning, with the column in the message."""
         if node.literal:
             quote = 1 if node.style else 0
             self.add(Place(node.place.line, node.place.column + quote + column - 1), found, hint)

@@ -80,7 +80,7 @@ def _own(key: Key[Any], table: type[Table]) -> str:
 
 
 def _default(name: str, table: type[Table]) -> str:
-    """Return the value without the key, as the structure that the table fills has it."""
+    """Return the default in words, as the structure that the table fills has it."""
     made = fields(table.made) if table.made is not None else ()
     default = next((field.default for field in made if field.encode_name == name), None)
     if isinstance(default, bool):

@@ -23,7 +23,7 @@ MOVE = "move"
 
 
 def busy(heading: Heading) -> str:
-    """Return the input that says whether the region on that side is occupied."""
+    """Return the input that is true if the region on that side is occupied."""
     return f"busy_{heading.label}"
 
 

@@ -1,7 +1,7 @@
-"""Other robots as the environment of one: which model of them, and what it observes.
+"""Other robots as the environment of one: their model, and its observations.
 
 Three models behind one face (DESIGN section 4): what is next to the robot (``nearby``), where
-exactly everybody is (``exact``), and where everybody may be (``belief``).
+exactly the others are (``exact``), and where they may be (``belief``).
 """
 
 from __future__ import annotations

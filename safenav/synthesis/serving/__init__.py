@@ -1,1 +1,1 @@
-"""A strategy that nobody lists: slugs keeps its diagrams and answers one move at a time."""
+"""Strategies that are not listed: slugs keeps its diagrams and returns one move at a time."""
