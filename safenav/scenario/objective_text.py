@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+from msgspec.structs import replace
+
 from safenav.scenario.objective import Ltl, Objective, Target, Word, number_word
 from safenav.scenario.yaml.flow import flow
 
@@ -61,7 +63,7 @@ def written(objective: Objective, word: Word = number_word) -> str:
         return words[0] if len(words) == 1 else {"any": words}
 
     if isinstance(objective, Ltl):
-        return json.dumps(to_data(objective))
+        return json.dumps(to_data(replace(objective, inputs=())))  # formulas name them
     listed = [target(regions) for regions in objective.targets]
     rules = {
         "form": "literal" if objective.literal else None,

@@ -10,7 +10,7 @@ from safenav.errors import InputError
 from safenav.outcome import Outcome
 from safenav.scenario.model import Robot, Scenario, Timing, Tracking
 from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit
-from safenav.scenario.objective_text import to_data
+from safenav.scenario.objective_text import to_data, written
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.settings import Controllers, Coordination, Limits, Until
 from safenav.world.map import Heading
@@ -18,8 +18,8 @@ from safenav.world.moves import Pose
 from scenario.rooms import ROOMS, load
 
 
-def objective(written: str, robot: str = "model: quadcopter, start: 8") -> object:
-    return load(f"robots:\n  ann: {{{robot}, objective: {written}}}\n").robots[0].objective
+def objective(told: str, robot: str = "model: quadcopter, start: 8") -> object:
+    return load(f"robots:\n  ann: {{{robot}, objective: {told}}}\n").robots[0].objective
 
 
 def test_everything_at_its_default() -> None:
@@ -132,16 +132,22 @@ def test_raw_guarantees_are_kept_in_canonical_form() -> None:
 
 
 def test_what_is_written_to_a_trace_reads_back() -> None:
-    for written in (
+    for told in (
         "{patrol: [8, 26]}",
         "{visit: [8, 9]}",
         "{cover: [8, 9, 26]}",
         "{hold: 8}",
         '{ltl: {safety: ["a\' -> a"], liveness: [a], memory: {a: bool, b: [1, 2]}}}',
     ):
-        first = objective(written)
+        first = objective(told)
         assert isinstance(first, Patrol | Visit | Cover | Hold | Ltl)
-        assert objective(str(to_data(first))) == first
+        assert objective(str(to_data(first))) == objective(written(first)) == first
+
+
+def test_formulas_about_inputs_are_written_as_they_are_read() -> None:
+    text = "inputs: {alarm: {}}\nrobots: {ann: {model: quadcopter, start: 8, objective: %s}}\n"
+    first = load(text % "{ltl: {liveness: [alarm & region = 9]}}").robots[0].objective
+    assert load(text % written(first)).robots[0].objective == first
 
 
 def team(first: str, second: str) -> tuple[Scenario, Robot, Robot]:
