@@ -85,14 +85,6 @@ class Core(Struct, frozen=True):
         found = [m.regions for m in self.members if m.origin.item == "map"]
         return tuple(sorted(region for regions in found for region in regions))
 
-    def specification(
-        self, whole: Specification, without: Iterable[CoreMember] = ()
-    ) -> Specification:
-        """Return ``whole`` with no other guarantees than the members, less some of them."""
-        dropped = set(without)
-        guarantees = [c for m in self.members if m not in dropped for c in m.constraints]
-        return with_guarantees(whole, guarantees)
-
 
 def with_guarantees(whole: Specification, guarantees: Iterable[Constraint]) -> Specification:
     """Return ``whole`` with all its assumptions, but these guarantees only."""

@@ -2,13 +2,19 @@
 witness obeys the rules, and what is offered as a repair repairs."""
 
 from functools import cache
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 
 import pytest
 
 from safenav.errors import InputError
-from safenav.explain.explanation import Explanation, NoStrategyCause, RepairKind, WitnessEnd
+from safenav.explain.explanation import (
+    Explanation,
+    NoStrategyCause,
+    RepairKind,
+    WitnessEnd,
+    with_guarantees,
+)
 from safenav.outcome import Verdict
 from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
@@ -67,9 +73,11 @@ def test_the_core_is_unrealizable_and_every_member_is_needed(file: Path) -> None
     ask = Synthesizer()
     whole = compile_task(found.task, _scenario(file).map)
     assert found.core.minimal
-    reduced = found.core.specification(whole)
+    parts = [member.constraints for member in found.core.members]
+    reduced = with_guarantees(whole, chain(*parts))
     assert ask.synthesize(reduced, strategy=False).verdict is Verdict.UNREALIZABLE
-    variants = [found.core.specification(whole, [member]) for member in found.core.members]
+    fewer = (chain(*parts[:k], *parts[k + 1 :]) for k in range(len(parts)))
+    variants = [with_guarantees(whole, some) for some in fewer]
     for member, result in zip(
         found.core.members, ask.synthesize_all(variants, strategy=False), strict=True
     ):

@@ -5,6 +5,7 @@ find anything; what the trace says is checked by rules that know nothing of the 
 """
 
 import json
+from itertools import chain
 from typing import Any
 
 import pytest
@@ -14,7 +15,7 @@ from hypothesis import event, given
 from fuzz.campaign import campaign, scenarios
 from runtime.played import Run
 from safenav.errors import InputError, UsageError
-from safenav.explain.explanation import Explanation
+from safenav.explain.explanation import Explanation, with_guarantees
 from safenav.outcome import Outcome, Verdict
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.runtime.analysis.explanation import explain_team
@@ -96,9 +97,11 @@ def judge_explanation(found: Explanation, scenario: Scenario) -> None:
 
     whole = compile_task(found.task, scenario.map)
     assert found.core.minimal
-    assert not realizable(found.core.specification(whole))
-    for member in found.core.members:
-        assert realizable(found.core.specification(whole, [member])), member.origin
+    parts = [member.constraints for member in found.core.members]
+    assert not realizable(with_guarantees(whole, chain(*parts)))
+    for k, member in enumerate(found.core.members):
+        fewer = chain(*parts[:k], *parts[k + 1 :])
+        assert realizable(with_guarantees(whole, fewer)), member.origin
     for repair in found.repairs:
         if repair.scenario is not None:
             answers = first_results(repair.scenario, ask, names=[found.robot])

@@ -31,6 +31,8 @@ from safenav.synthesis.strategy import Field, locate
 
 PROTOCOL = 1
 _OVERTIME_SECONDS = 1.0
+_ANSWER_SECONDS = 60.0
+"""The limit of each answer once the game is solved (wall)."""
 
 
 class Position(Struct, frozen=True):
@@ -176,14 +178,13 @@ def serve(
     options: Sequence[str] = (),
     seconds: float | None = 60.0,
     memory_mb: int | None = 2048,
-    answer_seconds: float = 60.0,
     crew: ProcessGroup | None = None,
 ) -> ServedStrategy | Verdict:
     """Solve, and keep the process for moves; any verdict but realizable is returned as such.
 
-    ``seconds`` (wall) and ``memory_mb`` limit the solving, ``answer_seconds`` each later answer.
-    While it solves, the process belongs to ``crew``. Raises SynthesizerError if safenav's own
-    binary is missing or breaks, DismissedError after the crew was dismissed.
+    ``seconds`` (wall) and ``memory_mb`` limit the solving; meanwhile the process belongs to
+    ``crew``. Raises SynthesizerError if safenav's own binary is missing or breaks, DismissedError
+    after the crew was dismissed.
     """
     binary = binary or find_own_binary()
     if binary is None or not binary.native:
@@ -204,7 +205,7 @@ def serve(
         file.write(specification.to_structuredslugs().encode())
         file.seek(0)
         place = f"/dev/fd/{file.fileno()}"
-        connection = Connection([*command, "--serve", place], answer_seconds, crew, file)
+        connection = Connection([*command, "--serve", place], _ANSWER_SECONDS, crew, file)
         try:
             line = connection.read_line(
                 None if seconds is None else begun + seconds + _OVERTIME_SECONDS
