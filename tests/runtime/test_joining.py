@@ -88,8 +88,19 @@ CELL = f"catalogue: {{robots: {{cell: {{mobility: free, layer: low, {BATTERY}}}}
     [
         ("coordination: assignable", "hold: 9}, while_waiting: {hold: 10", "cannot keep 'while_w"),
         ("coordination: assignable", "patrol: [9, 10], form: literal", "cannot keep 'form: lit"),
+        (
+            "coordination: assignable\ninputs: {fire: {}}",
+            "hold: 9}, when: {fire: {patrol: [9, 10], form: literal}",
+            "cannot keep 'form: lit",
+        ),
         ("coordination: assignable\nchargers: [8]", "visit: [9]", "a battery, which 'coordinat"),
         ("chargers: [8]", "cover: [9, 10]", "a battery, and an objective without an order"),
+        ("chargers: [8]", "hold: 9}, while_waiting: {cover: [9, 10]", "without an order"),
+        (
+            "chargers: [8]\ninputs: {fire: {}}",
+            "hold: 9}, when: {fire: {cover: [9, 10]}",
+            "without an order",
+        ),
         ("chargers: [12]", "visit: [9]", "reaches no charger"),
         ("seed: 1", "visit: [9]", "a battery, and the scenario has no charger"),
         ("clock: live\nchargers: [8]", "visit: [9], within: 9", "'clock: live' with deadlines"),

@@ -42,6 +42,7 @@ def check_assignable(
             found = f"'coordination: assignable' cannot use inputs in 'ltl' of {robot.name}"
             findings.add(node, found, "use 'coordination: resynthesis'")
     given = [(robot.name, robot.objective) for robot in team]
+    given += [(robot.name, objective) for robot in team for _, objective in robot.when]
     given += [(change.robot, change.objective) for change in changes if change.objective]
     for name in dict.fromkeys(n for n, o in given if o.literal):
         found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
@@ -60,7 +61,8 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
         hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
         report("clock", found, hint)
     for robot in [robot for robot in scenario.robots if robot.model.battery is not None]:
-        if not robot.objective.ordered():
+        pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
+        if not all(objective is None or objective.ordered() for objective in pursued):
             found = f"{robot.name} has a battery, and an objective without an order of its targets"
             hint = f"use {one_of(kinds_that(lambda kind: kind.ordered()), chr(39))}"
             report("robots", found, hint)
