@@ -254,6 +254,29 @@ def test_a_target_counts_where_a_robot_gets_to_it_with_another_heading() -> None
     assert run.outcome["outcome"] == "completed" and not run.findings
 
 
+CORNER = """
+map: {grid: ["#####", "#...#", "#...#", "##.##", "#####"]}
+robots:
+  a: {model: digit, start: [2, 2], heading: north, objective: {visit: [[1, 2], [2, 2]]}}
+until: {rounds: 1}
+clock: live
+"""
+
+
+def test_a_robot_that_is_carried_to_where_it_gets_nowhere_needs_an_operator() -> None:
+    """It has no request for which it could hold there: the team decides, with a proof."""
+
+    def carried(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        world._poses["a"] = pose = Pose(17, Heading.SOUTH)
+        return [Elsewhere(event.at, "a", pose, command=event.command)]
+
+    scenario, run = loaded(CORNER), Run()
+    Mission(scenario, world=Faulty(scenario, nth(1, carried)), listeners=[run]).run()
+    assert run.outcome["outcome"] == "operator_needed"
+    assert run.outcome["proof"]["robots"] == {"a": {"poses": [[17, "south"]], "live": False}}
+    assert len(run.all("synthesis")) == 1 and not run.findings
+
+
 def test_a_region_that_fails_again_and_again_is_an_obstacle() -> None:
     """The robot goes round the other way."""
 

@@ -94,6 +94,15 @@ class Assigner(Struct, frozen=True):
             return self._wait(robot, index)
         return self._own(robot, index) or self._wait(robot, index)
 
+    def is_stranded(self, name: str) -> bool:
+        """Whether a robot that waits for nothing gets nowhere with its own objective: it is where
+        the last decision did not expect it."""
+        robot, index = self.state.robots[name], self.floor.index(name)
+        busy = robot.stop is not None or index in {**self.found.duties, **self.found.early}
+        if busy or not robot.active or self._waits_for_help(robot):
+            return False
+        return self._own(robot, index) is None
+
     def _charge(self, robot: RobotState, index: int, charger: Pose) -> TaskDraft:
         """Go to the charger and stay there, around the obstacles in its way; if it is there with
         another heading, come back to it."""

@@ -112,9 +112,11 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             return Decision(event, next=then(Reason.OBJECTIVE))
         case events.OutsideStrategy(name, reason, waits=True):
             return _meanwhile(team, event, name, reason)
-        case events.OutsideStrategy(name):
+        case events.OutsideStrategy(name, reason):
             last = team.last_settled
             now = replace(last, floor=moved_on(last.floor, team))
+            if Assigner(team, now.floor, now.found).is_stranded(name):
+                return Decision(event, next=Unsettled(reason))  # its duties were for where it was
             return _assigned(team, event, now, only=name)
         case Unsettled(Reason.SERVICE | Reason.OBJECTIVE) if team.requests.aside:
             kept = replace(team.requests, aside=frozenset())
