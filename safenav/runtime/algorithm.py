@@ -105,7 +105,7 @@ class Algorithm(Struct):
         for happened in arising:
             event: Event | None = happened
             while event is not None:
-                if self._together and isinstance(event, Unsettled):
+                if self._together and isinstance(event, Unsettled | events.ObstaclesReopened):
                     break  # what follows from several interventions is decided once
                 decision = coordinate(self.team, event, self.stop.check)  # 7 to 13, 17 to 19
                 try:

@@ -149,6 +149,12 @@ class Interventions(Struct):
         left = self.state.scenario.changes[self._made :]
         return any(change.at <= self.state.time for change in left)
 
+    @property
+    def finds_lost(self) -> bool:
+        """Whether an operator puts a lost robot back: all regions where it may have been open."""
+        back = (wanted for wanted in self._asked if isinstance(wanted, user_changes.PutBack))
+        return any(self._is_lost(wanted.robot) for wanted in back)
+
     def _orders(self) -> Iterator[events.Event]:
         """Announce the scenario's due orders to the team, in a world without orders."""
         for obstacle in self.state.scenario.obstacles:

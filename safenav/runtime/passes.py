@@ -89,7 +89,8 @@ class Passes(Algorithm):
         self.interventions.ends_wait = False
         begun = team.scenario.begun if team.tick == 1 else None
         goes_on = begun is not None and bool(begun.asked or begun.stays)
-        together, self._together = self._together, self._together or waited or goes_on
+        finds = self.interventions.finds_lost
+        together, self._together = self._together, self._together or waited or goes_on or finds
         while not self.guarded(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
         if waited:  # whatever it was, nothing of it is decided yet

@@ -359,6 +359,32 @@ def test_a_lost_robot_is_put_back() -> None:
     assert run.one("gone")["obstacle"] == "lost_cart@26"
 
 
+def test_a_robot_lost_in_several_regions_is_put_back_by_one_decision() -> None:
+    """No region where it is not counts as a closed one for another decision."""
+    text = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "")
+    text = text.replace("layer: air", "layer: ground").replace("rounds: 1", "rounds: 4")
+    text = text.replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")
+    scenario = loaded(text)
+    world, run = Remote(scenario), Run()
+    mission = Mission(scenario, world=world, listeners=[run], attended=True)
+    mission.start()
+    while mission.state.robots["cart"].transit is None or mission.state.tick < 6:
+        mission.step()
+    number, near = mission._commands.number("cart"), frozenset({24, 25, 26, 27})
+    mission.post(Lost(world.now(), "cart", near, "no signal", command=number))
+    world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
+    while mission.state.robots["cart"].active:
+        mission.step()
+    assert mission.waiting is None
+    mission.intervene(line_read("put_back cart [3, 2]", scenario))
+    while mission.result is None:
+        mission.step()
+    assert not run.findings and mission.result.outcome is Outcome.COMPLETED
+    after = Run(run.records[run.records.index(run.one("operator")) :])
+    assert len(after.all("gone")) == 3
+    assert not after.all("blocked") and not after.all("reopened")
+
+
 class Clocked(Remote):
     """One whose time does not stand still while the team waits."""
 
