@@ -220,6 +220,7 @@ class Situation(State):
                 self.named = {n: one for n, one in self.named.items() if one in self.requests}
                 self._put_in_force(record.objectives, record.line)
             case "told":
+                self._rests(robot)
                 self._put_in_force({robot: record.objective}, record.line)
             case "synthesis":
                 self.form[robot, record.objective] = record.form
@@ -227,6 +228,7 @@ class Situation(State):
                     self.stop[robot] = record.objective.targets
                 always_own = record.places is not None  # a strategy of assignable goals
                 if record.node is not None and not always_own:  # it was installed
+                    self._rests(robot)
                     self._put_in_force({robot: record.objective}, record.line)
                 if record.tick > 0:
                     self.progress[robot].reset(self.objectives[robot], record.line)
@@ -374,6 +376,11 @@ class Situation(State):
         for robot in helpers:
             if self.objectives[robot] == self.own[robot]:
                 self.progress[robot].reset(self.own[robot], line)
+
+    def _rests(self, robot: str) -> None:
+        """A robot out of service gets another objective only if it helped: others have its duty."""
+        if robot in self.out:
+            self.helping = {name: who - {robot} for name, who in self.helping.items()}
 
     def _fit_again(self, *, robot: str = "", obstacle: str = "") -> None:
         """A robot may act again on all, or all robots on an obstacle."""

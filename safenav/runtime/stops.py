@@ -231,10 +231,12 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         targets that it met last, over all others: where these have several poses, the legs between
         are not the shortest."""
         goal = self.targets[turn]
-        if goal >> pose & 1 or self._shortest or self.afterwards is not None:
+        if self._shortest or self.afterwards is not None:
             return True
         left = charge - self.battery.move
         after = (step for step in self.graph.steps(pose) if self.allowed >> step & 1)
+        if goal >> pose & 1:  # it meets that by staying, or in another of its poses
+            after = (step for step in after if goal >> step & 1)
         return all(
             (self._then if goal >> step & 1 else self.need)(step, turn) <= left for step in after
         )

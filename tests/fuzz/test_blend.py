@@ -75,6 +75,7 @@ BOTH = {
     "what a robot is on its way into is found untraversable by another": 90532,
     "put back while an operator is waited for": 100787,
     "said once more to be lost after it was put back": 116235,
+    "carried to where it gets nowhere": 141559,
     "it helps elsewhere after what it helped with is resolved": 93596,
     "an order comes in the moment in which a robot's charge is used up": 90085,
 }
@@ -97,6 +98,11 @@ PLAIN = {
     "one that cannot turn back is where a door sweeps": (52136, True),
     "it waits where two doors sweep": (53001, False),
     "the way around two that wait for help takes more charge": (100116, True),
+    "two meet on the way to a charger": (135095, False),
+    "a plan has brought it to a charger without charge": (103275, False),
+    "it meets its target on a charger, or with a step from there": (104920, False),
+    "no charge suffices for its last target forever, but it gets there": (104862, False),
+    "out of service where it might charge, it helps no more": (102006, False),
 }
 CAUSES = [
     *(pytest.param(*row, False, False, id=name) for name, row in PLAIN.items()),

@@ -17,7 +17,7 @@ from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Battery, Obstacle
-from safenav.scenario.objective import Ltl
+from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.world.moves import Pose
@@ -41,8 +41,9 @@ class Batteries:
         self.team, self.relocation, self.world = team, relocation, world
         self._flat: dict[str, str] = {}  # the robot at which an obstacle appeared
         self._charged: list[str] = []
-        self._later: list[str] = []  # robots whose stop was not decided when the run was to end
+        self._later: dict[str, None] = {}  # robots whose stop is not decided yet
         self._known: dict[str, tuple[object, Stops]] = {}
+        self._free: dict[tuple[str, Objective], Stops] = {}
         robots = team.robots.items()
         batteries = {name: r.robot.model.battery for name, r in robots if r.robot.model.battery}
         starts = {name: robot.pose.region for name, robot in robots}
@@ -75,7 +76,7 @@ class Batteries:
                 yield from self.turn_ends(robot)
         for robot in self.team.robots.values() if self.team.tick == 1 else ():
             yield from self.turn_ends(robot)
-        later, self._later = self._later, []
+        later, self._later = self._later, {}
         for name in later:
             yield from self.turn_ends(self.team.robots[name])
         charged, self._charged = self._charged, []
@@ -96,9 +97,9 @@ class Batteries:
         on_charger = robot.pose.region in scenario.chargers
         if robot.too_flat and not on_charger:
             yield from self._runs_flat(robot)
-        elif completes:
-            self._later.append(robot.name)
-        elif scenario.chargers and not self._keeps_to_plan(robot):
+        elif completes or self._keeps_to_plan(robot):  # until that is over
+            self._later[robot.name] = None
+        elif scenario.chargers:
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
                 robot.stop = stop
                 yield from self.relocation.leave_plan()
@@ -234,9 +235,9 @@ class Batteries:
         """The charger to which a waiting robot must return now, or at which it stays, since waiting
         uses charge; None if it does not wait, or can wait longer in its pose."""
         battery, charge = stops.battery, robot.charge
-        pose, turn = stops.graph.number(robot.pose), stops.turn(robot.own.memory.index)
+        pose = stops.graph.number(robot.pose)
         assert charge is not None
-        if not battery.stay or stops.need(pose, turn) < NEVER:
+        if not battery.stay or not self._is_cut_off(robot):  # by its charge alone: it tries
             return None
         if stops.chargers >> pose & 1:
             return pose if robot.stop == robot.pose and not self._makes_room(robot) else None
@@ -266,10 +267,23 @@ class Batteries:
         return min(ticks * battery.stay, battery.capacity // 2)
 
     def _is_cut_off(self, robot: RobotState) -> bool:
-        """Whether present obstacles prevent a robot from meeting its targets with any charge."""
+        """Whether obstacles prevent a robot from meeting its targets: no charge suffices now, but
+        one would without them."""
         stops = self.stops(robot) if robot.active else None
-        turn = 0 if stops is None else stops.turn(robot.own.memory.index)
-        return stops is not None and stops.need(stops.graph.number(robot.pose), turn) >= NEVER
+        if stops is None:
+            return False
+        pose, turn = stops.graph.number(robot.pose), stops.turn(robot.own.memory.index)
+        return stops.need(pose, turn) >= NEVER and self._unhindered(robot).need(pose, turn) < NEVER
+
+    def _unhindered(self, robot: RobotState) -> Stops:
+        """The stops of a robot with a battery on the floor without obstacles."""
+        objective, (_, stops) = robot.own.objective, self._known[robot.name]
+        free = self._free.get((robot.name, objective))
+        if free is None:
+            chargers = stops.graph.poses_on(region_mask(self.team.scenario.chargers))
+            free = replace(stops, allowed=stops.graph.everywhere, chargers=chargers)
+            self._free[robot.name, objective] = free
+        return free
 
     def _in_its_way(self, robot: RobotState) -> list[RobotState]:
         """The robots in conflict with it."""

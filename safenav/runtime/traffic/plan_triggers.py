@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from safenav.runtime.coordination.waiting import in_the_way
 from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.stops import SPARE
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import budgets, execution
 from safenav.runtime.traffic.searches import Searches
@@ -139,7 +140,8 @@ class PlanTriggers:
             goal = self._searches.goal(floor, name)
             distance = self._distance(floor, name)
             told = (robot.assignment.objective, goal, floor.stages)
-            if self.watch.look(name, told, distance, self._clock()) and found is None:
+            hasty = distance < FAR and self._runs_low(robot, distance)
+            if self.watch.look(name, told, distance, self._clock(), hasty) and found is None:
                 found = PlanTrigger(f"{name} makes no progress towards its target", name)
         return found
 
@@ -154,6 +156,21 @@ class PlanTriggers:
         if far == 0 and duty is not None and floor.problem.gates[duty.gate].sweeps:
             return 1  # it stands where it is to act, but others where that sweeps
         return far
+
+    def _runs_low(self, robot: RobotState, distance: int) -> bool:
+        """Whether a robot that waits uses charge that it needs for its next ``distance`` steps, or
+        to continue from here, with a few to spare."""
+        battery, stops = robot.robot.model.battery, self.state.stops(robot)
+        if battery is None or stops is None or not battery.stay or robot.charge is None:
+            return False
+        chargers = self.state.scenario.chargers
+        if robot.pose.region in chargers:
+            return False
+        need = distance * battery.move
+        if robot.stop is None or robot.stop.region not in chargers:
+            turn = stops.turn(robot.own.memory.index)
+            need = max(need, stops.needed(stops.graph.number(robot.pose), turn))
+        return robot.charge <= need + SPARE * battery.move
 
     def _awaits_charger(self, robot: RobotState) -> bool:
         """Whether another robot charges at this one's charger: it leaves when it has charged, and a
@@ -176,14 +193,17 @@ class StarvationMonitor:
     those for which robots had waited before the run."""
 
     def __init__(self, slowest: int, waited: Mapping[str, int] | None = None) -> None:
+        self.slowest = slowest
         self.patience = 3 * slowest + 2
         self._waits: dict[str, _Wait] = {}
         self._waited = dict(waited or {})
 
-    def look(self, robot: str, told: Hashable, distance: int, tick: float) -> bool:
+    def look(
+        self, robot: str, told: Hashable, distance: int, tick: float, hasty: bool = False
+    ) -> bool:
         """Whether a robot with the assignment ``told`` and ``distance`` remaining steps (FAR:
         no path, or nowhere to go; its wait continues) starves. Call once per tick (in a live
-        run, of the duration of a step)."""
+        run, of the duration of a step). ``hasty``: it cannot wait for long."""
         wait, before = self._waits.get(robot), self._waited.pop(robot, 0)
         if distance == 0:
             self._waits.pop(robot, None)
@@ -192,7 +212,7 @@ class StarvationMonitor:
         if wait is None or wait.told != told or distance < wait.nearest:
             self._waits[robot] = _Wait(told, distance, tick - before)
             return before >= self.patience
-        return tick - wait.since >= self.patience
+        return tick - wait.since >= (self.slowest if hasty else self.patience)
 
     def ages(self, tick: float) -> Hashable:
         """Return for each robot its target and the time that it has waited for it."""
