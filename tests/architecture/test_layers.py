@@ -4,6 +4,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import networkx
@@ -28,9 +29,14 @@ def modules() -> dict[str, Path]:
 MODULES = modules()
 
 
+@cache
+def tree(name: str) -> ast.Module:
+    return ast.parse(MODULES[name].read_text())
+
+
 def imports(name: str) -> Iterator[str]:
     """The modules of safenav that a module imports anywhere in its text."""
-    for node in ast.walk(ast.parse(MODULES[name].read_text())):
+    for node in ast.walk(tree(name)):
         if isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"
@@ -39,6 +45,7 @@ def imports(name: str) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
 
 
+@cache
 def own(name: str) -> list[str]:
     return [other for other in imports(name) if other.split(".")[0] == "safenav"]
 
@@ -60,12 +67,14 @@ def test_every_package_has_its_layer() -> None:
     assert there <= set(layers())
 
 
-@pytest.mark.parametrize("name", sorted(set(MODULES) - {"safenav"}))
-def test_imports_go_downwards(name: str) -> None:
+def test_imports_go_downwards() -> None:
     order = layers()
-    height = order.index(layer_of(name))
+    height = {name: order.index(layer_of(name)) for name in set(MODULES) - {"safenav"}}
     upwards = [
-        other for other in own(name) if other != "safenav" and order.index(layer_of(other)) < height
+        f"{name} imports {other}"
+        for name in height
+        for other in own(name)
+        if other != "safenav" and order.index(layer_of(other)) < height[name]
     ]
     assert upwards == []
 
@@ -78,37 +87,38 @@ def test_no_modules_import_each_other() -> None:
     assert [circle for circle in circles if len(circle) > 1] == []
 
 
-@pytest.mark.parametrize("package", sorted({name.rpartition(".")[0] for name in MODULES} - {""}))
-def test_the_members_of_a_package_need_each_other_in_one_direction(package: str) -> None:
+def test_the_members_of_a_package_need_each_other_in_one_direction() -> None:
     """A member is a module or a folder with all that it contains."""
-
-    def member(name: str) -> str:
-        return name.removeprefix(f"{package}.").split(".")[0]
-
-    inside = [name for name in MODULES if name.startswith(f"{package}.") and name not in FACES]
-    graph = networkx.DiGraph(
-        (member(name), member(other))
-        for name in inside
-        for other in own(name)
-        if other in inside and member(name) != member(other)
-    )
-    circles = [sorted(part) for part in networkx.strongly_connected_components(graph)]
-    assert [circle for circle in circles if len(circle) > 1] == []
+    for package in {name.rpartition(".")[0] for name in MODULES} - {""}:
+        start = f"{package}."
+        inside = {
+            name: start + name.removeprefix(start).split(".")[0]
+            for name in MODULES
+            if name.startswith(start) and name not in FACES
+        }
+        graph = networkx.DiGraph(
+            (member, inside[other])
+            for name, member in inside.items()
+            for other in own(name)
+            if inside.get(other, member) != member
+        )
+        circles = [sorted(part) for part in networkx.strongly_connected_components(graph)]
+        assert [circle for circle in circles if len(circle) > 1] == []
 
 
 def test_a_package_s_init_is_a_docstring() -> None:
     faces = {name for name, path in MODULES.items() if path.name == "__init__.py"} - FACES
     assert faces
     for name in faces:
-        body = ast.parse(MODULES[name].read_text()).body
+        body = tree(name).body
         assert len(body) == 1 and isinstance(body[0], ast.Expr), name
 
 
 def test_only_frozen_data_has_undeclared_attributes() -> None:
     """State that changes is declared; ``dict=True`` is for cached properties."""
     loose = []
-    for name, path in MODULES.items():
-        for node in ast.walk(ast.parse(path.read_text())):
+    for name in MODULES:
+        for node in ast.walk(tree(name)):
             if isinstance(node, ast.ClassDef):
                 said = {word.arg for word in node.keywords}
                 loose += [f"{name}.{node.name}"] if "dict" in said and "frozen" not in said else []
@@ -121,8 +131,7 @@ ON_THEIR_OWN = ("safenav.audit.", "safenav.certify.checker.")
 
 def classes(name: str) -> list[str]:
     """The public classes of a module."""
-    body = ast.parse(MODULES[name].read_text()).body
-    found = [node.name for node in body if isinstance(node, ast.ClassDef)]
+    found = [node.name for node in tree(name).body if isinstance(node, ast.ClassDef)]
     return [cls for cls in found if not cls.startswith("_")]
 
 

@@ -1,19 +1,24 @@
 """Bundles of real scenarios for tests, each made once, and the checker as a reviewer runs it."""
 
 import hashlib
+import io
 import json
 import subprocess
 import sys
-from contextlib import suppress
+from contextlib import redirect_stdout, suppress
 from functools import cache
 from pathlib import Path
 from random import Random
 
+import pytest
 import yaml
 
 from fuzz.missions import random_mission
 from once import SCENARIOS, made_once
 from runtime.played import whole
+from safenav.certify.bundle import programs
+from safenav.certify.check import Acceptance, BundleVerdict
+from safenav.certify.checker import check as checker
 from safenav.certify.evidence import RulesEvidence
 from safenav.certify.record import bundle_of_run
 
@@ -143,7 +148,7 @@ def rewrite(bundle: Path, files: Files, target: Path) -> Path:
 
 def certified(text: str) -> str:
     """What the checker says of the bundle of a scenario's run, which it accepts."""
-    status, said = run_checker(bundle_at("plan", text))
+    status, said = judged(bundle_at("plan", text))
     assert status == 0, said
     return said
 
@@ -160,3 +165,20 @@ def run_checker(bundle: Path, *, program: Path | None = None) -> tuple[int, str]
         env={},
     )
     return done.returncode, done.stdout + done.stderr
+
+
+def judged(bundle: Path) -> tuple[int, str]:
+    """The same of a bundle whose copy is this tree's checker, without a process of its own."""
+    assert all((bundle / name).read_bytes() == text for name, text in programs().items())
+    with redirect_stdout(io.TextIOWrapper(io.BytesIO(), "utf-8")) as out:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(sys, "argv", ["check.py", str(bundle)])
+            status = checker.main()
+        out.flush()
+        return status, out.buffer.getvalue().decode()  # type: ignore[attr-defined]
+
+
+def checked(bundle: Path, *, compare: bool = True) -> BundleVerdict:
+    """``check_bundle`` without a process of its own: bundles are made by the hundred."""
+    verdict, reason, claims = checker.check(bundle, compare=compare)
+    return BundleVerdict(Acceptance(verdict), reason, tuple(json.loads(json.dumps(claims))))

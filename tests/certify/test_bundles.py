@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import warm
-from certify.making import SCENARIOS, bundle_at, files_of, rewrite, run_checker, shipped
+from certify.making import SCENARIOS, bundle_at, files_of, judged, rewrite, run_checker, shipped
 from runtime.played import whole
 from safenav.certify import bundle as writing
 from safenav.certify.record import bundle_of_run
@@ -49,7 +49,7 @@ UNREALIZABLE = (
 
 @pytest.mark.parametrize("name", COMPLETED)
 def test_the_run_of_a_shipped_scenario_is_proven(name: str) -> None:
-    status, said = run_checker(shipped(name))
+    status, said = judged(shipped(name))
     assert status == 0, said
     assert said.endswith("accepted\n")
     assert "The mission is completed" in said
@@ -59,7 +59,7 @@ def test_the_run_of_a_shipped_scenario_is_proven(name: str) -> None:
 
 @pytest.mark.parametrize("name", UNREALIZABLE)
 def test_that_a_robot_is_unrealizable_is_proven(name: str) -> None:
-    status, said = run_checker(shipped(name))
+    status, said = judged(shipped(name))
     assert status == 0, said
     assert "No strategy exists for" in said
 
@@ -67,14 +67,15 @@ def test_that_a_robot_is_unrealizable_is_proven(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["team_of_six", "warehouse"])
 def test_the_run_of_a_large_team_is_proven(name: str) -> None:
-    status, said = run_checker(shipped(name))
+    status, said = judged(shipped(name))
     assert status == 0, said
 
 
-def test_the_checker_leaves_the_bundle_as_it_is() -> None:
-    bundle = shipped("hello")
+@pytest.mark.parametrize("name", ["hello", "case_study_3", "unrealizable/forbidden_way"])
+def test_a_copy_of_the_checker_says_the_same_and_leaves_the_bundle_as_it_is(name: str) -> None:
+    bundle = shipped(name)
     before = {path: path.read_bytes() for path in bundle.rglob("*") if path.is_file()}
-    run_checker(bundle)
+    assert run_checker(bundle) == judged(bundle)
     assert before == {path: path.read_bytes() for path in bundle.rglob("*") if path.is_file()}
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
+from certify.making import SCENARIOS, files_of, judged, rewrite, shipped
 from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, built_in, load_scenario
 from safenav.certify.record import bundle_of_trace
@@ -40,13 +40,13 @@ def changed() -> Path:
 
 def said_of(lines: list[Line], tmp_path: Path) -> tuple[int, str]:
     files = with_lines(files_of(changed()), lines)
-    return run_checker(rewrite(changed(), files, tmp_path / "bundle"))
+    return judged(rewrite(changed(), files, tmp_path / "bundle"))
 
 
 def test_a_run_that_was_changed_is_accepted() -> None:
     kinds = {line["type"] for line in lines_of(files_of(changed()))}
     assert kinds >= {"service", "appeared", "objective"}
-    status, said = run_checker(changed())
+    status, said = judged(changed())
     assert status == 0, said
     assert "receives another objective" in said
 
@@ -62,8 +62,6 @@ def test_a_request_gives_nobody_targets_that_serve_nothing(tmp_path: Path) -> No
     lines = lines_of(files_of(bundle))
     push = next(line for line in lines if line["type"] == "push")
     push["objectives"]["r2"] = {"visit": [29, 30]}
-    status, said = run_checker(
-        rewrite(bundle, with_lines(files_of(bundle), lines), tmp_path / "bundle")
-    )
+    status, said = judged(rewrite(bundle, with_lines(files_of(bundle), lines), tmp_path / "bundle"))
     assert status == 1
     assert "r2 receives an objective that serves no request" in said

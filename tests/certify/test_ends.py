@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
+from certify.making import SCENARIOS, files_of, judged, rewrite, shipped
 from certify.mutants import lines_of, with_lines
 from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, load_scenario
@@ -126,14 +126,14 @@ def test_a_limit_is_claimed_where_it_was_reached_only(tmp_path: Path) -> None:
     forged = rewrite(
         tmp_path / "bundle", {**files, "trace.jsonl": b"".join([*kept, end])}, tmp_path / "forged"
     )
-    status, said = run_checker(forged)
+    status, said = judged(forged)
     assert status == 1
     assert "it reports the tick limit after 8 ticks, but the limit is 9" in said
 
 
 def test_the_motion_of_a_run_goes_along(tmp_path: Path) -> None:
     bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "hello", motion=True)
-    status, said = run_checker(tmp_path / "hello")
+    status, said = judged(tmp_path / "hello")
     assert status == 0, said
     assert "motion.jsonl names this trace" in said
     moved, trace = tmp_path / "hello" / "motion.jsonl", tmp_path / "hello" / "trace.jsonl"
@@ -143,7 +143,7 @@ def test_the_motion_of_a_run_goes_along(tmp_path: Path) -> None:
         bundle_of_trace(another, tmp_path / "wrong", moved)
     forged = shutil.copytree(shipped("hello"), tmp_path / "copy")
     files = {**files_of(forged), "motion.jsonl": b'{"type": "header", "trace": "0"}\n'}
-    status, said = run_checker(rewrite(forged, files, tmp_path / "forged"))
+    status, said = judged(rewrite(forged, files, tmp_path / "forged"))
     assert status == 1
     assert "the motion of another trace" in said
 
@@ -155,6 +155,6 @@ def test_no_obstacle_stands_where_a_robot_is_that_it_stops(tmp_path: Path) -> No
     door = lines[0]["scenario"]["obstacles"][0]
     lines[0]["scenario"]["obstacles"].append({**door, "name": "gate@0", "region": quad})
     forged = rewrite(shipped("case_study_1"), with_lines(files, lines), tmp_path / "forged")
-    status, said = run_checker(forged)
+    status, said = judged(forged)
     assert status == 1
     assert "quad is at 14 (1, 1) with gate@0, which is not resolved" in said

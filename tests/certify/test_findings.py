@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from certify.making import bundle_at, files_of, rewrite, run_checker
+from certify.making import bundle_at, files_of, judged, rewrite
 from certify.mutants import lines_of, with_lines
 from runtime.played import Run
 
@@ -156,7 +156,7 @@ def said_of(mission: tuple[str, str], run: Run, target: Path) -> str:
     """The last line of what the checker says of the mission's bundle with another run."""
     bundle = bundle_of(mission)
     files = with_lines(files_of(bundle), run.records)
-    return run_checker(rewrite(bundle, files, target / "bundle"))[1].splitlines()[-1]
+    return judged(rewrite(bundle, files, target / "bundle"))[1].splitlines()[-1]
 
 
 def test_a_robot_has_held_although_it_makes_way_in_the_end() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import warm
-from certify.making import bundle_at, certified, files_of, rewrite, run_checker
+from certify.making import bundle_at, certified, files_of, judged, rewrite
 from safenav.certify.checker import check_strategies as checker
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
@@ -91,7 +91,7 @@ def test_comments_are_no_part_of_the_map() -> None:
     files = files_of(bundle)
     (name,) = (name for name, data in files.items() if data == source)
     with tempfile.TemporaryDirectory() as folder:
-        status, said = run_checker(rewrite(bundle, {**files, name: other}, Path(folder)))
+        status, said = judged(rewrite(bundle, {**files, name: other}, Path(folder)))
     assert status == 1 and "is not that of scenario.json" in said
 
 

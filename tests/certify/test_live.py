@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from audit.living import living
-from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
+from certify.making import SCENARIOS, files_of, judged, rewrite, shipped
 from certify.mutants import lines_of, with_lines
 from certify.tasks import scenario_of, task_of, verdict_of
 from runtime.counting import COUNTING
@@ -27,7 +27,7 @@ def test_a_run_in_seconds_is_followed_as_one_in_ticks(name: str, tmp_path: Path)
     bundle = shipped(name)
     files = with_lines(files_of(bundle), [*living(lines_of(files_of(bundle)))])
     files.pop("motion.jsonl", None)
-    status, said = run_checker(rewrite(bundle, files, tmp_path / "bundle"))
+    status, said = judged(rewrite(bundle, files, tmp_path / "bundle"))
     assert status == 1
     told = said.splitlines()[-1]
     assert told == "refused: the manifest does not claim what the evidence establishes"
@@ -63,7 +63,7 @@ def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
     with TraceWriter(tmp_path / "run.jsonl") as writer:
         Mission(scenario, listeners=[writer]).run()
     bundle_of_trace(tmp_path / "run.jsonl", tmp_path / "bundle")
-    status, said = run_checker(tmp_path / "bundle")
+    status, said = judged(tmp_path / "bundle")
     assert status == 0, said
     assert "at no instant are robots in conflict in one region" in said
     departs = [json.loads(line) for line in (tmp_path / "run.jsonl").read_text().splitlines()]
@@ -90,7 +90,7 @@ def test_passes_without_a_line_count_for_what_a_strategy_remembers(
     with TraceWriter(tmp_path / "run.jsonl") as writer:
         assert Mission(scenario, listeners=[writer]).run().outcome is Outcome.COMPLETED
     bundle_of_trace(tmp_path / "run.jsonl", tmp_path / "bundle")
-    status, said = run_checker(tmp_path / "bundle")
+    status, said = judged(tmp_path / "bundle")
     assert status == 0, said
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from certify.making import Files, files_of, rewrite, run_checker, shipped
+from certify.making import Files, files_of, judged, rewrite, shipped
 from certify.mutants import MEASURE, MUTANTS, Mutant, lines_of
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.strategy import Strategy
@@ -99,7 +99,7 @@ def test_a_sum_that_is_not_the_file_s_is_refused(tmp_path: Path) -> None:
         if name.endswith(".py"):
             continue
         (bundle / name).write_bytes(before[:-2] + b" \n")
-        status, said = run_checker(bundle)
+        status, said = judged(bundle)
         assert status == 1, name
         assert "is not the file that the manifest names" in said
         (bundle / name).write_bytes(before)

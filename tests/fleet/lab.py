@@ -13,6 +13,8 @@ from typing import Any
 KEY = b"lab"
 SILENT = 0.5
 """Seconds without a message after which a robot that follows stops."""
+IDLE = 5
+"""How much slower time passes while no robot moves: half of a drive, for the processor."""
 
 
 class Access(BaseManager):
@@ -66,14 +68,15 @@ def main(scenario: Path, fleet: Path, pace: float) -> None:
     while not end.is_set() and not lab.log()["moving"]:  # at the pace of a clock until then
         lab.step(0.02)
         end.wait(0.02)
-    begun = time.monotonic() - lab.now / pace
+    due = time.monotonic()
     while not end.is_set():
-        ahead = lab.now / pace - (time.monotonic() - begun)
-        if ahead > 0:
+        if (ahead := due - time.monotonic()) > 0:
             end.wait(ahead)
         else:
             time.sleep(0)  # others get the lock
         lab.step(0.02)
+        slower = 1 if lab.log()["moving"] else IDLE
+        due = max(due, time.monotonic()) + slower * 0.02 / pace
 
 
 if __name__ == "__main__":

@@ -16,14 +16,17 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import pytest
+
 from campaigns.seeds import Judged, campaign
+from certify.making import checked
 from fuzz.mixed import formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
 from live.campaign import SlowError, crash_of, limited
 from safenav import Mission
 from safenav.audit.check import audit, check_trace
-from safenav.certify.bundle import make_bundle
+from safenav.certify import bundle as writing
 from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
 from safenav.errors import InputError, SafenavError, UsageError
@@ -115,9 +118,10 @@ def play(
         if certified and not played.found and played.outcome != "interrupted":
             trace = "".join(played.lines).encode()
             try:
-                with limited(patience):
+                with limited(patience), pytest.MonkeyPatch.context() as patch:
+                    patch.setattr(writing, "check_bundle", checked)
                     kept.complete(syntheses_of(trace, "run"), cache, synthesizer)
-                    make_bundle(Path(folder) / "bundle", trace, {}, kept, synthesizer)
+                    writing.make_bundle(Path(folder) / "bundle", trace, {}, kept, synthesizer)
             except SlowError:
                 played.found.append("certify: slow")
             except SafenavError as error:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from certify.making import CIRCUIT, bundle_at, certified, files_of, rewrite, run_checker, shipped
+from certify.making import CIRCUIT, bundle_at, certified, files_of, judged, rewrite, shipped
 from runtime.played import Line, Run, play
 from safenav.audit.check import check_trace
 
@@ -186,7 +186,7 @@ def test_a_trace_that_does_it_otherwise_is_refused(alter: Callable[[list[Line]],
 
 
 def test_a_bundle_proves_it() -> None:
-    status, said = run_checker(shipped("circuit"))
+    status, said = judged(shipped("circuit"))
     assert status == 0, said
     claims = re.findall(r"form-\d+: (.*)", said)
     assert len(claims) == 2 and all("without crossing" in claim for claim in claims)
@@ -211,7 +211,7 @@ def test_a_bundle_is_refused_whose_strategies_keep_less(
         told, changes = re.subn(before, after, files[name].decode())
         assert changes
         files[name] = told.encode()
-    assert run_checker(rewrite(bundle, files, tmp_path))[0] == 1
+    assert judged(rewrite(bundle, files, tmp_path))[0] == 1
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])

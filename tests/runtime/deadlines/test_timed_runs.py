@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from certify.making import bundle_at, certified, files_of, rewrite, run_checker
+from certify.making import bundle_at, certified, files_of, judged, rewrite
 from runtime.deadlines.timed import busy_scenario, timed_scenario
 from runtime.played import Run, loaded, play
 from safenav.errors import InputError
@@ -182,7 +182,7 @@ def test_the_checker_of_a_bundle_computes_the_bound_again(tmp_path: Path) -> Non
     for other in map(str, (int(least) - 1, int(least) + 1)):
         forged = trace.replace(f'"earliest":{least}', f'"earliest":{other}')
         files["trace.jsonl"] = forged.encode()
-        code, said = run_checker(rewrite(bundle_at("plan", LOST), files, tmp_path / other))
+        code, said = judged(rewrite(bundle_at("plan", LOST), files, tmp_path / other))
         assert code == 1 and "is possible from tick" in said
 
 
