@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from heapq import heappop, heappush
 
-from safenav.audit.deriving import open_obstacle, pose_of
+from safenav.audit.deriving import open_obstacle
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
@@ -39,7 +39,7 @@ class Bound:
                 most = 1 if timing is None else timing.most
                 self.until[name] = max(ready + 1, since + most - 1)
                 ready = max(ready + 1, since + self.takes(name) - 1)
-            self.start[name] = (pose_of(name, now), ready)
+            self.start[name] = (now.pose(name), ready)
         self.sealed = {
             name: {
                 o.region

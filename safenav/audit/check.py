@@ -11,6 +11,7 @@ from typing import Any
 from safenav.audit.continuation import NAME, continuation_problems
 from safenav.audit.judging import RULES, findings
 from safenav.audit.rules.rule import Finding
+from safenav.audit.situation import Situation
 from safenav.trace.fields import plain
 from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import Arrive, Move, Push
@@ -66,7 +67,8 @@ def audit(trace: Trace, after: Trace | None = None) -> Audit:
     ``after``: the trace that it continues, with whose end its header is compared."""
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
     records = [_plain_proof(record) for record in trace.records]
-    found = [*findings(trace.header, records, [rule() for rule in RULES])]
+    now = Situation(trace.header, records)
+    found = [*findings(now, records, [rule() for rule in RULES])]
     if after is not None:
         before = [_plain_proof(record) for record in after.records]
         said = continuation_problems(after.header, before, after.digest, trace.header)

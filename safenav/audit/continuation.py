@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from safenav.audit.judging import findings
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line
-from safenav.audit.remembering import Memories
 from safenav.audit.rules.deadlines import MISSION, DeadlineRule
 from safenav.audit.rules.plans import FollowsPlanRule, Left
 from safenav.audit.rules.rule import Rule
@@ -20,32 +19,6 @@ from safenav.audit.turn import Status
 
 NAME = "continuation"
 """The name of this rule."""
-
-
-class _End(Rule):
-    """Holds the situation at the end of a trace."""
-
-    name = NAME
-    now: Situation
-
-    def opening(self, now: Situation) -> tuple[()]:
-        self.now = now
-        return ()
-
-
-class _Memory(Rule):
-    """Holds the memories that robots' formulas may have."""
-
-    name, kinds = NAME, ("move", "synthesis")
-    memories: Memories
-
-    def opening(self, now: Situation) -> tuple[()]:
-        self.memories = Memories(now)
-        return ()
-
-    def line(self, record: Line, now: Situation) -> tuple[()]:
-        self.memories.line(record, now)
-        return ()
 
 
 class _Standing(Rule):
@@ -59,8 +32,7 @@ class _Standing(Rule):
     since: dict[str, int]
 
     def opening(self, now: Situation) -> tuple[()]:
-        begun = now.header.begun
-        before = {} if begun is None else dict(begun.waited or {})
+        before = dict(now.begun.waited or {})
         self.since = {robot: 1 - before.get(robot, 0) for robot in now.header.robots}
         return ()
 
@@ -92,11 +64,10 @@ def continuation_problems(
     if begun.trace is not None and begun.trace != digest:
         yield "it continues another trace than this one"
         return
-    end, deadlines, memory, plan = _End(), DeadlineRule(), _Memory(), FollowsPlanRule()
-    standing = _Standing()
-    for _ in findings(first, records, [end, deadlines, memory, plan, standing]):
+    now, deadlines = Situation(first, records), DeadlineRule()
+    plan, standing = FollowsPlanRule(), _Standing()
+    for _ in findings(now, records, [deadlines, plan, standing]):
         pass
-    now = end.now
     tick, had = _last_tick(now, records, {*(begun.had or ())})
     if {*(begun.had or ())} != had:
         said = ", ".join(begun.had or ()) or "no robot"
@@ -112,19 +83,18 @@ def continuation_problems(
                 within = deadlines.within(name)
                 if done.clock.since not in (since, since if within is None else min(since, within)):
                     yield f"the round of {name} began {since} ticks before, not {done.clock.since}"
-    for name in memory.memories.possible:
+    for name in now.memories.possible:
         done = (begun.robots or {}).get(name)
         if done is not None and now.own[name].kind == "ltl":
             told = done.memory or {}
-            begins = not told and name not in memory.memories.begun
-            if not begins and not memory.memories.may_be(name, told, now):
+            begins = not told and name not in now.memories.begun
+            if not begins and not now.memories.may_be(name, told, now):
                 yield f"{name} begins with the memory {told or 'of no step'}, which it cannot have"
     yield from _obstacle_problems(rest, now)
     follows = any(record.type in ("plan", "move", "depart") for record in records)
-    before = now.header.begun
-    left = plan.left()
-    if before is not None and before.plan is not None and not follows:
-        left = before.plan.robots, {*before.plan.orders}
+    left, before = plan.left(), now.begun.plan
+    if before is not None and not follows:
+        left = before.robots, {*before.orders}
     if robots.keys() == now.header.robots.keys():
         yield from _plan_problems(begun.plan, left)
     waited = {} if now.live else standing.waited(tick)
@@ -168,8 +138,8 @@ def _may_owe_goal(robot: str, now: Situation) -> bool:
     own, here = now.own[robot], now.region[robot]
     if now.is_away(robot) or now.objectives[robot] != own or now.toward[robot] is not None:
         return False
-    shape, rounds, seen = shape_of(own.kind), now.rounds(robot), _seen(robot, now)
-    met = not shape.ends or now.ahead[robot] >= len(own.targets)
+    shape, rounds, seen = shape_of(own.kind), now.progress[robot].rounds, _seen(robot, now)
+    met = not shape.ends or now.progress[robot].ahead >= len(own.targets)
     ended = rounds or (now.turn.origin == here and met)  # a stay there has no line
     if shape.settles and ended and here in own.targets[-1]:
         return False
@@ -189,7 +159,7 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
         return
     if now.is_away(name) or begins.objective != now.own[name]:
         return  # its rounds restart when it has its own objective again
-    shape, rounds = shape_of(now.own[name].kind), now.rounds(name)
+    shape, rounds = shape_of(now.own[name].kind), now.progress[name].rounds
     told = 0 if done is None else done.rounds or 0
     if told < rounds or (told > rounds and shape.recurs):
         yield f"{name} begins with {told} rounds, but had {rounds}"
@@ -208,19 +178,20 @@ def _waits_at(robot: str, region: int, now: Situation) -> int | None:
 
 def _seen(robot: str, now: Situation) -> set[int]:
     """Return the targets that a robot has met in its present round."""
-    settled = shape_of(now.own[robot].kind).settles and now.rounds(robot)
-    return set() if settled else {*now.covered(robot)}
+    progress = now.progress[robot]
+    settled = shape_of(now.own[robot].kind).settles and progress.rounds
+    return set() if settled else {*progress.met}
 
 
 def _turn(robot: str, now: Situation) -> Sequence[int]:
     """Return the targets of which one is next: a strict objective may begin with any."""
-    own, goals = now.own[robot], now.goals[robot]
+    own, progress = now.own[robot], now.progress[robot]
     count = max(len(own.targets), 1)
     if shape_of(own.kind).ends:
-        return [min(now.ahead[robot], count - 1)]
+        return [min(progress.ahead, count - 1)]
     if shape_of(own.kind).strict:
         return range(count)
-    return [(goals[-1].goal + 1) % count if goals else now.next[robot]]
+    return [progress.next(own) or 0]
 
 
 def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:

@@ -18,15 +18,6 @@ from safenav.audit.turn import Status
 NEWEST = "newest"
 
 
-def pose_of(name: str, now: Situation) -> Pose:
-    """Return the robot's pose; for a robot in transit, the pose where it will arrive."""
-    toward = now.toward[name]
-    if toward is None:
-        return now.region[name], now.heading[name] if now.has_heading(name) else None
-    way = now.grid.direction(now.region[name], toward)
-    return toward, way if now.has_heading(name) else None
-
-
 def open_obstacles(
     now: Situation, refused: Collection[tuple[str, str]] = ()
 ) -> tuple[OpenObstacle, ...]:
@@ -82,7 +73,7 @@ def _member(name: str, now: Situation, stays: Collection[str], out: Collection[s
     robot, own = now.header.robots[name], now.own[name]
     timing = robot.timing.most if robot.timing is not None else 1
     rivals = frozenset(n for n in now.header.robots if n != name and now.conflict(name, n))
-    here = pose_of(name, now)
+    here = now.pose(name)
     most = FAR if robot.carries is None else robot.carries
     room = most - sum(name in now.carriers(one) for one in stays)
     if name in out:
@@ -124,7 +115,7 @@ def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
         for target in objective.targets
     )
     team = Team({name: member._replace(aims=aims)})
-    return team.goes_on(name, frozenset([pose_of(name, now)]), open_obstacles(now))
+    return team.goes_on(name, frozenset([now.pose(name)]), open_obstacles(now))
 
 
 def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
@@ -165,9 +156,9 @@ def meets_own_first(robot: str, name: str, regions: AbstractSet[int], now: Situa
     if team is None or not (shape_of(own.kind).ends and now.has_heading(robot)):
         return False
     after = tuple(one for one in open_obstacles(now) if one.name != name)
-    here = team.reach(robot, frozenset([pose_of(robot, now)]), open_obstacles(now))
+    here = team.reach(robot, frozenset([now.pose(robot)]), open_obstacles(now))
     rest = frozenset(pose for pose in here if pose[0] in regions)
-    for target in own.targets[now.ahead[robot] :]:
+    for target in own.targets[now.progress[robot].ahead :]:
         rest = frozenset(p for p in team.reach(robot, rest, after) if p[0] in target)
     return not rest
 

@@ -52,9 +52,9 @@ _ROLES = (
 """The fields of lines that name robots."""
 
 
-def findings(header: Line, records: Sequence[Line], rules: Iterable[Rule]) -> Iterator[Finding]:
-    """Yield what is wrong with a run, at the latest when the turn is over that shows it."""
-    now = Situation(header, records)
+def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> Iterator[Finding]:
+    """Yield what is wrong with a run, at the latest when the turn is over that shows it. ``now``:
+    the situation at its header, which follows the lines."""
     opening, rules = now.turn, list(rules)
     announced = {obstacle.name for obstacle in now.header.obstacles}
     ends = [rule for rule in rules if _judges(rule, "turn")]

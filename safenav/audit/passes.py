@@ -90,9 +90,8 @@ class Passes:
 
     def _resumes(self, record: Line) -> bool:
         """Return whether a plan is that of the run before: it begins before the first turn."""
-        begun, first = self._now.header.begun, self._tick == 1 and not self._due
-        followed = begun is not None and begun.plan is not None
-        return record.type == "plan" and followed and first and self._open is None
+        first = self._tick == 1 and not self._due and self._open is None
+        return record.type == "plan" and self._now.begun.plan is not None and first
 
     def _owner(self, record: Line) -> str | None:
         """The robot whose turn has come by this line; None if it may be in any turn."""

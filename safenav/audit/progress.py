@@ -1,4 +1,4 @@
-"""A robot's progress with its objective, as far as its goal lines show.
+"""A robot's progress: with its own objective, and with the one in force as far as goals show it.
 
 A new strategy may begin the objective at any of its targets, since the format does not state that
 memory survives a resynthesis. So after each the next goal is unknown until one is met."""
@@ -6,81 +6,115 @@ memory survives a resynthesis. So after each the next goal is unknown until one 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Made, Objective
 
 
-@dataclass
-class Progress:
-    """``awaited``: the index of the next target in their order, None while unknown.
+class Progress(NamedTuple):
+    """The goals of the robot's own objective, and those of the objective in force.
 
-    ``covered``: the targets met in this round in any order, meaningful only if ``fresh`` (the
-    beginning of the round was seen). ``reset_line``: since when all this is counted.
-    ``last_round``: of the last goal since then; None if there was none."""
+    Own: ``goals`` since the last resolution; ``turn``, the target that was next when these began to
+    be counted (None: the robot had met none); ``ahead``, the targets met of an objective that ends,
+    whatever the robot did meanwhile; ``kept``, turn and ahead of the one that it resumes after an
+    input.
 
-    objective: Objective
+    In force, since ``reset_line``: ``awaited``, the index of the next target in their order, None
+    while unknown; ``covered``, the targets met in this round in any order, meaningful only if
+    ``fresh`` (the beginning of the round was seen); ``last_round`` of the last goal, None if there
+    was none."""
+
+    goals: tuple[Line, ...] = ()
+    turn: int | None = None
+    ahead: int = 0
+    kept: tuple[int | None, int] | None = None
     awaited: int | None = None
-    covered: set[int] = field(default_factory=set)
+    covered: frozenset[int] = frozenset()
     fresh: bool = False
     reset_line: int = 0
     last_round: int | None = 0
 
     @classmethod
-    def at_start(cls, objective: Objective, start: int) -> Progress:
+    def begun(cls, own: Objective, start: int, done: Line | None) -> Progress:
         """Return the progress before the first move: a robot begins with its first target unless
-        the robot is in it at the start (whether that counts is the strategy's decision)."""
-        first = objective.targets[0] if objective.targets else frozenset()
-        shape = shape_of(objective.kind)
-        in_order = shape.in_turn and not shape.strict and start not in first
-        return cls(objective, awaited=0 if in_order else None, fresh=start not in first)
-
-    @classmethod
-    def continued(cls, objective: Objective, done: Line) -> Progress:
-        """Return the progress where the run continues that of another trace. A strict objective
-        may begin with another target where the robot stands on one."""
-        shape = shape_of(objective.kind)
+        the robot is in it at the start (whether that counts is the strategy's decision).
+        ``done``: before this run continued another; a strict objective may then begin with another
+        target where the robot stands on one."""
+        shape = shape_of(own.kind)
         in_order = shape.in_turn and not shape.strict
-        counted = Progress(objective, (done.turn or 0) if in_order else None)
-        if shape.covers:
-            counted.covered, counted.fresh = {*(done.seen or ())}, not done.uncounted
-        counted.last_round = done.rounds or 0
-        return counted
+        if done is None:
+            off = not own.targets or start not in own.targets[0]
+            return cls(awaited=0 if in_order and off else None, fresh=off)
+        turn, rounds, seen = done.turn or 0, done.rounds or 0, frozenset(done.seen or ())
+        return cls(
+            _goals_before(own, done),
+            turn if turn or rounds or seen else None,
+            turn + bool(shape.ends and rounds),
+            awaited=turn if in_order else None,
+            covered=seen if shape.covers else frozenset(),
+            fresh=shape.covers and not done.uncounted,
+            last_round=rounds,
+        )
 
-    def reset(self, objective: Objective, line: int) -> None:
-        self.objective = objective
-        self.awaited = None
-        self.covered.clear()
-        self.fresh = False
-        self.reset_line = line
-        self.last_round = None
+    @property
+    def rounds(self) -> int:
+        """The rounds of the own objective, by its goals."""
+        return self.goals[-1].round if self.goals else 0
 
-    def recount(self) -> None:
-        """Reset the rounds after a resolution: they count from here, and a round in any order may
-        restart. The strategy continues, so the order of its targets is kept."""
-        self.covered.clear()
-        self.fresh = False
+    @property
+    def met(self) -> list[int]:
+        """The targets that were met in the present round of the own objective: the goal that
+        completes a round is the last of that, not the first of the next."""
+        done = self.rounds
+        met = [goal.goal for goal in self.goals if goal.round == done]
+        return met[1:] if done else met
 
-    def meet(self, goal: Line) -> None:
-        count, shape = len(self.objective.targets), shape_of(self.objective.kind)
-        if shape.in_turn and goal.goal < count:
+    def next(self, own: Objective) -> int | None:
+        """Return the target of the own objective whose turn it is; None if none was ever met."""
+        count = len(own.targets)
+        return (self.goals[-1].goal + 1) % count if self.goals and count else self.turn
+
+    def reset(self, line: int) -> Progress:
+        """The robot gets another objective, or another strategy."""
+        after = self._replace(awaited=None, covered=frozenset(), fresh=False)
+        return after._replace(reset_line=line, last_round=None)
+
+    def recounted(self, own: Objective) -> Progress:
+        """Something is resolved: rounds count from here, and a round in any order may restart. The
+        strategy continues, so the order of its targets is kept."""
+        return self._replace(goals=(), turn=self.next(own), covered=frozenset(), fresh=False)
+
+    def given(self, own: Objective, *, leaves: bool, resumes: bool) -> Progress:
+        """The own objective ``own`` gives way to another, which begins with its first target; one
+        that the robot ``resumes`` after an input continues, if it was kept as the robot left it."""
+        kept = self.kept
+        if leaves and kept is None:
+            kept = self.next(own), self.ahead
+        turn, ahead = kept if resumes and kept else (None, 0)
+        kept = None if resumes else kept
+        return self._replace(goals=(), turn=turn, ahead=ahead, kept=kept)
+
+    def reached(self, goal: Line, pursued: Objective, *, own: bool, sure: bool) -> Progress:
+        """The robot meets a target of the objective that it has pursued, which is its ``own`` one
+        or not. ``sure``: in this turn it had no other one, by which the target may be counted."""
+        after, shape, count = self, shape_of(pursued.kind), len(pursued.targets)
+        if own:
+            goals, ahead = (*self.goals, goal), self.ahead + (goal.goal == self.ahead)
+            after = after._replace(goals=goals, ahead=ahead)
+        if sure and shape.in_turn and goal.goal < count:
             over = shape.ends and goal.goal == count - 1
-            self.awaited = None if over else (goal.goal + 1) % count
-        elif shape.covers:
-            self.covered.add(goal.goal)
-            counted = self.last_round is not None and goal.round > self.last_round
-            if counted or (self.fresh and len(self.covered) >= count):
-                self.covered.clear()
-                self.fresh = True
-        self.last_round = goal.round
-
-    def copy(self) -> Progress:
-        counted = self.fresh, self.reset_line, self.last_round
-        return Progress(self.objective, self.awaited, set(self.covered), *counted)
+            after = after._replace(awaited=None if over else (goal.goal + 1) % count)
+        elif sure and shape.covers:
+            covered = self.covered | {goal.goal}
+            whole = self.last_round is not None and goal.round > self.last_round
+            whole = whole or (self.fresh and len(covered) >= count)
+            after = after._replace(covered=frozenset() if whole else covered)
+            after = after._replace(fresh=self.fresh or whole)
+        return after._replace(last_round=goal.round)
 
 
-def goals_before(objective: Objective, done: Line) -> list[Line]:
+def _goals_before(objective: Objective, done: Line) -> tuple[Line, ...]:
     """Return goals as a trace would have them since the last resolution, for what a robot has
     ``done`` of its own objective before the run continues."""
     shape, rounds = shape_of(objective.kind), done.rounds or 0
@@ -88,7 +122,7 @@ def goals_before(objective: Objective, done: Line) -> list[Line]:
     if objective.kind == "ltl":
         count = len(json.loads(objective.body).get("liveness", ()))
     if shape.settles and rounds:
-        return [Made(goal=count - 1, round=number) for number in range(1, rounds + 1)]
+        return tuple(Made(goal=count - 1, round=number) for number in range(1, rounds + 1))
     seen, first = [*(done.seen or ())], 0
     if shape.in_turn and count:
         first = ((done.turn or 0) - len(seen)) % count
@@ -97,4 +131,4 @@ def goals_before(objective: Objective, done: Line) -> list[Line]:
     whole = [Made(goal=goal, round=number) for number in range(rounds) for goal in order]
     for number, line in enumerate(whole[count - 1 :: count], 1):
         line.round = number
-    return whole + [Made(goal=goal, round=rounds) for goal in seen]
+    return (*whole, *(Made(goal=goal, round=rounds) for goal in seen))

@@ -5,30 +5,29 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 
-from safenav.audit.deriving import pose_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.language import Pose, RefusedError, Row
 from safenav.audit.lines import Line
-from safenav.audit.situation import Situation
+from safenav.audit.state import State
 
 
 class Memories:
     """Holds the memories that robots' formulas may have: those with which they may begin, then
     those after each step with which the formulas allow it."""
 
-    def __init__(self, now: Situation) -> None:
+    def __init__(self, now: State) -> None:
         self.possible: dict[str, set[Row]] = {}
         self.begun: set[str] = set()
         """The robots whose strategy has chosen one."""
         for robot in now.own:
             if (names := remembered(robot, now)) is not None:
                 told = None if robot not in now.done else now.done[robot].memory
-                rows = rules_of(now.own[robot]).begins(pose_of(robot, now))
+                rows = rules_of(now.own[robot]).begins(now.pose(robot))
                 self.begun |= {robot} if told else set()
                 known = {row_of(told, names)} if told else {row[: len(names)] for row in rows}
                 self.possible[robot] = known
 
-    def line(self, record: Line, now: Situation) -> None:
+    def line(self, record: Line, now: State) -> None:
         """Follow a synthesis or a move, before it takes effect."""
         robot = record.robot
         if robot not in self.possible or now.own[robot].kind != "ltl":
@@ -46,11 +45,11 @@ class Memories:
             if here != there:
                 self.possible[robot] = self._after(robot, here, there, now) or self.possible[robot]
 
-    def may_be(self, robot: str, told: Mapping[str, int], now: Situation) -> bool:
+    def may_be(self, robot: str, told: Mapping[str, int], now: State) -> bool:
         """Whether a robot's formulas may remember that."""
         return row_of(told, remembered(robot, now) or ()) in self.possible.get(robot, ())
 
-    def _after(self, robot: str, here: Pose, there: Pose, now: Situation) -> set[Row]:
+    def _after(self, robot: str, here: Pose, there: Pose, now: State) -> set[Row]:
         rules, size = rules_of(now.own[robot]), len(remembered(robot, now) or ())
         return {
             rules.valuations[j][:size]
@@ -59,7 +58,7 @@ class Memories:
         }
 
 
-def remembered(robot: str, now: Situation) -> tuple[str, ...] | None:
+def remembered(robot: str, now: State) -> tuple[str, ...] | None:
     """Return the names of what a robot's formulas remember; None if that is nothing, or they are
     not read here."""
     if now.own[robot].kind != "ltl":

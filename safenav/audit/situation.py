@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from safenav.audit.lines import Line, Objective
+from safenav.audit.remembering import Memories
 from safenav.audit.state import DECIMALS, State
 from safenav.audit.turn import (
     StackEntry,
@@ -31,6 +32,10 @@ _CHANGES = (
 class Situation(State):
     """The state as of some line, and the effects of lines on it."""
 
+    def __init__(self, header: Line, records: Iterable[Line]) -> None:
+        super().__init__(header, records)
+        self.memories = Memories(self)
+
     def starts_turn(self, record: Line) -> bool:
         """Return whether a new turn begins with this line: its violation, or else its move (or, in
         a trace that is wrong, a backtrack from nothing)."""
@@ -49,7 +54,7 @@ class Situation(State):
 
     def begin_turn(self, record: Line) -> None:
         robot = record.robot
-        origin = self.region[robot], self.toward[robot] is not None, self.progress[robot].copy()
+        origin = self.region[robot], self.toward[robot] is not None, self.progress[robot]
         self.turn = Turn(record.tick, robot, record.line, self.objectives, *origin)
 
     def ends_wait(self, record: Line) -> bool:
@@ -73,6 +78,8 @@ class Situation(State):
         robot: Any = getattr(record, "robot", None)
         if robot in self.charge:
             self._charged(record)
+        if record.type in ("synthesis", "move"):
+            self.memories.line(record, self)
         name: Any = getattr(record, "obstacle", None)
         match record.type:
             case "waiting":
@@ -153,9 +160,7 @@ class Situation(State):
                 gone = record.traversable is not False
                 self.status[name] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
                 for each, progress in self.progress.items():
-                    progress.recount()
-                    self._go_on(each)
-                    self.goals[each].clear()
+                    self.progress[each] = progress.recounted(self.own[each])
             case "appeared":
                 self.permanent.discard(name)
                 self.requests.pop(name, None)
@@ -173,15 +178,15 @@ class Situation(State):
             case "truth":
                 self.truth[name] = record.traversable
             case "objective":
-                self._go_on(robot)
-                self._begin_or_resume(record)
+                by_input, away = record.cause == "input", self.is_away(robot)
+                turns = {"leaves": by_input and away, "resumes": by_input and not away}
+                self.progress[robot] = self.progress[robot].given(self.own[robot], **turns)
                 self.own[robot] = record.objective
-                self.goals[robot].clear()
                 if not record.at_once:  # it may go where it has gone for its charge before
                     self.stop[robot] = self.objectives[robot].targets
                 if record.at_once:
                     self.objectives = {**self.objectives, robot: record.objective}
-                    self.progress[robot].reset(record.objective, record.line)
+                    self._reset(robot, record.line)
             case "inputs":
                 self.inputs = dict(record.values)
             case "service":
@@ -231,18 +236,14 @@ class Situation(State):
                     self._rests(robot)
                     self._put_in_force({robot: record.objective}, record.line)
                 if record.tick > 0:
-                    self.progress[robot].reset(self.objectives[robot], record.line)
+                    self._reset(robot, record.line)
             case "assumption":
-                self.progress[robot].reset(self.objectives[robot], record.line)
+                self._reset(robot, record.line)
             case "goal":
-                if self.objectives[robot] == self.own[robot]:
-                    self.goals[robot].append(record)
-                    self.ahead[robot] += record.goal == self.ahead[robot]
-                met = self.progress[robot]
-                if met.reset_line < self.turn.line:
-                    met.meet(record)
-                else:  # counted by the objective before the reset, or by that after it
-                    met.last_round = record.round
+                pursued, progress = self.objectives[robot], self.progress[robot]
+                sure = progress.reset_line < self.turn.line
+                own = pursued == self.own[robot]
+                self.progress[robot] = progress.reached(record, pursued, own=own, sure=sure)
 
     def _charged(self, record: Line) -> None:
         """Note what a line means for the charge of its robot."""
@@ -273,23 +274,6 @@ class Situation(State):
         self.turn.final = last
         from_outside = ("interrupted", "error")
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
-
-    def _begin_or_resume(self, record: Line) -> None:
-        """Let a new objective begin with its first target; one resumed after an input continues."""
-        robot = record.robot
-        before = self.next[robot], self.ahead[robot]
-        begins = 0, 0
-        if record.cause == "input" and not self.is_away(robot):
-            begins = self._kept.pop(robot, begins)
-        elif record.cause == "input":
-            self._kept.setdefault(robot, before)
-        self.next[robot], self.ahead[robot] = begins
-
-    def _go_on(self, robot: str) -> None:
-        """Note the target whose turn it is where rounds restart."""
-        count = len(self.own[robot].targets)
-        if self.goals[robot] and count:
-            self.next[robot] = (self.goals[robot][-1].goal + 1) % count
 
     def _asks_for(self, robot: str) -> None:
         """Note that a robot whose charge is used up asks for the obstacle that appeared there."""
@@ -369,13 +353,17 @@ class Situation(State):
         for robot, objective in objectives.items():
             if self.objectives[robot] != objective:
                 self.objectives = {**self.objectives, robot: objective}
-                self.progress[robot].reset(objective, line)
+                self._reset(robot, line)
+
+    def _reset(self, robot: str, line: int) -> None:
+        """A robot has another objective or strategy."""
+        self.progress[robot] = self.progress[robot].reset(line)
 
     def _perhaps_changed(self, helpers: Iterable[str], line: int) -> None:
         """Helpers whose duty reads as their own objective may have turned to one or the other."""
         for robot in helpers:
             if self.objectives[robot] == self.own[robot]:
-                self.progress[robot].reset(self.own[robot], line)
+                self._reset(robot, line)
 
     def _rests(self, robot: str) -> None:
         """A robot out of service gets another objective only if it helped: others have its duty."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
-from safenav.audit.kinds import shape_of
-from safenav.audit.lines import Line, Objective, Obstacle
+from safenav.audit.language import Pose
+from safenav.audit.lines import Line, Made, Objective, Obstacle
 from safenav.audit.members import Need, OpenObstacle
-from safenav.audit.progress import Progress, goals_before
+from safenav.audit.progress import Progress
 from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, taken
 from safenav.audit.world import World
 
@@ -37,26 +37,13 @@ class State:
         self.objectives = dict(self.own)
         """The objectives in force; ``own``: those that the robots have for themselves. Turns keep
         it, so it is replaced, never changed."""
-        begun = self.header.begun
-        self.done: dict[str, Line] = {} if begun is None else dict(begun.robots or {})
+        begun = self.begun = self.header.begun or Made()
+        """The run that this one continues; without fields if there is none."""
+        self.done: dict[str, Line] = dict(begun.robots or {})
         """Progress of robots with their objectives, where this run continues another."""
         self.progress = {
-            n: Progress.continued(r.objective, self.done[n])
-            if n in self.done
-            else Progress.at_start(r.objective, r.start)
-            for n, r in robots.items()
+            n: Progress.begun(r.objective, r.start, self.done.get(n)) for n, r in robots.items()
         }
-        over = {n for n, d in self.done.items() if shape_of(self.own[n].kind).ends and d.rounds}
-        self.ahead = {name: self.turn_of(name) + (name in over) for name in robots}
-        """Number of targets that each robot has met of an objective that ends, whatever it did
-        meanwhile."""
-        self.goals: dict[str, list[Line]] = {
-            n: goals_before(r.objective, self.done[n]) if n in self.done else []
-            for n, r in robots.items()
-        }
-        """The goals of each robot's own objective since the last resolution."""
-        self.next = {name: self.turn_of(name) for name in robots}
-        """The target of its own objective whose turn it was when that began to be counted."""
         self.toward: dict[str, int | None] = dict.fromkeys(robots)
         self.charge = {n: float(r.battery.start) for n, r in robots.items() if r.battery}
         """Of robots with a battery; live, when their last step ended or began."""
@@ -92,9 +79,9 @@ class State:
             name: Status.ABSENT if all(o.from_ is not None for o in listed) else Status.UNRESOLVED
             for name, listed in self.listed.items()
         }
-        met = {} if begun is None else begun.met or {}
         self.met_before: dict[str, list[frozenset[str]]] = {
-            name: [frozenset(group) for group in groups] for name, groups in met.items()
+            name: [frozenset(group) for group in groups]
+            for name, groups in (begun.met or {}).items()
         }
         """The groups that met needs of obstacles before, as long as these have not appeared."""
         self.open = {
@@ -105,15 +92,15 @@ class State:
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
-        for name in () if begun is None else begun.closed or ():
+        for name in begun.closed or ():
             if name in self.status:
                 self.status[name] = Status.UNTRAVERSABLE
                 self.discovered.add(name)
-        for name in () if begun is None else begun.stays or ():
+        for name in begun.stays or ():
             self.status[name] = Status.GIVEN_UP
             self.discovered.add(name)
             self.permanent.add(name)
-        for name, waits in ({} if begun is None else begun.asked or {}).items():
+        for name, waits in (begun.asked or {}).items():
             self.requests[name] = dict(waits)
             self.discovered.add(name)
         self.out: set[str] = set()
@@ -127,8 +114,6 @@ class State:
         self.inputs = {each.name: False for each in self.header.inputs or ()}
         self.base = dict(self.objectives)
         """The objectives of the header, which robots have while no input gives them another."""
-        self._kept: dict[str, tuple[int, int]] = {}
-        """``next`` and ``ahead`` of the objectives that robots resume after an input."""
         self.form: dict[tuple[str, Objective], str | None] = {}
         self.under_way: dict[str, Line] = {}
         """Live: the step of each robot that has not ended."""
@@ -164,10 +149,6 @@ class State:
         """The obstacles that sweep regions."""
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
-    def turn_of(self, robot: str) -> int:
-        """Return the target with which a robot continues its objective."""
-        return (self.done[robot].turn or 0) if robot in self.done else 0
-
     def opened(self, obstacle: str) -> OpenObstacle:
         """Return an obstacle that is there from now on, as far as it was resolved before."""
         found = self.obstacles[obstacle].opened()
@@ -175,19 +156,15 @@ class State:
             found = found.advanced(group)
         return found
 
-    def rounds(self, robot: str) -> int:
-        """Return the rounds that a robot has done of its own objective, by its goals."""
-        return self.goals[robot][-1].round if self.goals[robot] else 0
-
-    def covered(self, robot: str) -> list[int]:
-        """Return the targets that a robot has met in its present round: the goal that completes a
-        round is the last of that, not the first of the next."""
-        done = self.rounds(robot)
-        met = [goal.goal for goal in self.goals[robot] if goal.round == done]
-        return met[1:] if done else met
-
     def has_heading(self, robot: str) -> bool:
         return self.header.robots[robot].mobility == "heading"
+
+    def pose(self, robot: str) -> Pose:
+        """Return the robot's pose; for a robot in transit, the pose where it will arrive."""
+        here, toward, heading = self.region[robot], self.toward[robot], self.heading[robot]
+        if toward is not None:
+            here, heading = toward, self.grid.direction(here, toward)
+        return here, heading if self.has_heading(robot) else None
 
     def taken_by(self, robot: str) -> set[int]:
         """Return the regions that a robot occupies: two while it is in transit."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from safenav.audit.deriving import open_obstacle, pose_of, poses_in, team_of
+from safenav.audit.deriving import open_obstacle, poses_in, team_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
@@ -71,7 +71,7 @@ def case_of(
     lifted = {name: with_memory(team.members[name], rules_of(now.own[name])) for name in memory}
     if lifted:
         team = Team({**team.members, **lifted}, newest_first=team.newest_first)
-    at = {name: pose_of(name, now) for name in team.names}
+    at = {name: now.pose(name) for name in team.names}
     known = [
         name
         for name in now.obstacles
@@ -90,7 +90,7 @@ def case_of(
 
 
 def _wish(name: str, now: Situation, team: Team) -> Wish:
-    objective, rounds, covered = now.own[name], now.header.until.rounds or 1, now.covered(name)
+    objective, progress, rounds = now.own[name], now.progress[name], now.header.until.rounds or 1
     targets = tuple(frozenset(poses_in(target, name, now)) for target in objective.targets)
     if objective.kind == "ltl":
         targets = team.members[name].aims
@@ -99,10 +99,10 @@ def _wish(name: str, now: Situation, team: Team) -> Wish:
         targets,
         shape_of(objective.kind).ordered,
         ends,
-        (min(now.ahead[name], last),) if ends else _awaited(name, objective, now),
-        frozenset(goal for goal in covered if goal < len(targets)),
-        len(covered),
-        max(rounds - now.rounds(name), 0),
+        (min(progress.ahead, last),) if ends else _awaited(name, objective, now),
+        frozenset(goal for goal in progress.met if goal < len(targets)),
+        len(progress.met),
+        max(rounds - progress.rounds, 0),
         shape_of(objective.kind).strict and not objective.literal and len(targets) == 2,
     )
 
@@ -110,10 +110,11 @@ def _wish(name: str, now: Situation, team: Team) -> Wish:
 def _awaited(name: str, objective: Objective, now: Situation) -> tuple[int, ...]:
     """Return the targets that may be next: a strict objective of which no target is met may begin
     with any, unless it is literal."""
-    count, known, goals = len(objective.targets), now.progress[name].awaited, now.goals[name]
+    count, progress = len(objective.targets), now.progress[name]
+    known, goals = progress.awaited, progress.goals
     if objective.literal and now.objectives[name] == objective and known is not None:
         return (known,)
     if goals and goals[-1].goal < count:
         return ((goals[-1].goal + 1) % count,)
     strict = shape_of(objective.kind).strict
-    return tuple(range(count)) if strict else (now.next[name] % max(count, 1),)
+    return tuple(range(count)) if strict else ((progress.turn or 0) % max(count, 1),)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from safenav.audit.deriving import pose_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose, RefusedError, closure
@@ -235,7 +234,7 @@ def _is_empty(robot: str, charge: float, now: Situation, at: int | None = None) 
 
 def _too_far(now: Situation, robot: str, target: frozenset[int], charge: float) -> bool:
     """Whether the charge of a robot does not suffice for the way to a region of a target."""
-    start, shut = pose_of(robot, now), _shut(now, robot) | now.own[robot].avoid
+    start, shut = now.pose(robot), _shut(now, robot) | now.own[robot].avoid
     seen, edge, steps = {start}, {start}, 0
     while edge and not any(pose[0] in target for pose in edge):
         edge = {to for pose in edge for to in _steps(now, robot, pose, shut)} - seen
@@ -283,7 +282,7 @@ def need(
     By relaxation of numbers on poses, for each
     target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
-    own, start = now.own[robot], pose_of(robot, now)
+    own, start = now.own[robot], now.pose(robot)
     targets, shut = own.targets, shut | own.avoid
     last, settles = len(targets) - 1, shape_of(own.kind).settles
 

@@ -22,33 +22,23 @@ _SETTLES_AGAIN = ("request", "push", "pop", "blocked", "service", "objective")
 
 @dataclass
 class _Clock:
-    """A robot's present round: when it began, whether the robot did something else in it or in the
-    one before, whether it is judged, or said to be lost."""
+    """The time of a robot's present round: when it began, whether the robot did something else in
+    it or in the one before, whether it is judged, or said to be lost."""
 
     begun: int = 0
     away: bool = False
     before: bool = False
     over: bool = False
     lost: bool = False
-    rounds: int = 0
-    met: int = 0
-    turn: int | None = None
 
     @classmethod
-    def continued(cls, done: Line, count: int) -> _Clock:
+    def continued(cls, told: Line) -> _Clock:
         """The clock of a round that began before the run continues here."""
-        told, begun = done.clock, done.turn or done.rounds or done.seen
-        turn = ((done.turn or 0) - 1) % count if begun and count else None
-        clock = cls(rounds=done.rounds or 0, met=len(done.seen or ()), turn=turn)
-        if told is not None:
-            clock.begun, clock.over = -told.since, bool(told.over)
-            clock.away, clock.before = bool(told.disturbed), bool(told.before)
-        return clock
+        return cls(-told.since, bool(told.disturbed), bool(told.before), bool(told.over))
 
-    def restart(self, tick: int, *, met: int = 0) -> None:
-        """``met``: targets that it has met in this round, and that count."""
+    def restart(self, tick: int) -> None:
         self.before, self.away = self.away, False
-        self.begun, self.over, self.lost, self.met = tick, False, False, met
+        self.begun, self.over, self.lost = tick, False, False
 
 
 def _promised(outcome: Line) -> list[str]:
@@ -86,18 +76,17 @@ class DeadlineRule(Rule):
         self._since = (0, 0)
 
     def opening(self, now: Situation) -> Iterable[Said]:
-        promises, robots = now.header.promises, now.header.robots
+        promises = now.header.promises
         self._active = promises is not None
-        self._clocks = {name: _Clock() for name in robots}
-        for name, done in now.done.items():
-            self._clocks[name] = _Clock.continued(done, len(robots[name].objective.targets))
+        clocks = {name: done.clock for name, done in now.done.items() if done.clock is not None}
+        told = {name: _Clock.continued(clock) for name, clock in clocks.items()}
+        self._clocks = {name: told.get(name) or _Clock() for name in now.header.robots}
         if promises is not None:
             self._within = dict(promises.within)
             if promises.by is not None:
                 self._open[MISSION] = promises.by
-            if now.header.begun is not None:
-                self._open |= now.header.begun.due or {}
-                self._past |= {*(now.header.begun.late or ())}
+            self._open |= now.begun.due or {}
+            self._past |= {*(now.begun.late or ())}
         return ()
 
     def open(self) -> dict[str, int]:
@@ -230,7 +219,6 @@ class DeadlineRule(Rule):
                 self._ends(record.obstacle, "kept")
                 for clock in self._clocks.values():
                     clock.restart(tick)
-                    clock.rounds = 0
             case "gone" | "blocked":
                 self._ends(record.obstacle, "excused")
             case "synthesis":
@@ -245,7 +233,7 @@ class DeadlineRule(Rule):
                 if record.within is not None:
                     self._within[record.robot] = record.within
             case "service" if record.active is True:
-                self._clocks[record.robot].restart(tick, met=self._clocks[record.robot].met)
+                self._clocks[record.robot].restart(tick)
             case "goal":
                 self._goal(record, now)
 
@@ -255,24 +243,20 @@ class DeadlineRule(Rule):
         first = next(iter(now.requests.get(record.obstacle, {})), None)
         if first is None or first not in now.charge:
             return None
-        turn = self._clocks[first].turn
-        after = 0 if turn is None else turn + 1
+        turn = now.progress[first].next(now.own[first]) or 0
         try:
-            return lasts_until(now, record.tick, first, record.obstacle, after)
+            return lasts_until(now, record.tick, first, record.obstacle, turn)
         except RefusedError:
             return None
 
     def _goal(self, record: Line, now: Situation) -> None:
-        clock, own = self._clocks[record.robot], now.own[record.robot]
-        if now.objectives[record.robot] != own:
+        robot, clock = record.robot, self._clocks[record.robot]
+        own = now.objectives[robot] == now.own[robot]
+        if not own or record.round <= now.progress[robot].rounds:
             return
-        clock.turn, clock.met = record.goal, clock.met + 1
-        if record.round <= clock.rounds:
-            return
-        clock.rounds = record.round
-        within = self._within.get(record.robot)
+        within = self._within.get(robot)
         if within is not None and not clock.over:
-            self._turn_owes.append((record.robot, clock.begun + within, "kept"))
+            self._turn_owes.append((robot, clock.begun + within, "kept"))
         clock.restart(record.tick)
 
     def _ends(self, of: str, verdict: str) -> None:
@@ -355,11 +339,11 @@ class DeadlineRule(Rule):
     def _left(self, robot: str, now: Situation, rounds: int = 1) -> Iterator[list[frozenset[int]]]:
         """The targets that a robot has still to meet for its round, and the ``rounds`` after it;
         a strict one that has met none may begin with any where no strategy says."""
-        targets, clock = now.own[robot].targets, self._clocks[robot]
-        count = len(targets)
-        left = max(count * rounds - clock.met, 0)
-        begins = [0] if clock.turn is None else [(clock.turn + 1) % count]
-        if clock.turn is None and shape_of(now.own[robot].kind).strict:
+        own, progress = now.own[robot], now.progress[robot]
+        targets, count, turn = own.targets, len(own.targets), progress.next(own)
+        left = max(count * rounds - len(progress.met), 0)
+        begins = [turn or 0]
+        if turn is None and shape_of(own.kind).strict:
             begins = [self._first[robot]] if robot in self._first else [*range(count)]
         for first in begins:
             yield [targets[(first + k) % count] for k in range(left)]
@@ -370,13 +354,16 @@ class DeadlineRule(Rule):
         ends: list[set[int | None]] = [{self._tick}]
         wanted = now.header.until.rounds or 1
         for name in now.header.robots:
-            clock, objective = self._clocks[name], now.own[name]
-            if shape_of(objective.kind).settles:
-                met = clock.turn if shape_of(objective.kind).in_turn else None
-                first = 0 if met is None else met + 1
-                choices = [[*objective.targets[first:]] if clock.rounds < 1 else []]
-            elif shape_of(objective.kind).in_turn:
-                choices = [*self._left(name, now, wanted - clock.rounds)]
+            progress, objective, shape = (
+                now.progress[name],
+                now.own[name],
+                shape_of(now.own[name].kind),
+            )
+            if shape.settles:
+                first = progress.ahead if shape.in_turn else 0
+                choices = [[*objective.targets[first:]] if progress.rounds < 1 else []]
+            elif shape.in_turn:
+                choices = [*self._left(name, now, wanted - progress.rounds)]
             else:
                 continue
             found = {self._bounds(now).round(name, goals) for goals in choices if goals}

@@ -38,8 +38,8 @@ def goal_order(record: Line, now: Situation) -> Iterator[Said]:
             yield f"{robot} meets target {goal.goal} twice in one turn"
             return
     own = now.objectives[robot] == now.own[robot]
-    if own and shape_of(now.objectives[robot].kind).ends and record.goal > now.ahead[robot]:
-        yield f"{robot} meets target {record.goal}, but {now.ahead[robot]} is next"
+    if own and shape_of(now.objectives[robot].kind).ends and record.goal > progress.ahead:
+        yield f"{robot} meets target {record.goal}, but {progress.ahead} is next"
         return
     if progress.reset_line >= now.turn.line > now.header_line:
         return  # may be counted by the objective before
@@ -56,16 +56,18 @@ def out_of_turn(now: Situation) -> Iterator[Said]:
     alternation, or moved by a joint plan (D 5.3 and 5.4)."""
     turn = now.turn
     progress = _steady(turn, now)
-    if progress is None or not shape_of(progress.objective.kind).strict or turn.robot is None:
+    if progress is None or turn.robot is None:
         return
-    robot, here = turn.robot, now.region[turn.robot]
+    robot, here, objective = turn.robot, now.region[turn.robot], turn.objectives[turn.robot]
+    if not shape_of(objective.kind).strict:
+        return
     if now.alternates(robot) or not _by_strategy(turn):
         return
     if now.toward[robot] is not None:
         return  # it is leaving: a step of several ticks
     if progress.awaited is None and turn.on_the_way:
         return  # it had another objective when it set out
-    for index, target in enumerate(progress.objective.targets):
+    for index, target in enumerate(objective.targets):
         if here in target and turn.origin in target:
             yield f"{robot} met {now.show(here)} and does not leave it immediately"
         elif here in target and progress.awaited not in (None, index):
@@ -81,23 +83,22 @@ def missed_goal(now: Situation) -> Iterator[Said]:
     progress = _steady(turn, now)
     if progress is None or turn.robot is None or now.is_cut_short():
         return
-    robot, move = turn.robot, turn.first("move")
-    begun = now.header.begun
-    if begun is not None and turn.tick <= 1 and robot in (begun.had or ()):
+    robot, move, objective = turn.robot, turn.first("move"), turn.objectives[turn.robot]
+    if turn.tick <= 1 and robot in (now.begun.had or ()):
         return  # it had its turn in that tick before the run was continued
     here = now.region[robot] if move is None else move.to  # an operator may have moved it since
     if now.toward[robot] is not None:
         return  # it is leaving: only a robot that ends a step, or stays, meets a target
     met = {goal.goal for goal in turn.all("goal")}
-    crosses = shape_of(progress.objective.kind).strict and not _by_strategy(turn)
+    crosses = shape_of(objective.kind).strict and not _by_strategy(turn)
     if progress.awaited is None and (now.alternates(robot) or crosses or turn.on_the_way):
         return  # which target is next is not known yet
-    if now.live and _stays_in_all(progress.objective, turn.origin, here):
-        own = progress.objective == now.own[robot]
+    if now.live and _stays_in_all(objective, turn.origin, here):
+        own = objective == now.own[robot]
         if (progress.last_round or 0) >= (now.header.until.rounds if own else 1):
             return
-    for index, target in enumerate(progress.objective.targets):
-        if here in target and index not in met and _is_due(progress, index, turn.origin):
+    for index, target in enumerate(objective.targets):
+        if here in target and index not in met and _is_due(objective, progress, index, turn.origin):
             yield f"{robot} reaches its target {now.show(here)}, but the goal line is missing"
 
 
@@ -223,7 +224,7 @@ def hold(now: Situation) -> Iterator[Said]:
 def _ended(robot: str, now: Situation) -> bool:
     """Return whether a robot has met all targets of its own objective, and pursues that."""
     own = now.own[robot]
-    return now.objectives[robot] == own and now.ahead[robot] >= len(own.targets)
+    return now.objectives[robot] == own and now.progress[robot].ahead >= len(own.targets)
 
 
 def _by_strategy(turn: Turn) -> bool:
@@ -239,9 +240,9 @@ def _is_target(objective: Objective, index: int, region: int) -> bool:
     return index < len(objective.targets) and region in objective.targets[index]
 
 
-def _is_due(progress: Progress, index: int, origin: int | None) -> bool:
+def _is_due(objective: Objective, progress: Progress, index: int, origin: int | None) -> bool:
     """Return whether reaching the target of that index is certainly a goal."""
-    targets, shape = progress.objective.targets, shape_of(progress.objective.kind)
+    targets, shape = objective.targets, shape_of(objective.kind)
     came = origin not in targets[index]
     if shape.strict:
         return progress.awaited == index or (progress.awaited is None and came)

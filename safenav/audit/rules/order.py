@@ -118,8 +118,7 @@ class OrderRule(Rule):
         moment; what follows a move has no order of its own: a settlement may follow on anything."""
         turn, kind = now.turn, record.type
         moved = turn.first("move") is not None
-        begun = None if turn.robot else now.header.begun
-        known = begun is not None and bool(begun.asked or begun.stays)  # from the run before
+        known = not turn.robot and bool(now.begun.asked or now.begun.stays)  # from the run before
         early = kind in ("met", "resolved", "belief") or (
             kind in _SETTLING and turn.tick == self._last and not known
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from safenav.audit.kinds import shape_of
@@ -190,8 +190,8 @@ class CompletedRule(Rule):
         if told is None:
             yield f"the rounds of {robot} are missing"
             return
-        objective = now.own[robot]
-        _, most = _bounds(now.goals[robot], objective)
+        objective, progress = now.own[robot], now.progress[robot]
+        _, most = _bounds(progress.goals, objective)
         if outcome.outcome == "completed":
             if now.is_away(robot):
                 yield f"an input keeps {robot} from its objective, so the run is not completed"
@@ -199,8 +199,8 @@ class CompletedRule(Rule):
                 yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
             elif most is not None and most < wanted:
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
-            elif shape_of(objective.kind).ends and now.ahead[robot] < len(objective.targets):
-                yield f"{robot} has met {now.ahead[robot]} of its {len(objective.targets)} targets"
+            elif shape_of(objective.kind).ends and progress.ahead < len(objective.targets):
+                yield f"{robot} has met {progress.ahead} of its {len(objective.targets)} targets"
             elif _stays(robot, now) and (held := self._ticks_held(robot)) + 1 < wanted:
                 # The region where it stands when counting begins may also count.
                 yield f"{robot} has held for {held} ticks of {wanted}"
@@ -226,12 +226,13 @@ class CompletedRule(Rule):
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
 
     def _surely(self, robot: str, now: Situation) -> int:
-        objective, shape = now.own[robot], shape_of(now.own[robot].kind)
+        objective, goals = now.own[robot], now.progress[robot].goals
+        shape = shape_of(objective.kind)
         if now.objectives[robot] != objective:
             return 0
         if shape.settles and not shape.ends:
-            return len(now.goals[robot])
-        return _bounds(now.goals[robot], objective)[0]
+            return len(goals)
+        return _bounds(goals, objective)[0]
 
 
 def _undone(now: Situation) -> list[str]:
@@ -267,10 +268,10 @@ def _is_in(time: float, spans: Iterable[tuple[int, int]]) -> bool:
 def _stays(robot: str, now: Situation) -> bool:
     """Return whether each tick at its last target is a round of a robot's own objective."""
     own, shape = now.own[robot], shape_of(now.own[robot].kind)
-    return shape.settles and (not shape.ends or now.ahead[robot] >= len(own.targets))
+    return shape.settles and (not shape.ends or now.progress[robot].ahead >= len(own.targets))
 
 
-def _bounds(goals: list[Line], objective: Objective) -> tuple[int, int | None]:
+def _bounds(goals: Sequence[Line], objective: Objective) -> tuple[int, int | None]:
     """Return the least and the greatest number of rounds that these goals can be (None: no
     bound)."""
     if not shape_of(objective.kind).recurs:
@@ -285,7 +286,7 @@ def _bounds(goals: list[Line], objective: Objective) -> tuple[int, int | None]:
     return min(by_last, by_count, _covers(goals, count)), max(by_last, by_count)
 
 
-def _covers(goals: list[Line], count: int) -> int:
+def _covers(goals: Sequence[Line], count: int) -> int:
     rounds, covered = 0, set[int]()
     for goal in goals:
         covered.add(goal.goal)

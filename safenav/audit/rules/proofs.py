@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from safenav.audit.deriving import pose_of, team_of
+from safenav.audit.deriving import team_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose, closure
@@ -14,7 +14,7 @@ from safenav.audit.lines import Line, proof_of
 from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems, tree_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
-from safenav.audit.remembering import Memories, remembered, row_of
+from safenav.audit.remembering import remembered, row_of
 from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import Team, TooManyError
@@ -40,12 +40,9 @@ class ProofRule(Rule):
 
     def opening(self, now: Situation) -> Iterable[Said]:
         self._never |= now.permanent
-        self._memories = Memories(now)
         return ()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if record.type in ("synthesis", "move"):
-            self._memories.line(record, now)
         if record.type == "synthesis":
             self._memory[record.robot, record.spec] = record.memory
         elif record.type in ("appeared", "gone", "reopened"):
@@ -82,7 +79,7 @@ class ProofRule(Rule):
             for name in _could_be_given_up(proof, now):
                 yield f"no need of {name} can ever be met, but it does not become permanent"
             try:
-                memory = self._numbers(proof.get("memory") or {}, now)
+                memory = _numbers(proof.get("memory") or {}, now)
                 if isinstance(memory, str):
                     yield memory
                     return
@@ -90,19 +87,6 @@ class ProofRule(Rule):
                 yield from problems_of(proof, case) if case else ()
             except TooManyError as large:
                 yield Finding(self.name, record.tick, None, record.line, str(large), unknown=True)
-
-    def _numbers(self, told: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str:
-        """Return the number of what the formulas of each robot remember as a proof tells it, or why
-        they cannot."""
-        found = dict[str, int]()
-        for name, memory in told.items():
-            names = remembered(name, now) if name in now.own else None
-            if names is None or {*names} != memory.keys():
-                return f"the formulas of {name} do not remember {', '.join(memory) or 'nothing'}"
-            if not self._memories.may_be(name, memory, now):
-                return f"the formulas of {name} cannot remember {memory}"
-            found[name] = rules_of(now.own[name]).valuations.index(row_of(memory, names))
-        return found
 
     def _unrealizable(self, record: Line, now: Situation) -> bool:
         """Return whether some robot has permanently lost its objective, as a synthesis states:
@@ -140,6 +124,20 @@ class ProofRule(Rule):
         else:
             yield f"{record.obstacle} is given up without proof"
         self._never.add(record.obstacle)
+
+
+def _numbers(told: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str:
+    """Return the number of what the formulas of each robot remember as a proof tells it, or why
+    they cannot."""
+    found = dict[str, int]()
+    for name, memory in told.items():
+        names = remembered(name, now) if name in now.own else None
+        if names is None or {*names} != memory.keys():
+            return f"the formulas of {name} do not remember {', '.join(memory) or 'nothing'}"
+        if not now.memories.may_be(name, memory, now):
+            return f"the formulas of {name} cannot remember {memory}"
+        found[name] = rules_of(now.own[name]).valuations.index(row_of(memory, names))
+    return found
 
 
 def _lost(record: Line, now: Situation) -> Mapping[str, str]:
@@ -181,9 +179,9 @@ def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str
 def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] | None) -> bool:
     """Return whether a robot alone can continue forever from where it is, with the ``memory`` of
     its formulas if that is known."""
-    own, here = now.own[name], frozenset([pose_of(name, now)])
+    own, here = now.own[name], frozenset([now.pose(name)])
     if shape_of(own.kind).ends and name not in now.out:
-        for target in own.targets[min(now.ahead[name], len(own.targets) - 1) :]:
+        for target in own.targets[min(now.progress[name].ahead, len(own.targets) - 1) :]:
             here = frozenset(p for p in team.reach(name, here, ()) if p[0] in target)
         if now.header.coordination != RESYNTHESIS:  # it may be sent away, and must come back
             here = frozenset(p for p in here if _comes_back(name, p, team))
@@ -193,10 +191,10 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
         rows = [tuple(memory.get(variable, -1) for variable in formulas.names)]
         rows = [row for row in rows if row in formulas.valuations]
         if formulas.names and not memory:  # they begin
-            rows = formulas.begins(pose_of(name, now))
+            rows = formulas.begins(now.pose(name))
         if rows:
             live = formulas.live(team.reach(name, here, ()), team.members[name].steps)
-            return any((pose_of(name, now), formulas.valuations.index(row)) in live for row in rows)
+            return any((now.pose(name), formulas.valuations.index(row)) in live for row in rows)
     if own.literal and shape_of(own.kind).strict and memory and name not in now.out:
         turn = next(iter(memory.values()))
         return team.goes_on(name, here, ()) and _keeps_order(name, now, team, turn)
@@ -214,7 +212,7 @@ def _keeps_order(name: str, now: Situation, team: Team, turn: int) -> bool:
     """Return whether a robot alone can meet its targets in turn forever from where it is, target
     number ``turn`` being next, and touch none out of turn: whether it gets to a cycle on which it
     meets the first one."""
-    targets, walkable = now.own[name].targets, team.reach(name, frozenset([pose_of(name, now)]), ())
+    targets, walkable = now.own[name].targets, team.reach(name, frozenset([now.pose(name)]), ())
     steps = team.members[name].steps
 
     def after(state: tuple[Pose, int]) -> Iterator[tuple[Pose, int]]:
@@ -223,7 +221,7 @@ def _keeps_order(name: str, now: Situation, team: Team, turn: int) -> bool:
         shut = frozenset[int]().union(*(t for k, t in enumerate(targets) if k != due))
         yield from ((to, due) for to in steps[pose] if to in walkable and to[0] not in shut)
 
-    found = closure([(pose_of(name, now), turn)], after)
+    found = closure([(now.pose(name), turn)], after)
     first = [state for state in found if state[1] == 0 and state[0][0] in targets[0]]
     return any(state in closure(after(state), after) for state in first)
 

@@ -9,7 +9,6 @@ from safenav.audit.deriving import (
     is_stop,
     meets_own_first,
     open_obstacles,
-    pose_of,
     serving,
     team_of,
 )
@@ -144,7 +143,7 @@ def bids(record: Line, now: Situation) -> Iterator[Said]:
         return
     for robot in sorted(able & set(record.bids)):
         there = frozenset(pose for pose in team.members[robot].steps if pose[0] in where)
-        here = frozenset([pose_of(robot, now)])
+        here = frozenset([now.pose(robot)])
         truth, bid = team.ticks(robot, here, there, obstacles), record.bids[robot]
         if bid != truth:
             yield robot, f"{robot} bids {_ticks(bid)} for {name}; it takes {_ticks(truth)}"
@@ -254,7 +253,7 @@ class HelperRule(Rule):
         team = team_of(now)
         if team is None:
             return None
-        poses = {name: pose_of(name, now) for name in now.header.robots}
+        poses = {name: now.pose(name) for name in now.header.robots}
         obstacles = open_obstacles(now, refused)
         return team.settle(poses, obstacles, present, now.aside, [*_possible(acts, obstacles)])
 
@@ -313,7 +312,7 @@ class HelperRule(Rule):
         if team is None or turns or not team.members[robot].rivals & {*found.duties}:
             return ""
         (place,) = objective.targets[0] if len(objective.targets[0]) == 1 else (None,)
-        at = {name: pose_of(name, now) for name in now.header.robots}
+        at = {name: now.pose(name) for name in now.header.robots}
         derived = at, open_obstacles(now), found.duties
         if place is None or not team.in_the_way(robot, place, *derived):
             return ""

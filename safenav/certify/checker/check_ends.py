@@ -36,7 +36,7 @@ def outcome(run: Any, record: Line, now: Situation) -> str:
     what, rounds = record.outcome, now.header.until.rounds or 0
     if what == "completed":
         for name, robot in run.robots.items():
-            goals = [line.goal for line in now.goals[name]]
+            goals = [line.goal for line in now.progress[name].goals]
             met = min(map(goals.count, robot.own.goals))
             own = robot.own  # of one that stays, or of mere safety, each tick counts
             lasts = own.shape.settles or (own.kind == "ltl" and not own.liveness)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from itertools import chain
 from typing import Any
 
-from safenav.audit.deriving import is_stop, pose_of
+from safenav.audit.deriving import is_stop
 from safenav.audit.judging import RULES, findings
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.language import Pose, RefusedError, TooLargeError, require
@@ -59,7 +59,7 @@ class Robot:
     @property
     def destination(self) -> Pose:
         """The end of its step, if it is in transit."""
-        return pose_of(self.name, self.now)
+        return self.now.pose(self.name)
 
     @property
     def heard(self) -> dict[str, int]:
@@ -122,7 +122,8 @@ class Evidence(Rule):
     def replay(self, rules: Iterable[type[Rule]] = RULES) -> None:
         """Refuse unless all lines are true by some rules."""
         lines = [read_line(data, number) for number, data in enumerate(self.trace, 2)]
-        for finding in findings(self.header, lines, [*(rule() for rule in rules), self]):
+        now = Situation(self.header, lines)
+        for finding in findings(now, lines, [*(rule() for rule in rules), self]):
             external = self.scenario.get("world") == "external"
             if external and finding.rule in (STRAYING if self.live else STRAYING | APART):
                 self.astray = finding
