@@ -8,7 +8,7 @@ from audit.broken_traces import Case
 from audit.good_traces import GOOD as GOOD_IN_TICKS
 from audit.live_traces import CASES_OF_LIVE, GOOD_LIVE
 from audit.living import living
-from audit.trace_script import Line, Script, obstacle, robot, text
+from audit.trace_script import Line, Script, both, obstacle, robot, text
 from safenav.audit.check import check_trace
 from safenav.audit.judging import NAMES_RULE, RULES
 from safenav.audit.lines import read_line
@@ -87,17 +87,14 @@ def test_heading_mobility_is_straight_on_or_a_right_angle(
 def test_every_rule_is_there_once_and_has_a_broken_trace() -> None:
     names = [rule.name for rule in RULES]
     assert len(set(names)) == len(names)
-    assert {case[0] for case in CASES} == {*names, NAMES_RULE}
-    assert {case[1] for case in CASES} <= GOOD.keys()
+    told = [told.split() for told, *_ in CASES]
+    assert {rule for rule, *_ in told} == {*names, NAMES_RULE}
+    assert {trace for _, trace, *_ in told} <= GOOD.keys()
 
 
 def test_every_rule_says_what_it_demands() -> None:
     for rule in RULES:
         assert rule.__doc__ and "(" in rule.__doc__, rule.name
-
-
-def _id(case: Case) -> str:
-    return f"{case[0]}-{case[1]}"
 
 
 @pytest.mark.parametrize("name", GOOD)
@@ -113,15 +110,15 @@ def test_a_run_in_ticks_told_in_seconds_breaks_no_rule(name: str) -> None:
     assert check_trace(text(living(GOOD_IN_TICKS[name]()))).findings == ()
 
 
-@pytest.mark.parametrize("case", CASES, ids=_id)
+@pytest.mark.parametrize("case", CASES, ids=[told for told, *_ in CASES])
 def test_a_broken_rule_is_named_with_tick_and_robot(case: Case) -> None:
-    rule, name, mutate, tick, robot_name, *several = case
+    told, *mutations = case
+    rule, name, tick, robot_name, *several = told.split()
     lines = GOOD[name]()
-    mutate(lines)
-    audit = check_trace(text(lines))
-    assert [finding.rule for finding in audit.findings] == [rule] * (several or [1])[0]
-    first = audit.findings[0]
-    assert (first.tick, first.robot) == (tick, robot_name)
+    both(*mutations)(lines)
+    found = check_trace(text(lines)).findings
+    assert [finding.rule for finding in found] == [rule] * int((several or ["1"])[0])
+    assert (found[0].tick, found[0].robot or "-") == (int(tick), robot_name)
 
 
 def test_who_is_leaving_a_target_does_not_meet_it_once_more() -> None:
