@@ -10,7 +10,8 @@ from typing import Any
 
 from safenav.audit.lines import Line, Objective
 from safenav.audit.remembering import Memories
-from safenav.audit.state import DECIMALS, State
+from safenav.audit.robots import DECIMALS
+from safenav.audit.state import State
 from safenav.audit.turn import (
     StackEntry,
     Status,
@@ -80,10 +81,13 @@ class Situation(State):
             self._charged(record)
         if record.type in ("synthesis", "move"):
             self.memories.line(record, self)
-        name: Any = getattr(record, "obstacle", None)
+        self._follow_robot(robot, record)
+        self._follow_obstacle(getattr(record, "obstacle", None), robot, record)
+        self._follow_objectives(robot, record)
+
+    def _follow_robot(self, robot: Any, record: Line) -> None:
+        """Note where robots are, and what they do there."""
         match record.type:
-            case "waiting":
-                self.waits = record
             case "hold":
                 waits = record.why == "synthesis"
                 (self.awaiting.add if waits else self.awaiting.discard)(robot)
@@ -104,26 +108,12 @@ class Situation(State):
                 self.barred |= {(robot, one) for one in record.barred or ()}
                 if record.results or not record.reason:  # else it has failed
                     self._perform(robot, record.results, acted)
-            case "acts":
-                self.acts = record.acts
-            case "plan" | "plan_end":
-                self.plan = record if record.type == "plan" else None
-            case "reopened":
-                self.status[name] = Status.UNRESOLVED
-                self.requests[name] = self.given_up.pop(name, {})
-            case "operator" if record.intervention == "permanent" and name is not None:
-                self.permanent.add(name)
-                self.given_up.pop(name, None)  # that is decided
             case "operator" if record.region is not None and robot is not None:
-                self.region[robot] = record.region
-                self.heading[robot] = record.heading
-                self.toward[robot] = None
+                self._place(robot, record.region, record.heading, None)
                 self.lost.pop(robot, None)
                 self._fit_again(robot=robot)
             case "move":
-                self.region[robot] = record.to
-                self.heading[robot] = record.heading
-                self.toward[robot] = record.toward
+                self._place(robot, record.to, record.heading, record.toward)
                 if record.toward is None:
                     self.set_out.pop(robot, None)
                 else:
@@ -137,36 +127,42 @@ class Situation(State):
                     self._perform(robot, {})
             case "belief":
                 self.beliefs[robot, record.of] = record
+            case "inputs":
+                self.inputs = dict(record.values)
+            case "service":
+                (self.out.discard if record.active else self.out.add)(robot)
+                if record.active:
+                    self._fit_again(robot=robot)
+                elif record.cause == "battery":
+                    self._asks_for(robot)
+
+    def _follow_obstacle(self, name: Any, robot: Any, record: Line) -> None:
+        """Note what becomes of an obstacle, and of the request for it."""
+        match record.type:
             case "violation":
                 self.discovered.add(name)
                 if not self.status[name].stays:
                     requesters = self.requests.setdefault(name, {})
                     requesters.pop(robot, None)
                     requesters[robot] = self.region[robot]
-                closed = self.status[name].away
-                if self.external and closed:  # a door has fallen shut again
+                if self.external and self.status[name].away:  # a door has fallen shut again
                     self._begin(name)
             case "discovered":
                 found = record.obstacle
                 self.introduced.add(found.name)
                 if self.external and found.from_ is None:  # nobody knows what was done to it before
                     self._begin(found.name)
-            case "resolved":
-                self._fit_again(obstacle=name)
-                whole = len(self.obstacles[name].all_needs)
-                self.open[name] = self.open[name]._replace(stage=whole)
+            case "appeared" | "gone":
+                self.permanent.discard(name)
+                self.discovered.discard(name)
                 self.requests.pop(name, None)
                 self.given_up.pop(name, None)
-                gone = record.traversable is not False
-                self.status[name] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
-                for each, progress in self.progress.items():
-                    self.progress[each] = progress.recounted(self.own[each])
-            case "appeared":
-                self.permanent.discard(name)
-                self.requests.pop(name, None)
-                self._begin(name)
-                self.discovered.discard(name)
-                self.orders.discard(name)
+                if record.type == "appeared":
+                    self._begin(name)
+                    self.orders.discard(name)
+                else:
+                    self._fit_again(obstacle=name)
+                    self.status[name] = Status.ABSENT
             case "order":
                 self.requests[name] = {}
                 self.discovered.add(name)
@@ -175,8 +171,39 @@ class Situation(State):
                 if self.meets_at_once(robot, name) and self.open[name].stage == record.need:
                     self._perform_at(robot, name)
                 self._take(record)
+            case "resolved":
+                self._fit_again(obstacle=name)
+                whole = len(self.obstacles[name].all_needs)
+                self.open[name] = self.open[name]._replace(stage=whole)
+                self.requests.pop(name, None)
+                self.given_up.pop(name, None)
+                gone = record.traversable is not False
+                self.status[name] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
             case "truth":
                 self.truth[name] = record.traversable
+            case "blocked":
+                self.given_up[name] = self.requests.pop(name, {})
+                found = record.reason == "untraversable"
+                self.status[name] = Status.UNTRAVERSABLE if found else Status.GIVEN_UP
+            case "reopened":
+                self.status[name] = Status.UNRESOLVED
+                self.requests[name] = self.given_up.pop(name, {})
+            case "operator" if record.intervention == "permanent" and name is not None:
+                self.permanent.add(name)
+                self.given_up.pop(name, None)  # that is decided
+
+    def _follow_objectives(self, robot: Any, record: Line) -> None:
+        """Note what robots pursue, for whom, and how far they are with it."""
+        match record.type:
+            case "waiting":
+                self.waits = record
+            case "acts":
+                self.acts = record.acts
+            case "plan" | "plan_end":
+                self.plan = record if record.type == "plan" else None
+            case "resolved":
+                for name, progress in self.progress.items():
+                    self.progress[name] = progress.recounted(self.own[name])
             case "objective":
                 by_input, away = record.cause == "input", self.is_away(robot)
                 turns = {"leaves": by_input and away, "resumes": by_input and not away}
@@ -187,40 +214,22 @@ class Situation(State):
                 if record.at_once:
                     self.objectives = {**self.objectives, robot: record.objective}
                     self._reset(robot, record.line)
-            case "inputs":
-                self.inputs = dict(record.values)
-            case "service":
-                if record.cause == "battery" and not record.active:
-                    self._asks_for(robot)
-                (self.out.discard if record.active else self.out.add)(robot)
-                if record.active:
-                    self._fit_again(robot=robot)
-            case "gone":
-                self.permanent.discard(name)
-                self._fit_again(obstacle=name)
-                self.requests.pop(name, None)
-                self.given_up.pop(name, None)
-                self.status[name] = Status.ABSENT
-                self.discovered.discard(name)
-            case "blocked":
-                self.given_up[name] = self.requests.pop(name, {})
-                found = record.reason == "untraversable"
-                self.status[name] = Status.UNTRAVERSABLE if found else Status.GIVEN_UP
             case "request":
                 if record.aside:
-                    self.aside.add(name)
-                self.helping[name] = frozenset(helpers_of(record))
-                self._perhaps_changed(helpers_of(record), record.line)
-                self.named |= dict.fromkeys(helpers_of(record), name)
+                    self.aside.add(record.obstacle)
+                helpers = helpers_of(record)
+                self.helping[record.obstacle] = frozenset(helpers)
+                self._perhaps_changed(helpers, record.line)
+                self.named |= dict.fromkeys(helpers, record.obstacle)
             case "push":
                 who, before = (record.requester, helpers_of(record)), dict(self.objectives)
                 self._perhaps_changed(who[1], record.line)
-                entry = StackEntry(name, *who, record.line, before, self.helped)
+                entry = StackEntry(record.obstacle, *who, record.line, before, self.helped)
                 self.stack.append(entry)
                 self._put_in_force(record.objectives, record.line)
             case "pop":
                 self._drop(record)
-                serving = self.helping.get(name or "", frozenset())
+                serving = self.helping.get(record.obstacle or "", frozenset())
                 self._perhaps_changed(serving.union(helpers_of(record)), record.line)
                 self.named = {n: one for n, one in self.named.items() if one in self.requests}
                 self._put_in_force(record.objectives, record.line)
@@ -244,6 +253,9 @@ class Situation(State):
                 sure = progress.reset_line < self.turn.line
                 own = pursued == self.own[robot]
                 self.progress[robot] = progress.reached(record, pursued, own=own, sure=sure)
+
+    def _place(self, robot: str, at: int, heading: str | None, toward: int | None) -> None:
+        self.region[robot], self.heading[robot], self.toward[robot] = at, heading, toward
 
     def _charged(self, record: Line) -> None:
         """Note what a line means for the charge of its robot."""

@@ -1,75 +1,26 @@
-"""The team, the obstacles and the stack as rules query them."""
+"""The obstacles, the requests and the stack as rules query them."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
-from safenav.audit.language import Pose
-from safenav.audit.lines import Line, Made, Objective, Obstacle
+from safenav.audit.lines import Line, Obstacle
 from safenav.audit.members import Need, OpenObstacle
-from safenav.audit.progress import Progress
-from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, taken
-from safenav.audit.world import World
-
-DECIMALS = 6
-"""Digits of a charge in a live run."""
+from safenav.audit.robots import Robots
+from safenav.audit.turn import StackEntry, Status, Turn, helpers_of
 
 
-class State:
+class State(Robots):
     """The state at some line. Only ``audit.situation`` changes it."""
 
     def __init__(self, header: Line, records: Iterable[Line]) -> None:
-        self.header = header.scenario
-        self.header_line = header.line
-        told = self.header.map
-        self.live = header.clock == "live"
-        self.grid = World(told.grid, told.rows, told.cols, live=self.live)
-        robots = self.header.robots
+        super().__init__(header)
+        robots, begun = self.header.robots, self.begun
         first = [Obstacle.of(told, robots) for told in self.header.obstacles]
         found = [record.obstacle for record in records if record.type == "discovered"]
         later = [Obstacle.of(told, robots) for told in found]
         self.obstacles = {o.name: o for o in later} | {o.name: o for o in first}
         self.truth = {name: o.traversable for name, o in self.obstacles.items()}
-        self.external = self.header.world == "external"
-        self.region: dict[str, int] = {n: r.start for n, r in robots.items()}
-        self.heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
-        self.own: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
-        self.objectives = dict(self.own)
-        """The objectives in force; ``own``: those that the robots have for themselves. Turns keep
-        it, so it is replaced, never changed."""
-        begun = self.begun = self.header.begun or Made()
-        """The run that this one continues; without fields if there is none."""
-        self.done: dict[str, Line] = dict(begun.robots or {})
-        """Progress of robots with their objectives, where this run continues another."""
-        self.progress = {
-            n: Progress.begun(r.objective, r.start, self.done.get(n)) for n, r in robots.items()
-        }
-        self.toward: dict[str, int | None] = dict.fromkeys(robots)
-        self.charge = {n: float(r.battery.start) for n, r in robots.items() if r.battery}
-        """Of robots with a battery; live, when their last step ended or began."""
-        self.stands = dict.fromkeys(self.charge, 0.0)
-        """Live: when that was, of those that have ended it."""
-        self.signals: dict[str, Line] = {}
-        """Each robot's last command inputs, where robots are driven by command inputs."""
-        self.beliefs: dict[tuple[str, str], Line] = {}
-        self.stack: list[StackEntry] = []
-        self.requests: dict[str, dict[str, int]] = {}
-        """The open requests, the oldest first: obstacle -> requesters, each with the region where
-        it waits."""
-        self.given_up: dict[str, dict[str, int]] = {}
-        """The requests for obstacles that are given up."""
-        self.permanent: set[str] = set()
-        """The obstacles of which an operator says that they stay."""
-        self.aside: set[str] = set()
-        """The obstacles that no joint state serves until something changes."""
-        self.stop: dict[str, tuple[frozenset[int], ...]] = {}
-        """The targets with which each robot last got a strategy for its charge."""
-        self.helping: dict[str, frozenset[str]] = {}
-        """The helpers of each obstacle that were named last."""
-        self.named: dict[str, str] = {}
-        """The obstacle for which each robot was named a helper last."""
-        self.helped: dict[str, str] = {}
-        """The same as the objectives in force were put in force."""
         self.listed = {
             name: [o for o in first if o.name == name] or [obstacle]
             for name, obstacle in self.obstacles.items()
@@ -91,57 +42,38 @@ class State:
         """Each obstacle with its needs as far as they are not met; its last need stays."""
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Obstacles that the scenario lists, or that a line has described."""
-        self.discovered: set[str] = set()
-        for name in begun.closed or ():
-            if name in self.status:
-                self.status[name] = Status.UNTRAVERSABLE
-                self.discovered.add(name)
-        for name in begun.stays or ():
-            self.status[name] = Status.GIVEN_UP
-            self.discovered.add(name)
-            self.permanent.add(name)
-        for name, waits in (begun.asked or {}).items():
-            self.requests[name] = dict(waits)
-            self.discovered.add(name)
-        self.out: set[str] = set()
-        """The robots that are out of service."""
-        self.waits: Line | None = None
-        """The line by which the team waits for an operator, or for a change of the scenario."""
-        self.barred: set[tuple[str, str]] = set()
-        """Live: (robot, obstacle) where actions have failed until the robot leaves it to others."""
+        stays, closed = {*(begun.stays or ())}, {*(begun.closed or ())} & self.status.keys()
+        self.status |= dict.fromkeys(closed, Status.UNTRAVERSABLE)
+        self.status |= dict.fromkeys(stays, Status.GIVEN_UP)
+        self.requests: dict[str, dict[str, int]]
+        self.requests = {name: dict(waits) for name, waits in (begun.asked or {}).items()}
+        """The open requests, the oldest first: obstacle -> requesters, each with the region where
+        it waits."""
+        self.discovered = {*closed, *stays, *self.requests}
+        self.given_up: dict[str, dict[str, int]] = {}
+        """The requests for obstacles that are given up."""
+        self.permanent = stays
+        """The obstacles of which an operator says that they stay."""
+        self.aside: set[str] = set()
+        """The obstacles that no joint state serves until something changes."""
         self.orders: set[str] = set()
         """Obstacles that were ordered, so that no robot has made the request."""
-        self.inputs = {each.name: False for each in self.header.inputs or ()}
-        self.base = dict(self.objectives)
-        """The objectives of the header, which robots have while no input gives them another."""
-        self.form: dict[tuple[str, Objective], str | None] = {}
-        self.under_way: dict[str, Line] = {}
-        """Live: the step of each robot that has not ended."""
-        self.acting: dict[str, Line] = {}
-        """Live: the action of each robot that has not ended."""
-        self.awaiting: set[str] = set()
-        """Live: the robots that wait for a strategy."""
-        self.lost: dict[str, frozenset[int]] = {}
-        """Live: the regions in one of which each robot is whose step ended nobody knows where."""
-        self.ended: dict[str, Line] = {}
-        """Live: the end of each robot's step that its next move shows."""
+        self.stack: list[StackEntry] = []
+        self.helping: dict[str, frozenset[str]] = {}
+        """The helpers of each obstacle that were named last."""
+        self.named: dict[str, str] = {}
+        """The obstacle for which each robot was named a helper last."""
+        self.helped: dict[str, str] = {}
+        """The same as the objectives in force were put in force."""
+        self.barred: set[tuple[str, str]] = set()
+        """Live: (robot, obstacle) where actions have failed until the robot leaves it to others."""
         self.acts: tuple[Line, ...] = ()
         """Who acts where next, by the last line of that kind."""
         self.plan: Line | None = None
         """The joint plan in force; robots do not keep to their acts then."""
-        self.set_out: dict[str, int] = {}
-        """The tick in which each robot in transit began its step."""
+        self.waits: Line | None = None
+        """The line by which the team waits for an operator, or for a change of the scenario."""
         self.outcome: Line | None = None
-        self._rivals = {n: [o for o in robots if o != n and self.conflict(n, o)] for n in robots}
-        self._zones = {
-            (one, other): [
-                frozenset(zone.regions)
-                for zone in self.header.never_together or ()
-                if {one, other} <= {*zone.robots}
-            ]
-            for one in robots
-            for other in (robots if self.header.never_together else ())
-        }
         self._at: dict[int, list[Obstacle]] = {}
         for obstacle in self.obstacles.values():
             self._at.setdefault(obstacle.region, []).append(obstacle)
@@ -156,77 +88,9 @@ class State:
             found = found.advanced(group)
         return found
 
-    def has_heading(self, robot: str) -> bool:
-        return self.header.robots[robot].mobility == "heading"
-
-    def pose(self, robot: str) -> Pose:
-        """Return the robot's pose; for a robot in transit, the pose where it will arrive."""
-        here, toward, heading = self.region[robot], self.toward[robot], self.heading[robot]
-        if toward is not None:
-            here, heading = toward, self.grid.direction(here, toward)
-        return here, heading if self.has_heading(robot) else None
-
-    def taken_by(self, robot: str) -> set[int]:
-        """Return the regions that a robot occupies: two while it is in transit."""
-        toward = self.toward[robot]
-        return {self.region[robot]} if toward is None else {self.region[robot], toward}
-
-    def may_have(self, robot: str) -> set[int]:
-        """Return the regions that a robot occupies, or of which it may occupy one."""
-        taken, lost = self.taken_by(robot), self.lost.get(robot)
-        return taken | lost if lost else taken
-
-    def entered(self, move: Line) -> set[int]:
-        """Return the regions that a robot occupies after a move, and did not before."""
-        return taken(move) - self.taken_by(move.robot)
-
-    def charge_after(self, move: Line) -> float:
-        """Return a robot's charge after a move, below 0 if it does not suffice."""
-        charge, battery = self.charge[move.robot], self.header.robots[move.robot].battery
-        if move.to != move.from_:
-            return float(charge - battery.move)
-        if move.toward is not None:
-            return charge
-        if move.to in (self.header.chargers or ()):
-            return float(min(battery.capacity, charge + battery.charge))
-        return float(max(0, charge - battery.stay))
-
-    def charge_at(self, robot: str, t: float) -> float:
-        """Live: return a robot's charge at a time; where it stands, time takes or gives it."""
-        charge, battery = self.charge[robot], self.header.robots[robot].battery
-        charges = self.region[robot] in (self.header.chargers or ())
-        rate = battery.charge if charges else -battery.stay
-        charge += rate * max(0.0, t - self.stands.get(robot, t))
-        return float(round(min(battery.capacity, max(0, charge)), DECIMALS))
-
-    def has_failed(self, robot: str) -> bool:
-        """Return whether the step that a robot ends by its next move ends otherwise than it
-        should."""
-        return robot in self.ended and self.ended[robot].result != "arrived"
-
-    def repeats_inputs(self, record: Line) -> bool:
-        """Return whether a line on inputs tells only what they were, as where a user sets one."""
-        return record.type == "inputs" and dict(record.values) == self.inputs
-
-    def zones(self, one: str, other: str) -> list[frozenset[int]]:
-        """Return the sets of regions in which two robots are never together."""
-        return self._zones.get((one, other), [])
-
-    def rivals(self, robot: str) -> list[str]:
-        """Return the robots with which one must never share a region."""
-        return self._rivals[robot]
-
     def obstacles_at(self, region: int) -> list[Obstacle]:
         """Return the obstacles of a region, there or not."""
         return self._at.get(region, [])
-
-    def conflict(self, one: str, other: str) -> bool:
-        """Return whether two robots must never share a region."""
-        robots = self.header.robots
-        listed = robots[one].conflicts, robots[other].conflicts
-        if None in listed:
-            return bool(robots[one].layer == robots[other].layer)
-        return other in listed[0] or one in listed[1]
 
     def resolves_alone(self, obstacle: str) -> bool:
         """Return whether one action resolves an obstacle: there is no result for a part of one."""
@@ -260,10 +124,6 @@ class State:
         limit them."""
         most = self.header.robots[robot].carries
         return most is not None and len(self.loads(robot)) >= most
-
-    def alternates(self, robot: str) -> bool:
-        """Return whether the robot was synthesized for its objective as plain alternation."""
-        return self.form.get((robot, self.objectives[robot])) == "alternation"
 
     def need(self, obstacle: str) -> Need:
         """Return the obstacle's next need, or its last one if all are met."""
@@ -322,19 +182,6 @@ class State:
         why = (record.obstacle, record.requester, helpers_of(record))
         entries = reversed(self.stack)
         return next((e for e in entries if (e.obstacle, e.requester, e.helpers) == why), None)
-
-    def show(self, region: int) -> str:
-        return self.grid.show(region)
-
-    def is_away(self, robot: str) -> bool:
-        """Whether an input keeps a robot from its objective, be it with an equal one."""
-        listed = self.header.robots[robot].when or ()
-        return any(self.inputs.get(each.input) for each in listed)
-
-    def due(self, robot: str) -> Objective:
-        """Return the objective that the inputs give to a robot now."""
-        listed = self.header.robots[robot].when or ()
-        return next((w.objective for w in listed if self.inputs.get(w.input)), self.base[robot])
 
     def standing(self, obstacle: str) -> set[str]:
         """Return the robots that have the action that the obstacle needs next and stand where it is

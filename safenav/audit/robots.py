@@ -1,0 +1,160 @@
+"""The robots at a line of the trace: where they are, what they pursue, what they do."""
+
+from __future__ import annotations
+
+from safenav.audit.language import Pose
+from safenav.audit.lines import Line, Made, Objective
+from safenav.audit.progress import Progress
+from safenav.audit.turn import taken
+from safenav.audit.world import World
+
+DECIMALS = 6
+"""Digits of a charge in a live run."""
+
+
+class Robots:
+    """The robots, with the header and its map. Only ``audit.situation`` changes them."""
+
+    def __init__(self, header: Line) -> None:
+        self.header = header.scenario
+        self.header_line = header.line
+        told, robots = self.header.map, self.header.robots
+        self.live, self.external = header.clock == "live", self.header.world == "external"
+        self.grid = World(told.grid, told.rows, told.cols, live=self.live)
+        self.region: dict[str, int] = {n: r.start for n, r in robots.items()}
+        self.heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
+        self.toward: dict[str, int | None] = dict.fromkeys(robots)
+        self.set_out: dict[str, int] = {}
+        """The tick in which each robot in transit began its step."""
+        self.own: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
+        self.base = dict(self.own)
+        """The objectives of the header, which robots have while no input gives them another."""
+        self.objectives = dict(self.own)
+        """The objectives in force; ``own``: those that the robots have for themselves. Turns keep
+        it, so it is replaced, never changed."""
+        self.begun = self.header.begun or Made()
+        """The run that this one continues; without fields if there is none."""
+        self.done: dict[str, Line] = dict(self.begun.robots or {})
+        """Progress of robots with their objectives, where this run continues another."""
+        self.progress = {
+            n: Progress.begun(r.objective, r.start, self.done.get(n)) for n, r in robots.items()
+        }
+        self.form: dict[tuple[str, Objective], str | None] = {}
+        """The form in which each robot was synthesized for an objective last."""
+        self.stop: dict[str, tuple[frozenset[int], ...]] = {}
+        """The targets with which each robot last got a strategy for its charge."""
+        self.signals: dict[str, Line] = {}
+        """Each robot's last command inputs, where robots are driven by command inputs."""
+        self.inputs = {each.name: False for each in self.header.inputs or ()}
+        self.beliefs: dict[tuple[str, str], Line] = {}
+        self.charge = {n: float(r.battery.start) for n, r in robots.items() if r.battery}
+        """Of robots with a battery; live, when their last step ended or began."""
+        self.stands = dict.fromkeys(self.charge, 0.0)
+        """Live: when that was, of those that have ended it."""
+        self.out: set[str] = set()
+        """The robots that are out of service."""
+        self.awaiting: set[str] = set()
+        """Live: the robots that wait for a strategy."""
+        self.under_way: dict[str, Line] = {}
+        """Live: the step of each robot that has not ended."""
+        self.ended: dict[str, Line] = {}
+        """Live: the end of each robot's step that its next move shows."""
+        self.lost: dict[str, frozenset[int]] = {}
+        """Live: the regions in one of which each robot is whose step ended nobody knows where."""
+        self.acting: dict[str, Line] = {}
+        """Live: the action of each robot that has not ended."""
+        self._rivals = {n: [o for o in robots if o != n and self.conflict(n, o)] for n in robots}
+        self._zones = {
+            (one, other): [
+                frozenset(zone.regions)
+                for zone in self.header.never_together or ()
+                if {one, other} <= {*zone.robots}
+            ]
+            for one in robots
+            for other in (robots if self.header.never_together else ())
+        }
+
+    def has_heading(self, robot: str) -> bool:
+        return self.header.robots[robot].mobility == "heading"
+
+    def pose(self, robot: str) -> Pose:
+        """Return the robot's pose; for a robot in transit, the pose where it will arrive."""
+        here, toward, heading = self.region[robot], self.toward[robot], self.heading[robot]
+        if toward is not None:
+            here, heading = toward, self.grid.direction(here, toward)
+        return here, heading if self.has_heading(robot) else None
+
+    def taken_by(self, robot: str) -> set[int]:
+        """Return the regions that a robot occupies: two while it is in transit."""
+        toward = self.toward[robot]
+        return {self.region[robot]} if toward is None else {self.region[robot], toward}
+
+    def may_have(self, robot: str) -> set[int]:
+        """Return the regions that a robot occupies, or of which it may occupy one."""
+        taken, lost = self.taken_by(robot), self.lost.get(robot)
+        return taken | lost if lost else taken
+
+    def entered(self, move: Line) -> set[int]:
+        """Return the regions that a robot occupies after a move, and did not before."""
+        return taken(move) - self.taken_by(move.robot)
+
+    def charge_after(self, move: Line) -> float:
+        """Return a robot's charge after a move, below 0 if it does not suffice."""
+        charge, battery = self.charge[move.robot], self.header.robots[move.robot].battery
+        if move.to != move.from_:
+            return float(charge - battery.move)
+        if move.toward is not None:
+            return charge
+        if move.to in (self.header.chargers or ()):
+            return float(min(battery.capacity, charge + battery.charge))
+        return float(max(0, charge - battery.stay))
+
+    def charge_at(self, robot: str, t: float) -> float:
+        """Live: return a robot's charge at a time; where it stands, time takes or gives it."""
+        charge, battery = self.charge[robot], self.header.robots[robot].battery
+        charges = self.region[robot] in (self.header.chargers or ())
+        rate = battery.charge if charges else -battery.stay
+        charge += rate * max(0.0, t - self.stands.get(robot, t))
+        return float(round(min(battery.capacity, max(0, charge)), DECIMALS))
+
+    def has_failed(self, robot: str) -> bool:
+        """Return whether the step that a robot ends by its next move ends otherwise than it
+        should."""
+        return robot in self.ended and self.ended[robot].result != "arrived"
+
+    def repeats_inputs(self, record: Line) -> bool:
+        """Return whether a line on inputs tells only what they were, as where a user sets one."""
+        return record.type == "inputs" and dict(record.values) == self.inputs
+
+    def zones(self, one: str, other: str) -> list[frozenset[int]]:
+        """Return the sets of regions in which two robots are never together."""
+        return self._zones.get((one, other), [])
+
+    def rivals(self, robot: str) -> list[str]:
+        """Return the robots with which one must never share a region."""
+        return self._rivals[robot]
+
+    def conflict(self, one: str, other: str) -> bool:
+        """Return whether two robots must never share a region."""
+        robots = self.header.robots
+        listed = robots[one].conflicts, robots[other].conflicts
+        if None in listed:
+            return bool(robots[one].layer == robots[other].layer)
+        return other in listed[0] or one in listed[1]
+
+    def alternates(self, robot: str) -> bool:
+        """Return whether the robot was synthesized for its objective as plain alternation."""
+        return self.form.get((robot, self.objectives[robot])) == "alternation"
+
+    def show(self, region: int) -> str:
+        return self.grid.show(region)
+
+    def is_away(self, robot: str) -> bool:
+        """Whether an input keeps a robot from its objective, be it with an equal one."""
+        listed = self.header.robots[robot].when or ()
+        return any(self.inputs.get(each.input) for each in listed)
+
+    def due(self, robot: str) -> Objective:
+        """Return the objective that the inputs give to a robot now."""
+        listed = self.header.robots[robot].when or ()
+        return next((w.objective for w in listed if self.inputs.get(w.input)), self.base[robot])
