@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from functools import cache
 from math import inf
 from typing import Any, NamedTuple
@@ -48,6 +49,18 @@ def closure(
         if len(queue) > most:
             raise TooLargeError(f"more than {most} states; not certified")
     return queue
+
+
+def distance(
+    starts: Iterable[Any], after: Callable[[Any], Iterable[Any]], there: AbstractSet[Any]
+) -> int | None:
+    """Return the number of steps to the nearest of some states; None if there is no way."""
+    edge = {*starts}
+    seen, count = edge, 0
+    while edge and not edge & there:
+        edge = {other for state in edge for other in after(state)} - seen
+        seen, count = seen | edge, count + 1
+    return count if edge else None
 
 
 class Clause(NamedTuple):

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import combinations, product
 
-from safenav.audit.language import Pose, closure
+from safenav.audit.language import Pose, closure, distance
 from safenav.audit.members import (
     FAR,
     Act,
@@ -77,11 +77,8 @@ class Team:
         """Return an upper bound on the ticks to the nearest of some poses; None if there is no
         path."""
         walls, steps = self.walls(name, obstacles), self.members[name].steps
-        seen, edge, count = set(poses), set(poses), 0
-        while edge and not edge & there:
-            edge = {q for p in edge for q in steps.get(p, ()) if q[0] not in walls} - seen
-            seen, count = seen | edge, count + 1
-        return count * self.members[name].ticks if edge else None
+        ways = distance(poses, lambda p: (q for q in steps.get(p, ()) if q[0] not in walls), there)
+        return None if ways is None else ways * self.members[name].ticks
 
     def _reached(self, name: str, poses: Poses, walls: frozenset[int]) -> Poses:
         steps = self.members[name].steps

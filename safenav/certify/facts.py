@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -95,11 +94,8 @@ def _asked(
     name: str, robot: Mapping[str, Any], claims: Sequence[Claim], world: RegionMap, places: World
 ) -> dict[str, Any]:
     """A robot as the scenario has it, its objective in the form that was proven."""
-    texts = (claim["text"] for claim in claims if claim["kind"] == "form")
-    forms = [re.sub(r"^Tick \d+: ", "", text) for text in texts]
-    own = Objective(robot["objective"])
-    known = [f"{name}: {own.words(places, form)}." for form in ("literal", "alternation")]
-    proven = next((text for text in forms if text in known), f"{name}: {own.words(places, '')}.")
+    forms = [claim for claim in claims if claim["kind"] == "form"]
+    objective = Objective(robot["objective"]).proven(name, places, forms)
     return {
         "robot": name,
         "model": robot["model"],
@@ -107,7 +103,7 @@ def _asked(
         "start": robot["start"],
         "start_label": world.place(robot["start"]),
         "capabilities": list(robot["capabilities"]),
-        "objective": proven.removeprefix(f"{name}: ")[:-1],
+        "objective": objective,
         "avoids": list(robot.get("conflicts") or ()),
     }
 

@@ -19,6 +19,7 @@ from operator import itemgetter
 
 from msgspec import Struct
 
+from safenav.components import components
 from safenav.errors import ResourceLimitError
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.syntax import Comparison, Formula, Name, Next, names_of, operands_of
@@ -165,26 +166,16 @@ def _components(
     unknown: Sequence[Slot], clauses: Sequence[Clause]
 ) -> Iterator[tuple[list[Slot], list[Clause]]]:
     """Unknown places that constraints tie together, with those constraints."""
-    leader = {place.key: place.key for place in unknown}
-
-    def find(key: Key) -> Key:
-        while leader[key] != key:
-            key = leader[key]
-        return key
-
-    for clause in clauses:
-        first, *others = [find(key) for key in clause.places if key in leader]
+    index = {place.key: i for i, place in enumerate(unknown)}
+    seen = [[index[key] for key in clause.places if key in index] for clause in clauses]
+    graph: list[list[int]] = [[] for _ in unknown]
+    for first, *others in seen:
         for other in others:
-            leader[find(other)] = find(first)
-    members: dict[Key, list[Slot]] = {}
-    tied: dict[Key, list[Clause]] = {}
-    for place in unknown:
-        members.setdefault(find(place.key), []).append(place)
-    for clause in clauses:
-        key = next(key for key in clause.places if key in leader)
-        tied.setdefault(find(key), []).append(clause)
-    for key, part in members.items():
-        yield part, tied.get(key, [])
+            graph[first].append(other)
+            graph[other].append(first)
+    for part in map(sorted, components(graph)):
+        tied = [clause for clause, (one, *_) in zip(clauses, seen, strict=True) if one in part]
+        yield [unknown[i] for i in part], tied
 
 
 def _masks(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from safenav.audit.deriving import poses_in
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
-from safenav.audit.language import Pose, RefusedError, closure
+from safenav.audit.language import Pose, RefusedError, closure, distance
 from safenav.audit.lines import Line, Objective
 from safenav.audit.proofs.case import case_of
 from safenav.audit.proofs.joint import can_get
@@ -234,12 +235,9 @@ def _is_empty(robot: str, charge: float, now: Situation, at: int | None = None) 
 
 def _too_far(now: Situation, robot: str, target: frozenset[int], charge: float) -> bool:
     """Whether the charge of a robot does not suffice for the way to a region of a target."""
-    start, shut = now.pose(robot), _shut(now, robot) | now.own[robot].avoid
-    seen, edge, steps = {start}, {start}, 0
-    while edge and not any(pose[0] in target for pose in edge):
-        edge = {to for pose in edge for to in _steps(now, robot, pose, shut)} - seen
-        seen, steps = seen | edge, steps + 1
-    return not edge or steps * _battery(now, robot).move > charge
+    shut, there = _shut(now, robot) | now.own[robot].avoid, {*poses_in(target, robot, now)}
+    steps = distance([now.pose(robot)], lambda pose: _steps(now, robot, pose, shut), there)
+    return steps is None or steps * _battery(now, robot).move > charge
 
 
 def _steps(now: Situation, robot: str, pose: Pose, shut: frozenset[int]) -> list[Pose]:

@@ -89,13 +89,9 @@ def check_page(run: Evidence) -> None:
     """Refuse unless the page and its facts state what is established, and nothing else."""
     facts, shown = run.json("assurance.json"), run.text("index.html")
     require(facts["claims"] == run.claims, "assurance.json states other claims")
-    texts, asked = [claim["text"] for claim in run.claims], list[str]()
-    untimed = [re.sub(r"^Tick \d+: ", "", text) for text in texts]
-    for name, robot in run.robots.items():
-        own = Objective(robot.data["objective"])
-        stated = [own.words(run.world, each) + "." for each in ("literal", "alternation", "")]
-        first = (t for t in untimed if t in [f"{name}: {words}" for words in stated])
-        asked.append(next(first, f"{name}: {stated[2]}").removeprefix(f"{name}: ")[:-1])
+    texts = [claim["text"] for claim in run.claims]
+    owns = {name: Objective(robot.data["objective"]) for name, robot in run.robots.items()}
+    asked = [own.proven(name, run.world, run.claims) for name, own in owns.items()]
     same = [robot["objective"] for robot in facts["asked"]] == asked
     require(same, "assurance.json states another form of an objective than was proven")
     listed = sorted(re.findall(r'<li id="[^"]*">(.*?)<br>', shown))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from math import prod
 from typing import Any
@@ -79,6 +80,14 @@ class Objective:
         never = ", ".join(world.word([region]) for region in sorted(self.avoid))
         rest = f"; never enter {never}" if never else ""
         return self._aims(world, form) + rest + "".join(f"; always {text}" for text in self.always)
+
+    def proven(self, robot: str, world: World, claims: Iterable[Json]) -> str:
+        """Return it as a sentence, in the form in which claims say that it was proven of a
+        robot."""
+        forms = [self.words(world, form) for form in ("literal", "alternation", "")]
+        texts = (re.sub(r"^Tick \d+: ", "", claim["text"]) for claim in claims)
+        found = (words for text in texts for words in forms if text == f"{robot}: {words}.")
+        return next(found, forms[-1])
 
     def _aims(self, world: World, form: str) -> str:
         if self.kind == "ltl":
