@@ -18,6 +18,7 @@ import pytest
 
 import warm
 from certify.making import Files, files_of, rewrite, shipped
+from certify.mutants import lines_of, with_lines
 from certify.proving import COUNT, SOURCE, Case, built, disagreements, with_measures
 from certify.strategy_mutants import KINDS
 from certify.test_bundles import COMPLETED, UNREALIZABLE
@@ -193,11 +194,9 @@ def wall(scenario: Any, at: int) -> None:
 def altered_map(change: Callable[[Any, Any], None], name: str = "two_digits") -> Files:
     """A bundle whose scenario and first strategy's circumstances are changed."""
     files = files_of(shipped(name))
-    lines = [json.loads(line) for line in files["trace.jsonl"].splitlines()]
-    scenario = json.loads(files["scenario.json"])
-    change(scenario, next(line for line in lines if line["type"] == "synthesis"))
-    files["scenario.json"] = json.dumps(scenario).encode()
-    return files | {"trace.jsonl": "".join(json.dumps(line) + "\n" for line in lines).encode()}
+    lines = lines_of(files)
+    change(lines[0]["scenario"], next(line for line in lines if line["type"] == "synthesis"))
+    return with_lines(files, lines)
 
 
 def visited(line: Any) -> int:
