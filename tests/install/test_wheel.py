@@ -122,7 +122,7 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
 
     program = str(fresh / "bin" / "safenav")
     into = ("--python", str(fresh / "bin" / "python"))
-    say(sys.executable, "-m", "pip", *into, "install", "--quiet", str(wheel))
+    say(sys.executable, "-m", "pip", *into, "install", "--no-compile", "--quiet", str(wheel))
     say(program, "new", "x.yaml")
     assert "completed" in say(program, "run", "x.yaml", "--html", "x.html")
     assert "safenav" in (elsewhere / "x.html").read_text(encoding="utf-8")
