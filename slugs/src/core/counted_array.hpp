@@ -24,7 +24,7 @@ public:
     const std::size_t used = used_ + (budget_.also_used ? *budget_.also_used : 0);
     return bytes <= budget_.memory_bytes && used <= budget_.memory_bytes - bytes;
   }
-  // Charge bytes before they are allocated; release() returns them.
+  // Charge bytes before they are allocated; give_back() returns them.
   void take(std::size_t bytes) {
     if (!has_room(bytes))
       refuse();
