@@ -136,6 +136,8 @@ def _robot(key: Scalar, node: Node, standing: list[Standing], reading: Reading) 
     robot = Robot(key.text, model, pose, objective, while_waiting=waiting, within=within, **own)
     robot = replace(robot, when=_when(item.when, robot, reading))
     _check_reachable(robot, item.objective, reading)
+    if waiting is not None:
+        misses_targets(replace(robot, objective=waiting), item.while_waiting, reading)
     return robot if len(reading) == before else None
 
 
