@@ -1,16 +1,18 @@
 """A world that is no simulation: obstacles that no scenario lists, doors that fall shut again,
 pushes that fail. The trace of such a run is one that the checker and the replay can read."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import pytest
 
 from runtime.played import Run, loaded, play
+from runtime.worlds import Bare
 from safenav import Mission
 from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
+from safenav.runtime.worlds.protocol import WorldEvent
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
@@ -165,3 +167,30 @@ def test_an_obstacle_is_discovered_once_and_in_its_time() -> None:
     run.records.insert(run.records.index(discovered), discovered)
     with pytest.raises(InputError, match="door@27 is known already"):
         assert not run.findings
+
+
+class SinceEpoch(Bare):
+    """A clock of seconds since 1970 that advances only by waits: by nothing if they are short. No
+    step ends before it is cancelled."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.time, self.waits = 1.7e9, 0
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> None:
+        del robot, pose, command
+
+    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+        self.waits += 1
+        assert self.waits < 2000, f"no time passes in wait({timeout})"
+        return super().wait(timeout)
+
+
+@pytest.mark.parametrize("timeout", [1.0, 1.1, 1.3, 1.7])
+def test_waits_are_long_enough_for_clocks_that_advance_by_them(timeout: float) -> None:
+    scenario = loaded(f"{BUILDING}clock: live\nfailures: {{timeout: {timeout}}}\n")
+    run = Run()
+    Mission(scenario, world=SinceEpoch(), listeners=[run]).run()
+    lost = run.all("arrive", result="lost")
+    assert {line["robot"] for line in lost} == {"drone", "walker"} and not run.findings
+    assert [line["t"] for line in lost] == [pytest.approx(2 * timeout, abs=0.2)] * 2

@@ -34,6 +34,9 @@ from safenav.world.moves import Pose
 
 SLICE = 0.05
 """Seconds after which a wait for a real world looks at what others post, and at syntheses."""
+LEAST = 1e-6
+"""Seconds of the shortest wait: a clock that advances only by waits, and counts seconds since 1970
+in floating point, does not change by much less."""
 KEPT, FEWEST = 50, 5
 """Durations of a robot's commands that are kept, and with which their median means something."""
 FIRST = 60.0
@@ -205,7 +208,8 @@ class Commands:
         heard = self._drain() or changed
         times = [due, *(time for _, time in self._overdue())]
         due = min((time for time in times if time is not None), default=None)
-        timeout = None if due is None else max(0.0, due - self.now())
+        left = None if due is None else due - self.now()
+        timeout = left if left is None else max(left, LEAST if left > 0 else 0.0)
         if heard:
             timeout = 0.0
         elif not self.simulated:
