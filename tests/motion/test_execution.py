@@ -168,6 +168,7 @@ def test_a_clock_that_drifts_is_found(drive: Drive, share: float) -> None:
         drive.motion, "digit", lambda row: replace(row, stamp=row.stamp * (1 + share))
     )
     assert rules(drive, drifts) == {"measured clock"}
+    assert {type(finding.t) for finding in drive.judged(drifts)} == {float}  # as JSON needs it
     shifted = measured(drive.motion, "digit", lambda row: replace(row, stamp=row.stamp + 1e6))
     assert rules(drive, shifted) == set()
 

@@ -161,7 +161,7 @@ def _clock(case: Examination, name: str, way: MeasuredWay) -> None:
     """The robot's clock is as fast as that of the run: the fastest messages stay as late."""
     late = way.times - way.stamps
     windows = (way.times // WINDOW).astype(int)
-    found = [(float(late[windows == w].min()), w * WINDOW) for w in np.unique(windows)]
+    found = [(float(late[windows == w].min()), w * WINDOW) for w in np.unique(windows).tolist()]
     (least, _), (most, _) = min(found), max(found)
     if most - least > DRIFT:
         at = next(t for offset, t in found if abs(offset - found[0][0]) > DRIFT / 2)
