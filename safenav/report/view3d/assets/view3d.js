@@ -1,4 +1,4 @@
-/* sources 479b84881654ff4cabdbfa2aff03dffe7e201e8ba9df003f67a7da36591ec1b0 */
+/* sources 2572c4a163464bb5b9fd2e1c894eae32c64cd904deb0aaf8abf747750ab8eb13 */
 /* Contains Preact:
 The MIT License (MIT)
 
