@@ -14,8 +14,8 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing.recorded_times import when
-from safenav.motion.timing.schedule import actions_of, scheduled
+from safenav.motion.timing.execution import when
+from safenav.motion.timing.schedule import motion_at_earliest_times
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Met, Move, Resolved, Service
 from safenav.trace.trace import Trace
@@ -54,15 +54,8 @@ def strolled(trace: Trace, seed: int) -> list[Line]:
         mover = Stroller(name, floor, robot.start, robot.heading, 0.5, {"action_seconds": 2.0})
         mover.chance = random.Random(f"{seed} {name}")
         movers[name] = mover
-    done = scheduled(trace, floor, movers)
-    lines: list[Line] = [*actions_of(done)]
-    lines += [Reserve(name, 0, robot.region, 0.0) for name, robot in movers.items()]
-    for step in done:
-        if step.team and step.fulfils is None:
-            origin, to = map(int, step.what.split(" -> "))
-            lines.append(Reserve(step.robot, step.tick, to, step.begun))
-            lines.append(Release(step.robot, step.tick, origin, step.end))
-    return sorted(lines, key=when)
+    lines, _ = motion_at_earliest_times(trace, floor, movers)
+    return [*lines]
 
 
 def overlaps(trace: Trace, plan: list[Line]) -> int:
