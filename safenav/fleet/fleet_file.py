@@ -87,6 +87,10 @@ class Station(Struct, frozen=True):
     follow: FollowUse | None = None
     act: Mapping[str, str] = field(default_factory=dict)
 
+    def path(self, name: str) -> str:
+        """The whole name of a topic, service or action: below the namespace unless absolute."""
+        return name if name.startswith("/") else f"{self.namespace}/{name}"
+
 
 class Network(Struct, frozen=True):
     """Network of the robots: loopback unless the fleet file names another. ROS 2: ``domain``,
@@ -356,11 +360,16 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
     return replace(
         base,
         **item.given(*numbers, StationKeys.report),
-        namespace=(item.namespace or base.namespace).rstrip("/"),
+        namespace=_absolute(item.namespace or base.namespace),
         scan=_scan(item.scan, label, findings),
         follow=_follow(item.follow, label, findings),
         act=act,
     )
+
+
+def _absolute(namespace: str) -> str:
+    """A namespace as ROS 2 has it on the wire: absolute, or empty for the root."""
+    return f"/{stripped}" if (stripped := namespace.strip("/")) else ""
 
 
 def _scan(node: Node | None, label: str, findings: Reading) -> ScanUse | None:

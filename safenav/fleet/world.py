@@ -209,7 +209,7 @@ class FleetWorld(FleetSteps):
 
     def _silent(self) -> list[str]:
         bodies = self._bodies.values()
-        quiet = [f"{body.station.namespace}/odom" for body in bodies if body.place is None]
+        quiet = [body.station.path("odom") for body in bodies if body.place is None]
         return quiet or self._transport.missing()
 
     def close(self) -> None:

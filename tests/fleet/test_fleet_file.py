@@ -50,6 +50,22 @@ robots:
     jsonschema.validate(yaml.safe_load(text), SCHEMA)
 
 
+@pytest.mark.parametrize(
+    ("namespace", "topic", "found"),
+    [
+        ("/lab/digit/", "odom", "/lab/digit/odom"),
+        ("digit", "odom", "/digit/odom"),
+        ("/", "odom", "/odom"),
+        ("/digit", "/lidar", "/lidar"),
+    ],
+)
+def test_names_are_below_the_namespace_unless_absolute(
+    namespace: str, topic: str, found: str, tmp_path: Path
+) -> None:
+    fleet = loaded(f"{HEAD}robots: {{digit: {{namespace: {namespace}}}}}\n", tmp_path)
+    assert fleet.stations["digit"].path(topic) == found
+
+
 def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
     assert loaded(HEAD, tmp_path).network == fleet_file.Network(0, "lo", ("127.0.0.1",))
 
