@@ -33,7 +33,7 @@ SLACK = 1e-6
 """Seconds that are rounding."""
 
 
-class Ledger:
+class ReservationLedger:
     """Reservations as ``lines``, and for how long each robot is busy."""
 
     def __init__(self, starts: Mapping[str, int]) -> None:
@@ -59,10 +59,10 @@ class Ledger:
         return MotionOutcome(makespan, self._busy, waiting, ())
 
 
-class Execution:
+class MotionExecution:
     """The movers of a run, and the ``lines`` of what they have done, those of a ledger included."""
 
-    def __init__(self, movers: Mapping[str, Mover], ledger: Ledger) -> None:
+    def __init__(self, movers: Mapping[str, Mover], ledger: ReservationLedger) -> None:
         self.movers, self._ledger = movers, ledger
         self.lines = ledger.lines
         self._due: set[str] = set()

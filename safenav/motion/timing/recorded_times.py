@@ -12,7 +12,7 @@ from safenav.motion.file.records import Line, MotionOutcome
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.actions import actions_of, by_command
-from safenav.motion.timing.execution import SLACK, Execution, Ledger
+from safenav.motion.timing.execution import SLACK, MotionExecution, ReservationLedger
 from safenav.trace import records
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
@@ -29,7 +29,7 @@ def motion_at_recorded_times(
     return run.end()
 
 
-class TraceLedger(Ledger):
+class TraceLedger(ReservationLedger):
     """A ledger by the trace alone. ``departs``: the steps under way."""
 
     def __init__(self, starts: Mapping[str, int]) -> None:
@@ -66,7 +66,7 @@ class _Run:
     def __init__(self, trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]) -> None:
         self._trace, self._floor, self._movers = trace, floor, movers
         self._ledger = TraceLedger({name: mover.region for name, mover in movers.items()})
-        self._execution = Execution(movers, self._ledger)
+        self._execution = MotionExecution(movers, self._ledger)
         actions, self._short = actions_of(trace)
         self._actions = by_command(actions)
 

@@ -19,7 +19,7 @@ from safenav.motion.file.records import Line, Link, MotionOutcome, Wait
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.actions import TimedAction, actions_of
-from safenav.motion.timing.execution import Execution, Ledger, when
+from safenav.motion.timing.execution import MotionExecution, ReservationLedger, when
 from safenav.pace.robot import AT_ONCE
 from safenav.trace import records
 from safenav.trace.setting import ObstacleHeader, RobotHeader
@@ -71,10 +71,12 @@ def motion_at_earliest_times(
 ) -> tuple[tuple[Line, ...], MotionOutcome]:
     """The lines of a trace that these movers carry out, whose time is 0: with who waits for whom,
     and the critical path."""
-    ledger = Ledger({name: mover.region for name, mover in movers.items()})
+    ledger = ReservationLedger({name: mover.region for name, mover in movers.items()})
     actions, short = actions_of(trace)
     sweeping = tuple(o for o in trace.obstacles.values() if o.sweeps)
-    run = _Run(trace, floor, Execution(movers, ledger), ledger, short, trace.obstacles, sweeping)
+    run = _Run(
+        trace, floor, MotionExecution(movers, ledger), ledger, short, trace.obstacles, sweeping
+    )
     told = {action.index: action for action in actions}
     for index, record in enumerate(trace.records):
         run.take(record, told.get(index))
@@ -90,8 +92,8 @@ def motion_at_earliest_times(
 class _Run(Struct):
     trace: Trace
     floor: MetricFloor
-    execution: Execution
-    ledger: Ledger
+    execution: MotionExecution
+    ledger: ReservationLedger
     short: set[tuple[str, int]]
     """Robot and tick of the steps that end before an obstacle, which the robot resolves there."""
     obstacles: Mapping[str, ObstacleHeader]
@@ -239,8 +241,8 @@ class _Run(Struct):
         self.acted[action.obstacle] = done
 
     def _open(self, record: records.Met | records.Resolved, act: Activity) -> None:
-        """What is resolved lets all in; what needs one more action, robots that resolve the rest by
-        entering."""
+        """A resolved obstacle lets all in; one that needs one more action, robots that
+        resolve it by entering."""
         obstacle = self.obstacles[record.obstacle]
         let_in = obstacle.blocks
         if isinstance(record, records.Met):
