@@ -127,6 +127,24 @@ def test_without_the_rule_slow_robots_would_overlap() -> None:
     assert all(overlaps(trace, run) > 0 for run in runs)
 
 
+def test_regions_are_reserved_in_the_first_tick_of_a_step_and_released_in_its_last() -> None:
+    moves = [r for r in trace_of("team_of_six").records if isinstance(r, Move)]
+    ends = [m for m in moves if m.toward is None and m.to != m.from_]
+    begun: dict[str, int] = {}
+    begins = []
+    for move in moves:
+        begun.setdefault(move.robot, move.tick)
+        if move.toward is None:
+            tick = begun.pop(move.robot)
+            begins += [(move.robot, tick, move.to)] if move.to != move.from_ else []
+    assert [b[1] for b in begins] != [m.tick for m in ends], "some steps take several ticks"
+    lines = motion("team_of_six").lines
+    entered = [(r.robot, r.tick, r.region) for r in lines if isinstance(r, Reserve) and r.tick > 0]
+    left = [(r.robot, r.tick, r.region) for r in lines if isinstance(r, Release)]
+    assert sorted(entered) == sorted(begins)
+    assert sorted(left) == sorted((m.robot, m.tick, m.from_) for m in ends)
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_makespan_is_the_length_of_the_chain_that_is_named(name: str) -> None:
     outcome = motion(name).outcome

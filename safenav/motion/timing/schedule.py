@@ -167,7 +167,7 @@ class _Run(Struct):
         def crossed(start: float) -> float:
             begun, end = self.execution.step(name, step, start)
             self.ledger.reserve(name, tick, step.to, begun)
-            self.ledger.release(name, tick, step.origin, end)
+            self.ledger.release(name, move.tick, step.origin, end)
             self.ledger.busy((name,), begun, end)
             return end
 
