@@ -9,7 +9,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from math import atan2, cos, inf, isnan, nan, sin
+from math import atan2, cos, inf, isfinite, isnan, nan, sin
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
@@ -154,7 +154,9 @@ class RosTransport(ABC):
             self._post(Reported(name, message.data.strip()))
         else:
             meaning = located if kind == "Odometry" else scanned
-            self._post(meaning(name, self._seconds(message.header.stamp), message))
+            found = meaning(name, self._seconds(message.header.stamp), message)
+            if found is not None:
+                self._post(found)
 
     @staticmethod
     @abstractmethod
@@ -218,12 +220,14 @@ def steps_of(part: Setpoints) -> list[TrajectoryFrame]:
     return found
 
 
-def located(robot: str, stamp: float, odometry: Any) -> Located:
-    """A ``nav_msgs/Odometry``: x, y and the yaw of its quaternion."""
+def located(robot: str, stamp: float, odometry: Any) -> Located | None:
+    """A ``nav_msgs/Odometry``: x, y and the yaw of its quaternion. None if one of them is not a
+    finite number: the filter that estimates them has diverged."""
     pose = odometry.pose.pose
     q = pose.orientation
     yaw = atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-    return Located(robot, stamp, float(pose.position.x), float(pose.position.y), yaw)
+    x, y = float(pose.position.x), float(pose.position.y)
+    return Located(robot, stamp, x, y, yaw) if all(map(isfinite, (x, y, yaw))) else None
 
 
 def scanned(robot: str, stamp: float, scan: Any) -> Scanned:

@@ -118,9 +118,9 @@ class FleetSteps:
         self._goals += 1
         body.view = {}
         x, y = self.places.centre(pose.region)
-        task.goal = self._goals
+        task.goal, task.sent = self._goals, self.now()
         far = self._metres_to(body, pose.region)
-        task.due = self.now() + SETTLING + body.station.timeout * far / body.station.speed
+        task.due = task.sent + SETTLING + body.station.timeout * far / body.station.speed
         short = task.phase is Phase.GOING and self._sensing.at(pose.region) is not None
         goal = GoalPoint(self._goals, x, y, self.places.yaw(pose), short)
         if self.recording is not None and body.robot.name not in self.followers:

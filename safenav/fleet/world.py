@@ -315,7 +315,7 @@ class FleetWorld(FleetSteps):
             elif task.over is not None:
                 self._end_action(body, task)
             elif task.phase is Phase.GOING:
-                self._stop(body, task, f"the goal did not end within {task.due:.1f} s")
+                self._stop(body, task, f"the goal did not end within {now - task.sent:.1f} s")
             elif task.phase is Phase.STOPPING:
                 self._go_back(body, task)
             elif task.phase is Phase.RETURNING:

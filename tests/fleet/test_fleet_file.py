@@ -1,6 +1,7 @@
 """Fleet files: what is read, and what each mistake is told."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import yaml
 from safenav.errors import Diagnostic, InputError
 from safenav.fleet import fleet_file
 from safenav.fleet.template import template_text
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
 
@@ -64,6 +65,27 @@ def test_names_are_below_the_namespace_unless_absolute(
 ) -> None:
     fleet = loaded(f"{HEAD}robots: {{digit: {{namespace: {namespace}}}}}\n", tmp_path)
     assert fleet.stations["digit"].path(topic) == found
+
+
+PAGES = [p.name for p in sorted((ROOT / "docs").glob("drive*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_fleet_files_of_the_documentation_load(page: str, tmp_path: Path) -> None:
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    found = re.findall(r"^```yaml[^\n]*\n(safenav-fleet:.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert found
+    for fleet in found:
+        names = yaml.safe_load(fleet)["robots"]
+        robots = {
+            name: {"model": "quadcopter", "start": k, "objective": {"hold": k}}
+            for k, name in enumerate(names)
+        }
+        world = {"grid": ["." * 8] * 8}
+        scenario = yaml.safe_dump({"safenav": 1, "map": world, "robots": robots})
+        (tmp_path / "fleet.yaml").write_text(fleet)
+        loaded = fleet_file.load_fleet(tmp_path / "fleet.yaml", load_scenario_text(scenario))
+        assert loaded.stations.keys() == {*names}
 
 
 def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:

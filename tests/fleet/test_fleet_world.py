@@ -33,6 +33,7 @@ from safenav.fleet.transport import (
 )
 from safenav.fleet.world import FleetWorld
 from safenav.outcome import Outcome
+from safenav.runtime.worlds.protocol import Failed
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
@@ -101,6 +102,17 @@ def test_a_step_ends_by_one_event_that_is_true(case: str, side: float) -> None:
     if case.endswith("it is stopped, and sent back"):
         assert robots.cancelled == ["digit"]
     assert robots.goals[0] == GoalPoint(1, 2.5 * side, 2.5 * side, 0.0)
+
+
+def test_a_time_limit_is_told_in_seconds_of_the_goal() -> None:
+    """It was told in seconds of the run."""
+    world, robots, scenario = started(retries=0)
+    robots.script = [(None, 1.6), ("canceled", None), ("succeeded", 1.5)]
+    robots.now += 100.0
+    robots.locate("digit")
+    world.start(scenario.robots[0], EAST, 1)
+    (event,) = world.wait(30.0)
+    assert isinstance(event, Failed) and event.reason == "the goal did not end within 0.4 s"
 
 
 def test_old_and_doubled_answers_end_nothing() -> None:

@@ -10,9 +10,9 @@ from safenav.fleet import ros, ros1
 from safenav.fleet.transport import Located, Scanned
 
 
-def odometry(w: float, x: float, y: float, z: float) -> Message:
+def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Message:
     turn = Message(w=w, x=x, y=y, z=z)
-    return Message(pose=Message(pose=Message(position=Message(x=1.0, y=-2.0), orientation=turn)))
+    return Message(pose=Message(pose=Message(position=Message(x=east, y=-2.0), orientation=turn)))
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, pi / 2, 3.0, -3.0, -pi / 2])
@@ -26,7 +26,14 @@ def test_a_tilted_robot_has_the_yaw_of_its_heading() -> None:
     """A pitch of 0.4 rad, then a yaw of 1.1 rad."""
     a, b = 0.55, 0.2
     w, x, y, z = cos(a) * cos(b), -sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b)
-    assert ros.located("quad", 0.0, odometry(w, x, y, z)).yaw == pytest.approx(1.1)
+    found = ros.located("quad", 0.0, odometry(w, x, y, z))
+    assert found is not None and found.yaw == pytest.approx(1.1)
+
+
+@pytest.mark.parametrize(("east", "z"), [(nan, 0.0), (inf, 0.0), (1.0, nan)])
+def test_odometry_of_a_filter_that_has_diverged_says_nothing(east: float, z: float) -> None:
+    """A robot is in no region by it; the drive ended with an internal error, robots under way."""
+    assert ros.located("quad", 0.0, odometry(1.0, 0.0, 0.0, z, east)) is None
 
 
 @pytest.mark.parametrize(
