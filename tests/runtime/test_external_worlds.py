@@ -91,7 +91,7 @@ def test_an_obstacle_that_no_scenario_lists_is_told_of_before_it_is_named(tmp_pa
     assert first["type"] == "violation" and records.index(discovered) < records.index(first)
     trace = tmp_path / "trace.jsonl"
     trace.write_text(run.text)
-    (hidden,) = read_replay(trace).hidden
+    (hidden,) = read_replay(trace).hidden.values()
     assert (hidden.name, hidden.region) == ("door@27", DOOR)
 
 

@@ -184,7 +184,8 @@ class StudioRun:
         self._shown = now
         if idle:
             return IDLE
-        took = now - before if self._live is not None and self._live.timed else 1.0
+        timed = self._live is not None and self._live.replay.times is not None
+        took = now - before if timed else 1.0
         return took / self.speed
 
     async def _tell_when_busy(self) -> None:

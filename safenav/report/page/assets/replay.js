@@ -1,4 +1,4 @@
-/* sources 2572c4a163464bb5b9fd2e1c894eae32c64cd904deb0aaf8abf747750ab8eb13 */
+/* sources fff448eab40261bb01b1740575d116b1574aba1662bef4f38252f05758a757a4 */
 /* Contains Preact:
 The MIT License (MIT)
 
