@@ -380,6 +380,10 @@ class Scenario(Struct, frozen=True):
                 found |= each.regions
         return frozenset(found)
 
+    def restarts_rounds(self, obstacle: str) -> bool:
+        """Return whether rounds restart when the named obstacle is resolved: not for a battery."""
+        return self.flat is None or name_parts(obstacle)[0] != self.flat.name
+
     def conflict(self, one: Robot, other: Robot) -> bool:
         """Return whether these two must never share a region. It is mutual, also if only one of
         them requires it: what one guarantees is what the other assumes."""
