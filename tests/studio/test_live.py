@@ -13,6 +13,8 @@ from safenav.audit.check import audit
 from safenav.report.page.encode import encoded
 from safenav.report.page.live import LiveRun
 from safenav.report.replay.reading import replay_of
+from safenav.studio.run.orders import RunOrder
+from safenav.studio.watching import WatchedRun
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Move, Resolved
 from safenav.trace.trace import Trace
@@ -173,6 +175,24 @@ def follow(trace: Trace) -> None:
     assert live.whole() == live.whole() == whole
     assert _settled(page) == _settled(json.loads(json.dumps(whole)))
     assert any(isinstance(record, Resolved) for record in trace.records)
+
+
+def test_a_page_that_opens_within_a_tick_takes_nothing_from_the_others() -> None:
+    data = trace_of_shipped("case_study_1").read_bytes()
+    told: list[dict[str, Any]] = []
+    run = WatchedRun(RunOrder("", "run.jsonl"), told.append, trace=None)
+    header, *lines, outcome = map(json.loads, data.splitlines())
+    run.hear(header)
+    page = json.loads(json.dumps(run.whole))
+    for line in lines:
+        run.hear(line)
+        while told:
+            message = told.pop(0)
+            if message["is"] == "news":
+                _join(page, json.loads(json.dumps(message["news"])))
+        assert _settled(page) == _settled(json.loads(json.dumps(run.whole)))
+    run.hear(outcome)
+    assert run.whole == encoded(replay_of(read_bytes(data)), "run.jsonl")
 
 
 def _join(page: dict[str, Any], news: dict[str, Any]) -> None:

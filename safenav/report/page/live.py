@@ -1,8 +1,8 @@
 """A run for the page while it happens: the whole of it so far, and later news.
 
 Fed with the records of a run one after the other. ``whole`` is what ``encode.encoded`` gives for
-the lines so far; ``news`` only what came after the last ``news`` or ``whole``, so that a tick costs
-the same however long the run is. What the page does with both: front/src/live/merge.ts."""
+the lines so far; ``news`` only what came after the last ``news``, so that a tick costs the same
+however long the run is. What the page does with both: front/src/live/merge.ts."""
 
 from __future__ import annotations
 
@@ -38,7 +38,6 @@ class LiveRun:
 
     def whole(self) -> dict[str, Any]:
         """Return all that a page needs to show the run so far."""
-        self.news()
         return encoded(self.replay, self._source)
 
     def news(self) -> dict[str, Any]:
