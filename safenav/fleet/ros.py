@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from safenav.fleet.fleet_file import Network, Station
+from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,

@@ -18,7 +18,7 @@ from typing import Any
 
 from safenav.errors import UsageError
 from safenav.fleet import ros
-from safenav.fleet.fleet_file import Network, Station
+from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -106,7 +106,7 @@ class Ros1Transport(ros.RosTransport):
 
         try:
             rosgraph.Master("/safenav").getPid()
-        except (OSError, rosgraph.MasterException) as error:
+        except (OSError, ValueError, rosgraph.MasterException) as error:
             said = f"no ROS master at {self._network.master} ({error})"
             hint = "start one (roscore), or set 'master' of network"
             raise UsageError(f"{said}\n    {hint}") from error

@@ -13,10 +13,10 @@ from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
 from safenav.fleet.acting import FleetProgress
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase
-from safenav.fleet.fleet_file import Station
 from safenav.fleet.lookout import STALE, Lookout
 from safenav.fleet.place import Places
 from safenav.fleet.sensing import Sensing
+from safenav.fleet.stations import Station
 from safenav.fleet.transport import (
     DriveRecording,
     GoalEnd,

@@ -18,10 +18,10 @@ from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
-from safenav.fleet.fleet_file import FleetFile, TransportKind
 from safenav.fleet.lookout import STALE
 from safenav.fleet.place import Places
 from safenav.fleet.sensing import PASSED, Sighting, View
+from safenav.fleet.stations import FleetFile, TransportKind
 from safenav.fleet.steps import FRESH, LATE, SET_BACK, SETTLING, FleetClock, FleetError, FleetSteps
 from safenav.fleet.transport import DriveRecording, Transport
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent

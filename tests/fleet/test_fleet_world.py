@@ -19,8 +19,8 @@ from fleet.hall import (
 )
 from runtime.played import Run
 from safenav import Mission
-from safenav.fleet.fleet_file import ScanUse, Station
 from safenav.fleet.place import Places
+from safenav.fleet.stations import ScanUse, Station
 from safenav.fleet.steps import FleetClock, FleetError
 from safenav.fleet.transport import (
     GoalEnd,

@@ -6,6 +6,7 @@ from types import SimpleNamespace as Message
 
 import pytest
 
+from safenav.errors import UsageError
 from safenav.fleet import ros, ros1
 from safenav.fleet.transport import Located, Scanned
 
@@ -103,3 +104,25 @@ def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
     listener.on_data_available(None)
     listener.on_data_available(reader)
     assert heard == ["on"]
+
+
+@pytest.mark.parametrize(
+    ("interface", "peers", "told"),
+    [
+        ("wlan9", (), "network interface 'wlan9'\n    this machine has lo"),
+        ("lo", ("127.0.0.1:7410", "robot 1"), "'robot 1' is not the address of a robot"),
+        ("lo", ("::1",), "'::1' is not the address of a robot"),
+        ("lo", ("127.0.0.1:port",), "'127.0.0.1:port' is not the address of a robot"),
+        ("lo", ("127.0.0.1:99999",), "ports are 1 to 65535"),
+    ],
+)
+def test_a_network_that_is_not_there_is_refused(
+    interface: str, peers: tuple[str, ...], told: str
+) -> None:
+    """cyclonedds ended the process for a peer whose name it did not know."""
+    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
+    from safenav.fleet.ros2.node import Participant
+
+    with pytest.raises(UsageError) as error:
+        Participant(9, interface, peers)
+    assert told in str(error.value)

@@ -15,9 +15,9 @@ from uuid import uuid4
 from msgspec import Struct
 
 from safenav.fleet import ros as common
-from safenav.fleet.fleet_file import Network, Station
 from safenav.fleet.ros2 import messages as ros
 from safenav.fleet.ros2.node import RELIABLE, SENSOR, Client, Participant
+from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
