@@ -23,16 +23,32 @@ run: $(or $(wildcard $(VENV)/.installed),$(VENV)/.runs) ## install what a run ta
 	$(BIN)/safenav run scenarios/case_study_1.yaml --trace build/case_study_1.jsonl
 	@echo "View it in 3D: $(BIN)/safenav replay build/case_study_1.jsonl --3d"
 
-# Lint and the compilation of the Python tests beside the C++ build: each worker would compile all
-# tests for itself. Two workers more than jobs: some tests wait (for a cluster, a browser,
-# robots, a time limit).
-test: install ## lint, types, C++ tests, Python tests
-	@$(MAKE) --no-print-directory --jobs=$(JOBS) slugs-test lint compiled-tests
-	$(BIN)/pytest -n $$(( $(JOBS) + 2 )) --dist worksteal --ignore tests/prose
+# Before the Python tests, what takes one processor each runs beside each other: installation, lint, the
+# compilation of the Python tests (each worker would compile all of them for itself), and the C++
+# build, which leaves the processors to the others. WITH names more targets (`.ci/run`). Three workers
+# more than jobs: some tests wait (for a cluster, a browser, robots, a time limit), and two more left
+# a fifth of the processors idle.
+WITH ?=
+test: ## lint, types, C++ tests, Python tests
+	@echo "Installation, lint and the C++ tests, beside each other: each prints when it has ended."
+	@$(MAKE) --no-print-directory --jobs=$(JOBS) $(GROUPED) slugs-test $(WITH) lint compiled-tests \
+	  || { echo "error: a part above has failed, see its line with ***" >&2; exit 1; }
+	$(BIN)/pytest -n $$(( $(JOBS) + 3 )) --dist worksteal --ignore tests/prose
+
+# What a target prints stays together, where make can do that.
+GROUPED := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
 .PHONY: compiled-tests
 compiled-tests: install # the tests themselves say what is wrong with one
 	@$(BIN)/pytest --collect-only -qq --ignore tests/prose >/dev/null || true
+
+# For tests that skip without them.
+.PHONY: page-packages pyrobosim
+page-packages: # what the bundle of the replay page is built with
+	@cd safenav/report/page/front && npm ci --silent --no-audit --no-fund || true
+pyrobosim: install # a simulator
+	@$(BIN)/python -m pip install -q --no-compile --disable-pip-version-check "pyrobosim>=5.0.1,<6" || true
+types compiled-tests: | $(filter pyrobosim,$(WITH))
 
 QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
 
@@ -42,14 +58,18 @@ quick: install lint ## lint, types and unit tests, in under a minute
 install: $(VENV)/.installed
 
 # Editable: Python files are used from the tree; the C++ side is rebuilt when it changes. A first run
-# needs no tools of developers; in a full environment there is nothing to add.
+# needs no tools of developers; in a full environment there is nothing to add. For developers, a
+# warning of the optimizing compiler is an error.
 INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*) $(wildcard slugs/include/*)
 $(VENV)/.runs: EXTRAS := motion,studio
+$(VENV)/.runs: WERROR := OFF
 $(VENV)/.installed: EXTRAS := dev
+$(VENV)/.installed: WERROR := ON
 $(VENV)/.runs $(VENV)/.installed: $(INSTALLS) | toolchain
 	@echo "Installing safenav with the extras '$(EXTRAS)' into $(VENV), and compiling slugs/ ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	@{ $(BIN)/python -m pip install --verbose --no-compile --disable-pip-version-check --editable '.[$(EXTRAS)]' 2>&1; echo "exit $$?"; } | awk '$(PROGRESS)'
+	@{ $(BIN)/python -m pip install --verbose --no-compile --disable-pip-version-check \
+	  --config-settings=cmake.define.SLUGS_WERROR=$(WERROR) --editable '.[$(EXTRAS)]' 2>&1; echo "exit $$?"; } | awk '$(PROGRESS)'
 	@touch $@
 
 # What pip downloads, compiles and installs as it does it; all that it printed if it fails.
@@ -71,17 +91,22 @@ slugs: install ## build the synthesizer alone: slugs/build/slugs
 
 # One build for unit tests, fuzzers and tests/slugs, with assertions and sanitizers. It is optimized
 # a little, so that it is not too slow, and compiles many sources at once: a third of the time.
-slugs-test: install ## unit tests of the synthesizer, with assertions and sanitizers
+slugs-test: $(if $(shell command -v cmake 2>/dev/null),toolchain,install) ## unit tests of the synthesizer, with assertions and sanitizers
 	$(CMAKE) -S slugs -B $(SLUGS_TESTED) -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 -DSLUGS_WERROR=ON \
 	  -DSLUGS_SANITIZE=ON -DSLUGS_TESTS=ON -DSLUGS_FUZZ=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=33
-	$(CMAKE) --build $(SLUGS_TESTED) --parallel $(JOBS)
-	$$(command -v ctest || echo $(BIN)/ctest) --test-dir $(SLUGS_TESTED) --output-on-failure --parallel $(JOBS)
+	MAKEFLAGS=--no-print-directory nice $(CMAKE) --build $(SLUGS_TESTED) --parallel $(JOBS)
+	nice $$(command -v ctest || echo $(BIN)/ctest) --test-dir $(SLUGS_TESTED) --output-on-failure --parallel $(JOBS)
 
-lint: install ## ruff, mypy --strict, clang-format, odd phrases
+lint: style types prose ## ruff, mypy --strict, clang-format, odd phrases
+
+.PHONY: style types prose
+style: install
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files 'slugs/*.cpp' 'slugs/*.hpp')
+types: install
+	$(BIN)/mypy
+prose: install
 	$(BIN)/pytest -q tests/prose
 
 format: install ## reformat Python and C++

@@ -53,12 +53,12 @@ def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, word
 
 @pytest.fixture(scope="module")
 def wheel() -> Path:
-    """The wheel, whose program the compiler optimizes without a warning: a little, which takes
-    two thirds of the time."""
+    """The wheel, with a program that is not optimized: half of the compiler's time.
+    `make install` demands that the optimized one gives no warning."""
 
     def make(folder: Path) -> None:
         kept = ROOT / "build" / "wheel"
-        flags = "-DCMAKE_CXX_FLAGS_RELEASE='-O1 -DNDEBUG -Werror'"
+        flags = "-DCMAKE_CXX_FLAGS_RELEASE='-O0 -DNDEBUG -Werror'"
         with locked(kept.with_suffix(".lock")):
             subprocess.run(
                 [sys.executable, SCRIPT, folder, kept],
