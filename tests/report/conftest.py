@@ -1,6 +1,9 @@
-"""Made traces as files, shared by the tests of replay and pictures."""
+"""Made traces as files, shared by the tests of replay and pictures; each is made when a test
+first needs it."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
 
@@ -9,35 +12,41 @@ from safenav.report.page.html import page_of
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
 
+T = TypeVar("T")
+
+
+class Made(dict[str, T]):
+    """What ``make`` gives for a name, once."""
+
+    def __init__(self, make: Callable[[str], T]) -> None:
+        self._make = make
+
+    def __missing__(self, name: str) -> T:
+        self[name] = self._make(name)
+        return self[name]
+
 
 @pytest.fixture(scope="session")
 def traces(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Trace files by name: door, chain, detour, meeting, slow, and the long crowd."""
     folder = tmp_path_factory.mktemp("traces")
-    makers = (
-        made_traces.door,
-        made_traces.chain,
-        made_traces.detour,
-        made_traces.meeting,
-        made_traces.slow,
-        made_traces.crowd,
+    return Made(
+        lambda name: made_traces.write(getattr(made_traces, name)(), folder / f"{name}.jsonl")
     )
-    return {
-        maker.__name__: made_traces.write(maker(), folder / f"{maker.__name__}.jsonl")
-        for maker in makers
-    }
 
 
 @pytest.fixture(scope="session")
 def replays(traces: dict[str, Path]) -> dict[str, Replay]:
-    return {name: read_replay(path) for name, path in traces.items()}
+    return Made(lambda name: read_replay(traces[name]))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def pages(replays: dict[str, Replay], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("pages")
-    written = {}
-    for name, replay in replays.items():
-        written[name] = folder / f"{name}.html"
-        written[name].write_text(page_of(replay, f"{name}.jsonl"))
-    return written
+
+    def make(name: str) -> Path:
+        page = folder / f"{name}.html"
+        page.write_text(page_of(replays[name], f"{name}.jsonl"))
+        return page
+
+    return Made(make)
