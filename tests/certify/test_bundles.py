@@ -47,6 +47,7 @@ UNREALIZABLE = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPLETED)
 def test_the_run_of_a_shipped_scenario_is_proven(name: str) -> None:
     status, said = judged(shipped(name))

@@ -53,6 +53,7 @@ limits: {ticks: 300}
 """A robot is told something else in the turn in which it acts."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["corridor_swap", "case_study_2", TOTES])
 def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
     if name == TOTES:

@@ -69,6 +69,7 @@ def test_nothing_is_assumed() -> None:
         assert not words.search(file.read_text()), file
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("program")
 def test_the_theorems_rest_on_no_axiom(tmp_path: Path) -> None:
     asks = "".join(f"Print Assumptions {name}.\n" for name in THEOREMS)

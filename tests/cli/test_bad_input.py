@@ -50,6 +50,7 @@ def test_bad_usage_is_exit_2_without_traceback(
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_synthesizer_that_hangs_is_a_resource_limit(safenav: Command, tmp_path: Path) -> None:
     slow = tmp_path / "slow.yaml"
     slow.write_text(

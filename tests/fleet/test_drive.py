@@ -171,6 +171,7 @@ def under_way(lab: Lab, departs: int) -> subprocess.Popen[str]:
     raise AssertionError("the robots do not move")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads Linux's /proc")
 @pytest.mark.parametrize(
     "lab", labs((THIRD, "simulation"), (SECOND, "ros1"), (THIRD, "ros2")), indirect=True
@@ -194,6 +195,7 @@ def test_a_drive_listens_and_sends_on_loopback_only(lab: Lab) -> None:
         assert found != []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lab", labs((FIRST, "ros1"), (FIRST, "ros2")), indirect=True)
 def test_a_robot_whose_programs_die_is_lost_and_the_run_says_so(lab: Lab) -> None:
     process = under_way(lab, 8)
@@ -308,6 +310,7 @@ ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"
 BEE = "add bee {model: quadcopter, start: [1, 5], objective: {hold: [1, 5]}}\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "answer", [ELSEWHERE, BEE + ELSEWHERE, None], ids=["tells", "adds", "ends"]
 )

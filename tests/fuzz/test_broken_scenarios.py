@@ -16,6 +16,8 @@ from fuzz.campaign import campaign, scenarios
 from safenav.cli import check, explain, run
 from safenav.errors import InputError, SafenavError
 
+pytestmark = pytest.mark.slow
+
 VALUES = st.sampled_from(
     [
         *(None, True, -1, 0, 3, 10**12, 0.5, float("nan"), "", "x", "r0", "region", "hold", "é"),

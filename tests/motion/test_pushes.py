@@ -67,6 +67,7 @@ def trials() -> list[list[Segment]]:
     return found
 
 
+@pytest.mark.slow
 def test_blows_of_15_cm_per_second_0_falls_all_feet_inside() -> None:
     omega = walker().gait.omega
     for first, second, third in trials():

@@ -5,12 +5,8 @@ from pathlib import Path
 import pytest
 
 from safenav.cli.run import command as run_command
-from safenav.report.page.encode import encoded
-from safenav.report.page.live import LiveRun
-from safenav.report.replay.reading import replay_of
+from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
-from safenav.trace.reading import read_trace
-from safenav.trace.trace import Trace
 
 SCENARIO = """
 safenav: 1
@@ -24,18 +20,13 @@ obstacles:
 
 
 @pytest.fixture(scope="module")
-def trace(tmp_path_factory: pytest.TempPathFactory) -> Trace:
+def failed(tmp_path_factory: pytest.TempPathFactory) -> Replay:
     folder = tmp_path_factory.mktemp("failed")
     (folder / "s.yaml").write_text(SCENARIO)
-    file: Path = folder / "run.jsonl"
-    arguments = [str(folder / "s.yaml"), "--trace", str(file), "--no-map"]
+    trace: Path = folder / "run.jsonl"
+    arguments = [str(folder / "s.yaml"), "--trace", str(trace), "--no-map"]
     assert run_command.main(arguments, standalone_mode=False) == 1
-    return read_trace(file)
-
-
-@pytest.fixture
-def failed(trace: Trace) -> Replay:
-    return replay_of(trace)
+    return read_replay(trace)
 
 
 def test_the_last_tick_is_that_of_the_outcome(failed: Replay) -> None:
@@ -45,10 +36,3 @@ def test_the_last_tick_is_that_of_the_outcome(failed: Replay) -> None:
     assert f"tick {failed.last} of {failed.last}, ended within it: operator needed" == (
         failed.scene(failed.last).moment
     )
-
-
-def test_all_pages_that_are_opened_later_show_the_same_moment(trace: Trace, failed: Replay) -> None:
-    live = LiveRun(trace.header, "run.jsonl")
-    for record in trace.records:
-        live.tell(record)
-    assert live.whole() == live.whole() == encoded(failed, "run.jsonl")

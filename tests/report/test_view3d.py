@@ -196,6 +196,7 @@ def test_what_is_said_of_a_robot_is_where_it_is_drawn(
             assert near or f"{row * cols + col} [{row}, {col}]" in told[name], (seconds, told[name])
 
 
+@pytest.mark.slow
 def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
     browser.open(ward_page, width=1440, height=900)
     browser.wait(lambda: browser.all(".stage3d canvas"))

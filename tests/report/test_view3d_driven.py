@@ -87,6 +87,7 @@ def test_a_motion_that_is_only_computed_has_no_ghost() -> None:
     assert not any("ghost" in track for track in tracks)
 
 
+@pytest.mark.slow
 def test_a_reader_sees_both(drive: Drive, browser: Browser, tmp_path: Path) -> None:
     """A ghost beside its body changes the picture; on its body it hardly does."""
     pictures = []

@@ -137,19 +137,6 @@ def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
     assert json.loads(rest.read_text().splitlines()[-1])["outcome"] == "completed"
 
 
-def test_a_resumed_run_has_a_page_a_result_and_limits(tmp_path: Path) -> None:
-    path, page = tmp_path / "trace.jsonl", tmp_path / "rest.html"
-    text = "".join(play(load_scenario(SCENARIOS / "hello.yaml")).lines[:9])
-    path.write_text(text)
-    done = warm.safenav("resume", path, "--json", "--html", page, "--max-ticks", "1")
-    assert done.returncode == 3
-    assert json.loads(done.stdout)["outcome"] == "tick_limit"
-    assert page.read_text().startswith("<!doctype html>")
-    refused = warm.safenav("resume", path, "--html", path)
-    assert refused.returncode == 2 and "would overwrite the trace" in refused.stderr
-    assert path.read_text() == text
-
-
 ORDERS = """
 map: {grid: [".......", "......."]}
 catalogue:
@@ -355,6 +342,7 @@ def test_the_rest_is_certified(text: str, last: dict[str, Any], tmp_path: Path) 
     assert check_bundle(tmp_path / "bundle").accepted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_a_joint_plan_is_followed_to_its_end(clock: str) -> None:
     """Wherever the run is cut: it takes no more ticks than the run that is not cut."""

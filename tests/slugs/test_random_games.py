@@ -83,6 +83,7 @@ def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
     _compare(duel, random_specification(Random(seed), integers=seed % 2 == 0, bits=8), seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", DENSE)
 def test_games_that_need_reordering(duel: Duel, seed: int) -> None:
     """Thousands of nodes at 2,048 states: sifting and collection must not change a byte."""

@@ -58,6 +58,7 @@ def test_games_whose_diagrams_are_reordered_break_nothing(duel: Duel, seed: int)
     assert duel.disagreement(dense_game(Random(seed)), seed) is None
 
 
+@pytest.mark.slow
 def test_very_many_variables_are_no_cliff(duel: Duel) -> None:
     """5,000 outputs follow 5,000 inputs: nothing is quadratic, no recursion overflows."""
     names = range(5000)

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from report.browser import Browser, Select
 from runtime.test_operator import GATE
 from safenav.audit.check import audit
@@ -11,6 +13,7 @@ from studio.board import Board
 from studio.serving import Page, Served, visit
 
 
+@pytest.mark.slow
 def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
     scenario = tmp_path / "gate.yaml"
     scenario.write_text(GATE)
@@ -41,6 +44,7 @@ def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
         visit(served.address, story)
 
 
+@pytest.mark.slow
 def test_a_robot_joins_on_the_page(browser: Browser, tmp_path: Path) -> None:
     """The run that needs it ends, and the rest with it is shown, and has a trace of its own."""
     scenario, trace = tmp_path / "gate.yaml", tmp_path / "run.jsonl"

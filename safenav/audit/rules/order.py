@@ -143,12 +143,11 @@ class OrderRule(Rule):
 
 
 def _begins_on_its_target(record: Line, now: Situation) -> bool:
-    """Return whether the goal may be one that is met where an objective begins, or where an
-    operator has put the robot: recorded immediately, in any robot's turn. A robot driven by command
-    inputs needs no new strategy for that."""
+    """Return whether the goal may be one that is met where an objective begins: recorded
+    immediately, in any robot's turn. A robot driven by command inputs needs no new strategy for
+    that."""
     name, turn = record.robot, now.turn
-    put = [line for line in turn.all("operator") if line.region is not None]
-    if any(line.robot == name for line in (*turn.all("synthesis"), *turn.all("objective"), *put)):
+    if any(line.robot == name for line in (*turn.all("synthesis"), *turn.all("objective"))):
         return True
     told = now.header.coordination == "assignable"
     return told and turn.objectives[name] != now.objectives[name]

@@ -83,7 +83,7 @@ LaserScan = _message(
     ranges=idl.sequence[idl.float32],
     intensities=idl.sequence[idl.float32],
 )
-MultiDOFJointTrajectoryPoint = _message(
+TrajectoryPoint = _message(
     "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
     transforms=idl.sequence[Transform],
     velocities=idl.sequence[Twist],
@@ -94,7 +94,7 @@ Trajectory = _message(
     "trajectory_msgs/msg/MultiDOFJointTrajectory",
     header=MessageHeader,
     joint_names=idl.sequence[str],
-    points=idl.sequence[MultiDOFJointTrajectoryPoint],
+    points=idl.sequence[TrajectoryPoint],
 )
 
 GoalInfo = _message("action_msgs/msg/GoalInfo", goal_id=UUID, stamp=Time)

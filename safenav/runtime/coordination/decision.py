@@ -195,8 +195,7 @@ def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Dec
 
 
 def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
-    """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; counts begin again, but
-    not with a battery that a robot has brought."""
+    """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; counts begin again."""
     knowledge, requests = team.knowledge.copy(), team.requests
     said: list[Record] = []
     for obstacle, traversable in event.found:
@@ -211,8 +210,7 @@ def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
             said.append(_blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
         requests = requests.without(obstacle.name)
     after, told = Unsettled(Reason.RESOLVED), tuple(said)
-    recount = any(team.scenario.restarts_rounds(found.name) for found, _ in event.found)
-    return Decision(event, knowledge, requests, records=told, recount=recount, next=after)
+    return Decision(event, knowledge, requests, records=told, recount=True, next=after)
 
 
 def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:

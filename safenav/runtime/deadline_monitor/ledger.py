@@ -234,8 +234,7 @@ class Deadlines(Struct):
             case records.Resolved():
                 self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.KEPT)
-                restarts = self.team.scenario.restarts_rounds(record.obstacle)
-                for clock in self._rounds.values() if restarts else ():
+                for clock in self._rounds.values():
                     clock.restart(tick)
                     clock.done = 0
             case records.Gone() | records.KnownObstacle():

@@ -81,6 +81,7 @@ def test_a_mission_is_bounded_by_robots_that_hold_and_by_targets_met_before(
     assert any(x["type"] == "deadline" and x["verdict"] == "lost" for x in lines)
 
 
+@pytest.mark.slow
 def test_a_deadlock_after_the_last_turn_excuses_no_line() -> None:
     run = play(timed_scenario(700_253))
     lines = run.records

@@ -1,4 +1,4 @@
-/* sources fff448eab40261bb01b1740575d116b1574aba1662bef4f38252f05758a757a4 */
+/* sources 479b84881654ff4cabdbfa2aff03dffe7e201e8ba9df003f67a7da36591ec1b0 */
 /* Contains Preact:
 The MIT License (MIT)
 
