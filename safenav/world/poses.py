@@ -199,6 +199,22 @@ class PoseGraph:
             count += 1
         return None
 
+    def path(self, start: int, goal: int, allowed: Mask) -> list[int] | None:
+        """The poses of a shortest path through ``allowed`` ones, ``start`` first; of several paths
+        the first by the order of ``steps``. None if there is none."""
+        inside = allowed | 1 << start
+        layers = [1 << goal & inside]
+        found = layers[0]
+        while not found >> start & 1:
+            layers.append(self.backward(layers[-1]) & inside & ~found)
+            if not layers[-1]:
+                return None
+            found |= layers[-1]
+        way = [start]
+        for layer in reversed(layers[:-1]):
+            way.append(next(step for step in self.steps(way[-1]) if layer >> step & 1))
+        return way
+
     @kept
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:
         """Return for each pose the steps to the nearest pose of ``goal``, FAR without a path."""

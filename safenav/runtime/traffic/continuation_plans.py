@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
-from safenav.components import path_to, shortest_paths
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
@@ -17,7 +16,7 @@ from safenav.runtime.traffic.formula_memory import StateGraph
 from safenav.runtime.traffic.joint import Answer, Course, Effort, Found, JointState
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask, bits, region_mask
+from safenav.world.poses import Mask, region_mask
 
 
 class ContinuationPlans:
@@ -162,14 +161,13 @@ def _return(course: Course, start: JointState, poses: tuple[int, ...]) -> list[J
 
 def _way(course: Course, state: JointState, robot: int, goal: int) -> list[int]:
     """Return a shortest path of one robot while the others stand still; empty if there is none."""
-    start = state.poses[robot]
-    size = course.problem.members[robot].graph.size
-    taken = {state.poses[other] % size for other in course.problem.conflicts[robot]}
+    graph = course.problem.members[robot].graph
+    others = course.problem.conflicts[robot]
+    taken = region_mask(state.poses[other] % graph.size for other in others)
     regions = [p % m.graph.size for p, m in zip(state.poses, course.problem.members, strict=True)]
-    taken |= {*bits(course.problem.held(robot, regions, state.stages))}
-    steps = course.steps(state.stages)[robot]
-    before = shortest_paths([start], lambda pose: (p for p in steps[pose] if p % size not in taken))
-    return [*path_to(goal, before)][1:] if goal in before else []
+    taken |= course.problem.held(robot, regions, state.stages)
+    allowed = course.steps(state.stages)[robot].allowed & ~graph.poses_on(taken)
+    return (graph.path(state.poses[robot], goal, allowed) or [])[1:]
 
 
 def _follow(course: Course, states: list[JointState], plan: Sequence[JointState]) -> bool:
