@@ -72,7 +72,7 @@ class Automaton:
         self, fault: Fault, allowed: int, unmet: Sequence[int], clause: Clause | None = None
     ) -> Iterator[Failure]:
         """A cycle of the ``allowed`` edges on which each condition is met (see ``fair_cycle``)."""
-        cycle = fair_cycle(self.edges, allowed, unmet)
+        cycle = fair_cycle(self.edges, allowed, unmet, self._outputs)
         if cycle is not None:
             yield self.failure(fault, cycle[0], clause=clause, cycle=cycle)
 
@@ -95,8 +95,15 @@ class Automaton:
     @cached_property
     def inputs(self) -> dict[int, int]:
         """Return for each node a number that identifies its inputs."""
+        return self._numbered(Owner.INPUT)
+
+    @cached_property
+    def _outputs(self) -> dict[int, int]:
+        return self._numbered(Owner.OUTPUT)
+
+    def _numbered(self, owner: Owner) -> dict[int, int]:
         owners = [v.owner for v in self.spec.variables]
-        own = [c for c, o in zip(self._columns, owners, strict=True) if o is Owner.INPUT]
+        own = [c for c, o in zip(self._columns, owners, strict=True) if o is owner]
         if not own:
             return dict.fromkeys(self.nodes, 0)
         rows = list(zip(*own, strict=True))

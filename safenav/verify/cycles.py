@@ -8,14 +8,10 @@ with a bit for each.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain, compress, repeat
-from operator import and_, eq, ne
 
 from safenav.components import components, path_to, shortest_paths
-
-_ROUNDS = 10
-"""Edges are removed together until this multiple of their number has been visited."""
 
 Edge = tuple[int, int]
 
@@ -97,43 +93,41 @@ def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, .
     return tuple(walk[:-2])
 
 
-def fair_cycle(edges: Edges, allowed: int, unmet: Sequence[int]) -> tuple[int, ...] | None:
+def fair_cycle(
+    edges: Edges, allowed: int, unmet: Sequence[int], classes: Mapping[int, int] | None = None
+) -> tuple[int, ...] | None:
     """A closed walk over the ``allowed`` edges on which each condition is met by some edge; None
     if there is none. ``unmet`` are for each condition the edges that do not meet it; all these
-    sets are planes (``verify.bitparallel``)."""
-    may = edges.flags(allowed)
-    sources, targets = list(compress(edges.sources, may)), list(compress(edges.targets, may))
-    loops = set(compress(sources, map(eq, sources, targets)))
-    parts = cyclic_parts(_core(sources, targets))
-    parts |= {node: -1 - node for node in loops - parts.keys()}  # each a component of its own
-    from_parts = map(and_, may, map(parts.__contains__, edges.sources))
-    begun = list(compress(range(len(edges)), from_parts)) if parts else []
-    owner = {row: parts[edges.sources[row]] for row in begun}
-    inside = [row for row in begun if parts.get(edges.targets[row]) == owner[row]]
-    missing = [edges.flags(plane) for plane in unmet] if inside else []
-    left = {owner[row] for row in inside}
-    for misses in missing:
-        left &= {owner[row] for row in inside if not misses[row]}
-    if not left:
+    sets are planes (``verify.bitparallel``).
+
+    ``classes``: any partition of the nodes. A closed walk of nodes is one of classes, too; where
+    few classes stand for many nodes, these are searched first, which usually suffices."""
+    rows = list(compress(range(len(edges)), edges.flags(allowed)))
+    met = [edges.flags(((1 << len(edges)) - 1) ^ plane) for plane in unmet]
+    if classes is not None:
+        tails, heads = (list(map(classes.__getitem__, e)) for e in (edges.sources, edges.targets))
+        rows, _ = _recurring(rows, tails, heads, met)
+    rows, parts = _recurring(rows, edges.sources, edges.targets, met)
+    if not rows:
         return None
-    chosen = next(owner[row] for row in inside if owner[row] in left)
-    walked = [row for row in inside if owner[row] == chosen]
-    required = [next(row for row in walked if not misses[row]) for misses in missing]
+    chosen = parts[edges.sources[rows[0]]]
+    walked = [row for row in rows if parts[edges.sources[row]] == chosen]
+    required = [next(row for row in walked if flags[row]) for flags in met]
     return closed_walk([edges[i] for i in walked], [edges[i] for i in required])
 
 
-def _core(sources: list[int], targets: list[int]) -> Iterator[Edge]:
-    """Those of some edges, loops apart, that may lie on a cycle: without those from nodes that
-    have no predecessor, or to nodes that have no successor. Done for all edges together,
-    repeatedly: that costs a tenth of visiting edges one by one, and usually it leaves nothing."""
-    keep: Iterable[bool] = map(ne, sources, targets)
-    effort = _ROUNDS * len(sources)
-    while sources and effort >= 0:
-        effort -= len(sources)
-        chosen = list(keep)
-        sources, targets = list(compress(sources, chosen)), list(compress(targets, chosen))
-        tails, heads = set(sources), set(targets)
-        if tails == heads:
-            break
-        keep = map(and_, map(heads.__contains__, sources), map(tails.__contains__, targets))
-    return zip(sources, targets, strict=True)
+def _recurring(
+    rows: list[int], sources: Sequence[int], targets: Sequence[int], met: Sequence[bytes]
+) -> tuple[list[int], dict[int, int]]:
+    """Those of some edges (``rows``) that are inside a component in which some edge meets each
+    condition, and the components of their ends."""
+    tails, heads = [list(map(ends.__getitem__, rows)) for ends in (sources, targets)]
+    pairs = set(zip(tails, heads, strict=True))
+    parts = cyclic_parts(pairs)
+    inside = {pair: parts[pair[0]] for pair in pairs if pair[0] in parts}
+    inside = {pair: part for pair, part in inside.items() if parts.get(pair[1]) == part}
+    fair = set(inside.values())
+    owners = list(map(inside.get, zip(tails, heads, strict=True))) if fair else []
+    for flags in met:
+        fair.intersection_update(compress(owners, map(flags.__getitem__, rows)))
+    return [row for row, owner in zip(rows, owners, strict=bool(fair)) if owner in fair], parts
