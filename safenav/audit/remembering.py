@@ -19,6 +19,8 @@ class Memories:
         self.possible: dict[str, set[Row]] = {}
         self.begun: set[str] = set()
         """The robots whose strategy has chosen one."""
+        self._ahead: dict[str, Row] = {}
+        """The memories ahead of robots that have got a strategy in transit."""
         for robot in now.own:
             if (names := remembered(robot, now)) is not None:
                 told = None if robot not in now.done else now.done[robot].memory
@@ -33,21 +35,47 @@ class Memories:
         if robot not in self.possible or now.own[robot].kind != "ltl":
             return
         if record.type == "synthesis":
-            if record.node is not None and record.memory:
-                self.possible[robot] = {row_of(record.memory, remembered(robot, now) or ())}
+            if (row := self.chosen(record, now)) is not None:
+                if now.toward[robot] is None:
+                    self.possible[robot] = {row}
+                else:
+                    self._ahead[robot] = row
                 self.begun.add(robot)
         elif record.toward is None:
             here = now.region[robot], now.heading[robot]
             there = record.to, record.heading
             self.begun |= {robot} if here != there or record.by == "strategy" else set()
+            ahead = self._ahead.pop(robot, None)
+            if ahead is not None and record.to == now.toward[robot]:
+                self.possible[robot] = {ahead}
+                return
             if now.live or here == there:  # it may have stayed by its strategy
                 self.possible[robot] |= self._after(robot, here, here, now)
             if here != there:
                 self.possible[robot] = self._after(robot, here, there, now) or self.possible[robot]
 
+    def chosen(self, synthesis: Line, now: State) -> Row | None:
+        """Return what the formulas of a robot remember where a new strategy for them begins; None
+        if it is for something else, or they have not been followed."""
+        names = remembered(synthesis.robot, now)
+        told = synthesis.memory if synthesis.node is not None else None
+        if not told or names is None or synthesis.robot not in self.possible:
+            return None
+        return row_of(told, names) if synthesis.objective.kind == "ltl" else None
+
     def may_be(self, robot: str, told: Mapping[str, int], now: State) -> bool:
-        """Whether a robot's formulas may remember that."""
+        """Whether a robot's formulas may remember that; in transit, where it has set out."""
         return row_of(told, remembered(robot, now) or ()) in self.possible.get(robot, ())
+
+    def may_become(self, robot: str, told: Mapping[str, int], now: State) -> bool:
+        """Whether a robot's formulas may remember that in its pose, which is ahead in transit."""
+        if now.toward[robot] is None:
+            return self.may_be(robot, told, now)
+        row = row_of(told, remembered(robot, now) or ())
+        if robot in self._ahead:
+            return row == self._ahead[robot]
+        here = now.region[robot], now.heading[robot]
+        return row in self._after(robot, here, now.pose(robot), now)
 
     def _after(self, robot: str, here: Pose, there: Pose, now: State) -> set[Row]:
         rules, size = rules_of(now.own[robot]), len(remembered(robot, now) or ())

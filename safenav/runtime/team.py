@@ -80,7 +80,8 @@ class DecidedStep(Struct, frozen=True):
 
 class RobotState(Struct):
     """One robot in a run. ``pose``: where it stands; in transit, where it set out: until the step
-    ends it occupies both its region and the one that it goes to. ``own``: its
+    ends it occupies both its region and the one that it goes to; ``recalls``: what its formulas
+    remember after that step. ``own``: its
     progress with its own objective; ``progress``: with what it does now (the same, unless it does
     something else for a while). ``active``: it is in service; else it stands still. ``arriving``:
     it has just taken a step of a joint plan, of which is not counted yet what it met by that.
@@ -99,6 +100,7 @@ class RobotState(Struct):
     assignment: Assignment
     progress: Progress
     transit: DecidedStep | None = None
+    recalls: Mapping[str, int] = field(default_factory=dict)
     begun: bool = False
     active: bool = True
     arriving: bool = False
@@ -157,6 +159,11 @@ class RobotState(Struct):
     def memory(self) -> Memory:
         """The memory of its own objective; for formulas, also while it does something else."""
         return Memory(self.own.memory.index, self.progress.memory.values)
+
+    @property
+    def next_memory(self) -> Memory:
+        """The memory in ``next_pose``."""
+        return self.memory if self.transit is None else Memory(self.memory.index, self.recalls)
 
     @property
     def occupied(self) -> frozenset[Region]:

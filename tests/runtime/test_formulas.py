@@ -125,3 +125,34 @@ def test_a_deadlock_that_only_memory_reveals_is_proven(clock: str) -> None:
     for told, said in wrong:
         proof["memory"] = told
         assert said in str(run.findings)
+
+
+EVEN = """\
+map: {grid: ["....."]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [lift], timing: 2}}
+  obstacles: {parcel: {action: lift, resolve_at: self, blocks: []}}
+robots:
+  a:
+    model: cart
+    start: 0
+    objective:
+      ltl: {memory: {m: bool}, init: "!m", liveness: ["region = 0 & m", "region = 4 & !m"],
+            safety: ["region' = 2 & region != 2 -> (m' <-> !m)",
+                     "!(region' = 2 & region != 2) -> (m' <-> m)"]}
+orders: [{type: parcel, region: 3, at: 4}]
+until: {rounds: 2}
+limits: {ticks: 80}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_strategy_that_comes_in_transit_remembers_the_step(clock: str) -> None:
+    """The robot counts how often it enters region 2, and is on its way there when an order gives it
+    another strategy."""
+    run = play(f"{EVEN}clock: {clock}\n")
+    new, *_ = run.all("synthesis", reason="request")
+    assert (new["region"], new["memory"]) == (2, {"m": 1})
+    assert run.outcome["outcome"] == "completed" and not run.findings
+    new["memory"] = {"m": 0}
+    assert "cannot remember" in str(run.findings)

@@ -134,7 +134,7 @@ def _numbers(told: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str
         names = remembered(name, now) if name in now.own else None
         if names is None or {*names} != memory.keys():
             return f"the formulas of {name} do not remember {', '.join(memory) or 'nothing'}"
-        if not now.memories.may_be(name, memory, now):
+        if not now.memories.may_become(name, memory, now):
             return f"the formulas of {name} cannot remember {memory}"
         found[name] = rules_of(now.own[name]).valuations.index(row_of(memory, names))
     return found
@@ -150,13 +150,14 @@ def _lost(record: Line, now: Situation) -> Mapping[str, str]:
 
 def _is_a_game(name: str, now: Situation) -> bool:
     """Return whether a robot must keep formulas, or a strict objective by the letter, on a shared
-    floor, or formulas with inputs: whether it has a strategy is a game against the others and the
-    inputs, which this check does not solve."""
+    floor or in zones of ``never_together``, or formulas with inputs: whether it has a strategy is a
+    game against the others and the inputs, which this check does not solve."""
     own = now.own.get(name)
     if own is None or not (own.kind == "ltl" or (own.literal and shape_of(own.kind).strict)):
         return False
     hears = own.kind == "ltl" and bool(json.loads(own.body).get("inputs"))
-    return hears or any(now.conflict(name, o) for o in now.header.robots if o != name)
+    others = (other for other in now.header.robots if other != name)
+    return hears or any(now.conflict(name, o) or now.zones(name, o) for o in others)
 
 
 def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str]:

@@ -25,7 +25,8 @@ class SynthesisRule(Rule):
     later tick for that reason; a robot that gets another objective is synthesized for it in the
     same turn, unless it has command inputs or is out of service, or the run is live; the event that
     the reason names has happened in that turn (D 5.3, T Time). A realizable synthesis yields a
-    strategy, others do not."""
+    strategy, others do not. A strategy begins with a memory that the robot's formulas may have
+    where it begins, after the steps so far."""
 
     name = "synthesis"
 
@@ -94,6 +95,9 @@ class SynthesisRule(Rule):
             yield f"the synthesis for {robot} is realizable but gave no strategy"
         if record.verdict != "realizable" and record.strategy is not None:
             yield f"the synthesis for {robot} is {record.verdict} but gave a strategy"
+        chosen = now.memories.chosen(record, now)
+        if chosen is not None and not now.memories.may_become(robot, record.memory, now):
+            yield f"the strategy of {robot} begins with {record.memory}, which it cannot remember"
 
 
 class StrategyRule(Rule):

@@ -11,16 +11,19 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from msgspec import Struct
 
 from safenav.scenario.guarantees import MOST_VALUATIONS, Guarantees, Values
+from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
 class Memories(Struct):
     """The memories that a robot may have, the likeliest first; none if too many fit. ``begun``: by
-    a strategy, which has chosen among those at the start."""
+    a strategy, which has chosen among those at the start. ``ahead``: the region to which it is on
+    its way, and what it remembers there, if it has got a strategy meanwhile."""
 
     guarantees: Guarantees
     possible: Sequence[Mapping[str, int]]
     begun: bool = False
+    ahead: tuple[Region, Mapping[str, int]] | None = None
 
     @classmethod
     def at_start(cls, guarantees: Guarantees, pose: Pose) -> Memories:
@@ -33,9 +36,20 @@ class Memories(Struct):
         """The one to continue with; none before the first step."""
         return next(iter(self.possible), {}) if self.begun else {}
 
+    def choose(self, memory: Mapping[str, int], region: Region, here: Region) -> None:
+        """Begin with a strategy that remembers that in a region: here, or where the robot is on its
+        way."""
+        self.begun, self.ahead = True, None if region == here else (region, memory)
+        if self.ahead is None:
+            self.possible = [memory]
+
     def step(self, before: Pose, after: Pose, inputs: tuple[Values, Values]) -> None:
         """Follow a step, or a turn in which a strategy has let the robot stay. A step that the
         formulas forbid was made by no strategy: it changes nothing."""
+        ahead, self.ahead = self.ahead, None
+        if ahead is not None and ahead[0] == after.region:
+            self.possible = [ahead[1]]
+            return
         found = self._after(self.possible, before, after, inputs)
         self.possible, self.begun = found or self.possible, True
 

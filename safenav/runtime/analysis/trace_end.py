@@ -225,8 +225,8 @@ class TraceEnd(Struct):
                 self.in_force[record.robot] = record.objective
             case records.Synthesis() if record.node is not None:  # it was installed
                 memories = self.own[record.robot].memories
-                if memories is not None and record.memory:
-                    memories.possible, memories.begun = [record.memory], True
+                if memories is not None and record.memory and record.region is not None:
+                    memories.choose(record.memory, record.region, self.poses[record.robot].region)
                     self.arrived[record.robot] = self.time
                 if record.places is None:
                     self.in_force[record.robot] = record.objective

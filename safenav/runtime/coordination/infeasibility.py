@@ -111,7 +111,9 @@ def _why_stuck(state: TeamState, name: str, *, chosen: bool) -> str:
     if chosen:  # from where it is, it still could
         return f"{name} could no longer {describe(objective, state.scenario.map.word)} after that"
     walls = state.knowledge.walls_for(robot.robot, state.knowledge.pending)
-    return _why_not(state, name, Task(robot.robot, robot.next_pose, objective, robot.memory, walls))
+    return _why_not(
+        state, name, Task(robot.robot, robot.next_pose, objective, robot.next_memory, walls)
+    )
 
 
 def unserved(end: Conclusion, refused: Mapping[tuple[str, str], TaskResult]) -> Conclusion:

@@ -77,7 +77,7 @@ def _forms(
     assigned = team.scenario.coordination is Coordination.ASSIGNABLE
     strict = draft.objective.strict
     own = draft.assignment.role is Role.OWN or assigned
-    memory = robot.memory if own or isinstance(draft.objective, Ltl) else Memory()
+    memory = robot.next_memory if own or isinstance(draft.objective, Ltl) else Memory()
     walls = team.knowledge.walls_for(robot.robot, draft.avoid)
     found = forms(
         draft.objective,

@@ -131,7 +131,7 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
     )
     members = zip(floor.names, floor.problem.members, strict=True)
     remember = [state.robots[name] for name, m in members if isinstance(m.graph, StateGraph)]
-    memory = {robot.name: {**robot.memory.values} for robot in remember if robot.memory.values}
+    memory = {r.name: {**r.next_memory.values} for r in remember if r.next_memory.values}
     places = course.places(answer.states)
     text = "".join(f"{line}\n" for line in places)
     proof = proofs.JointSearch(

@@ -80,7 +80,9 @@ class Searches:
                 continue
             world = self._state.scenario.map
             graph = formula_memory.state_graph(objective, world, mobility, stays=stays)
-            state = graph.state(poses[index], robot.memory.values) if graph is not None else None
+            state = (
+                graph.state(poses[index], robot.next_memory.values) if graph is not None else None
+            )
             if graph is not None and state is not None:
                 graphs[index], poses[index] = graph, state
         return graphs, tuple(poses)

@@ -47,7 +47,7 @@ class Moves(Struct, frozen=True):
             if not self._has_counted(robot, around):
                 self._count(robot, robot.progress, around)
             return
-        robot.transit = step
+        robot.transit, robot.recalls = step, self._remembers_after(robot, step)
         robot.stood.clear()
         self.relocation.traffic.set_out()
         event = self.world.start(robot.robot, robot.pose, step.pose)
@@ -128,6 +128,19 @@ class Moves(Struct, frozen=True):
             after = {**values_of(robot.pose), **later, **now}
         progress.remember(after)
         return before, after
+
+    def _remembers_after(self, robot: RobotState, step: DecidedStep) -> Values:
+        """Return what a robot's formulas remember after a step that it begins."""
+        own, memory = robot.robot.objective, robot.memory.values
+        if not (isinstance(own, Ltl) and isinstance(robot.progress.objective, Ltl)):
+            return memory
+        chosen = robot.planner.values()
+        if step.before and own.memory.keys() <= chosen.keys():
+            return {name: chosen[name] for name in own.memory}
+        if not own.memory.keys() <= memory.keys():
+            return memory  # it has had no strategy yet
+        inputs = self.state.inputs, self.state.inputs
+        return guarantees_of(own).remembered(memory, robot.pose, step.pose, inputs) or memory
 
     def _count(
         self, robot: RobotState, progress: Progress, around: Around, *, strayed: bool = False
