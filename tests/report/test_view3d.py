@@ -213,6 +213,47 @@ def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
     assert browser.errors() == []
 
 
+FLIGHT = """\
+safenav: 1
+map:
+  grid: "."
+robots:
+  a_flyer_with_a_name_for_which_the_choice_of_views_has_no_room_beside_the_other_tools:
+    {model: quadcopter, start: 0, objective: {hold: 0}}
+"""
+
+
+def test_a_flight_above_a_small_map_is_in_view_and_so_are_the_tools(
+    tmp_path: Path, browser: Browser
+) -> None:
+    (tmp_path / "flight.yaml").write_text(FLIGHT)
+    trace = tmp_path / "flight.jsonl"
+    _safenav("run", str(tmp_path / "flight.yaml"), "--trace", str(trace), "--no-map")
+    _safenav("replay", str(trace), "--3d", "-o", str(tmp_path / "flight.html"))
+    browser.open(tmp_path / "flight.html", "#t=0", width=1000, height=700)
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    dark = """
+        const canvas = document.querySelector(".stage3d canvas");
+        const copy = document.createElement("canvas");
+        [copy.width, copy.height] = [canvas.width, canvas.height];
+        const brush = copy.getContext("2d");
+        brush.drawImage(canvas, 0, 0);
+        const { data } = brush.getImageData(0, 0, copy.width, copy.height);
+        const rows = [];
+        for (let row = 0; row < copy.height; row++)
+            for (let at = 4 * row * copy.width; at < 4 * (row + 1) * copy.width; at += 4)
+                if (data[at] + data[at + 1] + data[at + 2] < 200) { rows.push(row); break; }
+        return [rows[0] ?? 0, rows.length];
+    """
+    browser.wait(lambda: browser.run(dark)[1] > 5)
+    assert browser.run(dark)[0] > 0, "the rotors and the name are below the upper edge"
+    tools, stage = (
+        browser.run(f"return document.querySelector('{each}').getBoundingClientRect().toJSON()")
+        for each in (".cameras", ".stage3d")
+    )
+    assert stage["left"] <= tools["left"] and tools["right"] <= stage["right"]
+
+
 RING = """\
 safenav: 1
 map:

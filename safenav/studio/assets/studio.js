@@ -1,4 +1,4 @@
-/* sources 479b84881654ff4cabdbfa2aff03dffe7e201e8ba9df003f67a7da36591ec1b0 */
+/* sources 7b6385dc11430518f79a69f89798023441d95a02b0a7f6d48e816603a26bee77 */
 /* Contains Preact:
 The MIT License (MIT)
 

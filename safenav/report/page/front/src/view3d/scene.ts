@@ -66,6 +66,8 @@ export class RunScene implements Lens {
   private targetsKey = "";
   private readonly anchors: Group[];
   private view: View = "orbit";
+  /** Metres from the floor to where the highest flight goes. */
+  private readonly altitude: number;
   /** Whether the reader has moved the camera by hand since it was last placed. */
   private touched = false;
   /** The time that was drawn last, in seconds. */
@@ -82,6 +84,8 @@ export class RunScene implements Lens {
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.maxPolarAngle = Math.PI * 0.49;
     this.orbit.addEventListener("start", () => (this.touched = true));
+    const flights = robots.filter(({ track }) => track.kind === "flyer").map(({ columns }) => columns.get("z")!);
+    this.altitude = Math.max(0, ...flights.map((heights) => heights.reduce((most, z) => Math.max(most, z))));
     const colours = run.robots.map((robot) => robot.look.colour);
     this.floor = new Floor(run, motion.side);
     this.trails = new Trails(motion, robots, colours);
@@ -160,18 +164,19 @@ export class RunScene implements Lens {
   private home(): void {
     const [west, south, east, north] = this.floor.extent;
     const [width, depth] = [east - west, north - south];
-    const target: [number, number, number] = [(west + east) / 2, (south + north) / 2, 0];
+    const high = this.altitude;
+    const target: [number, number, number] = [(west + east) / 2, (south + north) / 2, high / 2];
     const angle = (this.camera.fov * Math.PI) / 360;
     const aspect = this.camera.aspect;
     if (this.view === "top") {
-      const away = Math.max(depth / 2, width / 2 / aspect) / Math.tan(angle);
+      const away = Math.max(depth / 2, width / 2 / aspect) / Math.tan(angle) + high;
       this.orbit.target.set(...target);
       this.camera.position.set(target[0], target[1] - 0.001, away * 1.04);
     } else if (this.view === "orbit") {
       // Seen at 50 degrees from the horizon; the near edge is wider than the middle.
-      const away = Math.max(depth * 0.4, (width * 0.5) / aspect) / Math.tan(angle) + depth * 0.32;
-      this.orbit.target.set(target[0], target[1] - depth * 0.03, 0);
-      this.camera.position.set(target[0], target[1] - away * 0.643, away * 0.766);
+      const away = Math.max(depth * 0.4 + high * 0.4, (width * 0.5) / aspect) / Math.tan(angle) + depth * 0.32 + high * 0.4;
+      this.orbit.target.set(target[0], target[1] - depth * 0.03, target[2]);
+      this.camera.position.set(target[0], target[1] - away * 0.643, target[2] + away * 0.766);
     } else if (this.view === "story") {
       this.frameStory(1);
     } else {
