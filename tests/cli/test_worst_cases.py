@@ -181,3 +181,48 @@ def test_helpers_come_by_the_rules_of_their_objectives(
     found = json.loads(safenav("check", "s.yaml", "--json").stdout)
     (case,) = found["obstacles"]
     assert (case["alone"]["best"], case["alone"]["worst"]) == (ticks, ticks)
+
+
+ROOM = """
+safenav: 1
+map:
+  grid: ["###########", "#...#..#..#", "#.....##..#", "#.........#", "#.#.#..#..#", "###########"]
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: []}
+    walk: {mobility: heading, layer: legs, capabilities: [press]}
+    fly: {mobility: free, layer: air, capabilities: [sense, press], timing: FLY}
+  obstacles:
+    vault: {needs: [{action: sense, at: neighbours}, {action: press, at: [20]}], blocks: [ground]}
+    fog: {action: sense, resolve_at: neighbours, blocks: [ground], has_truth: true}
+robots:
+  c: {model: cart, start: 47, objective: {visit: [47, 53]}}
+  w: {model: walk, start: 35, heading: south, objective: {visit: [35, 36]}}
+  f: {model: fly, start: PLACE, objective: {visit: [PLACE, 20]}}
+obstacles: [{type: KIND, region: 40LIMIT}]
+suspects: [{type: KIND, region: 40}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("fly", ["1", "2", "{least: 1, most: 3}"])
+@pytest.mark.parametrize("place", ["42", "12"])
+@pytest.mark.parametrize("kind", ["fog", "vault"])
+def test_runs_take_at_least_the_best_and_at_most_the_worst_time(
+    kind: str, place: str, fly: str, safenav: Command, tmp_path: Path
+) -> None:
+    """A robot alone has both needs; it passes; its steps take long."""
+    text = ROOM.replace("KIND", kind).replace("PLACE", place).replace("FLY", fly)
+    (tmp_path / "s.yaml").write_text(text.replace("LIMIT", ""))
+    (case,) = json.loads(safenav("check", "s.yaml", "--json").stdout)["obstacles"]
+    run = play(text.replace("LIMIT", ""))
+    took = run.one("resolved")["tick"] - run.all("request")[0]["tick"]
+    assert case["alone"]["best"] <= took <= case["alone"]["worst"]
+
+
+def test_a_deadline_is_judged_where_the_obstacle_is_also_a_suspect(
+    safenav: Command, tmp_path: Path
+) -> None:
+    text = ROOM.replace("KIND", "fog").replace("PLACE", "12").replace("FLY", "1")
+    (tmp_path / "s.yaml").write_text(text.replace("LIMIT", ", resolve_within: 3"))
+    assert "resolve_within 3: not with c at 39" in safenav("check", "s.yaml").stdout

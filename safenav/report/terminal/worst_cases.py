@@ -40,7 +40,7 @@ def worst_data(case: Worst) -> dict[str, Any]:
 def _data(times: Times) -> dict[str, Any]:
     at = {name: pose.place for name, pose in times.moment.items()}
     told = {"best": times.best, "worst": times.worst, "moment": at, "bids": dict(times.bids)}
-    return {**told, "all_moments": times.whole}
+    return {**told, "all_moments": times.whole, "nearest": times.nearest}
 
 
 def _times(times: Times) -> str:
@@ -54,7 +54,8 @@ def _worst(times: Times) -> str:
     if times.worst is None:
         return "at worst never"
     ticks = counted(times.worst, "tick")
-    most = ticks if times.whole else f"{times.worst} or more ticks"
+    exact = times.whole and times.nearest
+    most = ticks if exact else f"{times.worst} or more ticks"
     return f"at worst {most} after its request"
 
 

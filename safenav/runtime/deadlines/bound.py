@@ -331,11 +331,11 @@ def _when_met(
     had its part in that."""
     walker = spread.walker
     first = max(walker.ready, (turn - robot) // spread.count)
-    found = {first: 1 << walker.pose}
-    if robot in fields:
-        there = fields[robot].on(walker.graph.poses_on(need.regions), first)
-        found |= {tick: poses | found.get(tick, 0) for tick, poses in there.items()}
-    return found
+    had = fields[robot].on(walker.graph.poses_on(need.regions), first) if robot in fields else {}
+    alone = need.together or need.robots == 1  # else it may have left since
+    if had and alone and len(fields) == need.robots:
+        return had  # it had its part: no other robot could
+    return {first: 1 << walker.pose | had.pop(first, 0), **had}
 
 
 def rounds_done(moment: BoundMoment, robot: int, times: Times, goals: Iterable[Mask]) -> int:

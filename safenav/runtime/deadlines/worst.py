@@ -2,8 +2,9 @@
 
 Over all poses of a requester beside the obstacle and all poses of those who can help, as their own
 strategies visit them: once with this obstacle alone, once with all others standing and known, which
-is the worst that may turn up. The times are the lower bounds of ``bound``: for one obstacle that
-one robot resolves they are exact but for collisions.
+is the worst that may turn up. At best steps are fast, and some needs were met before the request;
+at worst steps are slow, and have just begun. The times are the lower bounds of ``bound``: for one
+obstacle that one robot resolves they are exact but for collisions.
 """
 
 from __future__ import annotations
@@ -14,16 +15,17 @@ from math import prod
 from time import monotonic
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.runtime.deadlines import bound
 from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.navigation import pose_of
-from safenav.runtime.resolution.problem import OpenObstacle
+from safenav.runtime.resolution.problem import OpenObstacle, Stage
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Region
-from safenav.world.moves import Pose
+from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import bits, plain_graph, region_mask
 
 MOST_MOMENTS = 2_000
@@ -38,13 +40,15 @@ class Times(Struct, frozen=True):
     """Ticks from the tick of the request to that of the resolution, at ``best`` and at ``worst``
     (None: never), the poses at the worst moment, the requester first, and the ``bids`` of robots
     with the next action there: the ticks of their way (None: none leads there), of which the first
-    may be that of the request. ``whole``: all moments were compared."""
+    may be that of the request. ``whole``: all moments were compared; ``nearest``: no other robots
+    than the nearest help, though they lose poses by that."""
 
     best: int | None
     worst: int | None
     moment: Mapping[str, Pose]
     bids: Mapping[str, int | None]
     whole: bool
+    nearest: bool = True
 
 
 class Worst(Struct, frozen=True):
@@ -71,7 +75,7 @@ def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
 def worst_cases(scenario: Scenario, poses: Mapping[str, Sequence[Pose]]) -> list[Worst]:
     """The times of each obstacle that is listed or suspected and that some robot can meet from its
     ``poses``."""
-    listed = (*scenario.obstacles, *(scenario.suspects or ()))
+    listed = (*(scenario.suspects or ()), *scenario.obstacles)  # if both: with its deadline
     known = list({o.name: o for o in listed if o.appears is None and o.goes is None}.values())
     found, ends = [], monotonic() + ALL_SECONDS
     for number, obstacle in enumerate(known):
@@ -116,6 +120,8 @@ def _times(
         for robot in robots
         if any(each <= robot.capabilities for each in skills)
     }
+    steady = all(robot.model.timing.most == 1 for robot in robots)
+    moving = {name for name, places in poses.items() if len(places) > 1}
     requesters = [*_requesters(scenario, poses, obstacle, shut)]
     if not requesters:
         return None
@@ -134,12 +140,49 @@ def _times(
                 whole = False
                 break
             at = {name: pose, **places}
-            ticks = _resolved_after(scenario, at, opens, index)
-            if ticks is not None:
-                best = ticks if best is None else min(best, ticks)
+            ticks = _resolved_after(scenario, at, opens, index, slow=moving)
+            for begun in _begun(scenario, poses, opens, index):
+                same = steady and begun == opens
+                soon = ticks if same else _resolved_after(scenario, at, begun, index)
+                best = soon if best is None or (soon is not None and soon < best) else best
             if worst is not None and (ticks is None or ticks > worst):
                 worst, moment = ticks, at
-    return Times(best, worst, moment, _bids(scenario, moment, obstacle, standing), whole)
+    bids = _bids(scenario, moment, obstacle, standing)
+    return Times(best, worst, moment, bids, whole, nearest=_nearest_help(scenario, opens))
+
+
+def _nearest_help(scenario: Scenario, opens: Sequence[bound.BoundObstacle]) -> bool:
+    """Return whether the bids alone decide who helps: a robot that cannot turn back where it helps
+    may be passed over for a farther one, unless a deadline is pending."""
+    for one in opens if opens[0].sequential else ():
+        for need, skills in zip(one.gate.needs, one.gate.skills, strict=True):
+            able = [robot for robot in scenario.robots if skills <= robot.capabilities]
+            turning = any(robot.model.mobility is Mobility.HEADING for robot in able)
+            if turning and len(able) > need.robots:
+                return False
+    return True
+
+
+def _begun(
+    scenario: Scenario,
+    poses: Mapping[str, Sequence[Pose]],
+    opens: tuple[bound.BoundObstacle, ...],
+    requester: int,
+) -> Iterator[tuple[bound.BoundObstacle, ...]]:
+    """Yield the obstacles as they may be when the first one is requested: robots also meet its
+    needs as they pass, but take no load before."""
+    first, *rest = opens
+    for number, need in enumerate(first.gate.needs):
+        if not need.same and requester in first.gate.closed_to[number]:
+            yield replace(first, stage=Stage(number)), *rest
+        passing = [
+            robot.name
+            for robot in scenario.robots
+            if first.gate.skills[number] <= robot.capabilities
+            and any(need.regions >> pose.region & 1 for pose in poses[robot.name])
+        ]
+        if len(passing) < need.robots:
+            return
 
 
 def _requesters(
@@ -193,16 +236,22 @@ def _resolved_after(
     at: Mapping[str, Pose],
     opens: tuple[bound.BoundObstacle, ...],
     requester: int,
+    *,
+    slow: Collection[str] | None = None,
 ) -> int | None:
-    """The ticks from a request in tick 1 to the first tick in which it can be met."""
+    """The ticks from a request in tick 1 to the first tick in which it can be met. ``slow``: steps
+    take as long as they can, and these robots, but for the requester, have just begun one."""
     walkers = []
     for index, robot in enumerate(scenario.robots):
         graph = graph_of(robot, scenario.map)
         number = graph.number(at.get(robot.name, robot.start))
         skills = robot.capabilities if robot.name in at else frozenset[str]()
-        ready, most = 1 if index <= requester else 0, robot.model.timing.most
+        ready, timing = 1 if index <= requester else 0, robot.model.timing
+        if slow is not None and robot.name in slow and index != requester:
+            ready += timing.most - 1
+        ticks = timing.least if slow is None else timing.most
         shut = graph.everywhere & ~permitted(robot, graph)
-        walkers.append(bound.BoundRobot(graph, number, ready, most, skills, shut))
+        walkers.append(bound.BoundRobot(graph, number, ready, ticks, skills, shut))
     moment = bound.BoundMoment(tuple(walkers), opens, len(walkers) + requester)
     tick = bound.tick_of(bound.earliest(moment)[0][-1], moment.count)
     return None if tick is None else tick - 1
