@@ -25,7 +25,7 @@ run: $(or $(wildcard $(VENV)/.installed),$(VENV)/.runs) ## install what a run ta
 
 # Before the Python tests, what takes one processor each runs beside each other: installation, lint, the
 # compilation of the Python tests (each worker would compile all of them for itself), and the C++
-# build, which leaves the processors to the others. WITH names more targets (`.ci/run`). Three workers
+# build, which yields to the others. WITH names more targets (`.ci/run`). Three workers
 # more than jobs: some tests wait (for a cluster, a browser, robots, a time limit), and two more left
 # a fifth of the processors idle.
 WITH ?=
@@ -94,8 +94,8 @@ slugs: install ## build the synthesizer alone: slugs/build/slugs
 slugs-test: $(if $(shell command -v cmake 2>/dev/null),toolchain,install) ## unit tests of the synthesizer, with assertions and sanitizers
 	$(CMAKE) -S slugs -B $(SLUGS_TESTED) -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 -DSLUGS_WERROR=ON \
 	  -DSLUGS_SANITIZE=ON -DSLUGS_TESTS=ON -DSLUGS_FUZZ=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=33
-	MAKEFLAGS=--no-print-directory nice $(CMAKE) --build $(SLUGS_TESTED) --parallel $(JOBS)
-	nice $$(command -v ctest || echo $(BIN)/ctest) --test-dir $(SLUGS_TESTED) --output-on-failure --parallel $(JOBS)
+	MAKEFLAGS=--no-print-directory nice -n 4 $(CMAKE) --build $(SLUGS_TESTED) --parallel $(JOBS)
+	nice -n 4 $$(command -v ctest || echo $(BIN)/ctest) --test-dir $(SLUGS_TESTED) --output-on-failure --parallel $(JOBS)
 
 lint: style types prose ## ruff, mypy --strict, clang-format, odd phrases
 
