@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -14,8 +15,12 @@ import warm
 from batch.made_scenarios import SlugsLog, Write, scenario
 from batch.running import SAFENAV, environment, safenav, started, wait_until
 
-pytest.importorskip("distributed", reason="needs the extra 'dask'")
-pytestmark = pytest.mark.slow
+# Not imported: each worker of the tests would import it for the processes that do.
+MISSING = find_spec("distributed") is None
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(MISSING, reason="needs the extra 'dask'"),
+]
 
 
 class Cluster:
