@@ -1,4 +1,5 @@
-"""Values with bounds, which readers and schemas check: annotations of what traces hold."""
+"""Values with bounds, which readers and schemas check: annotations of what traces and obstacles
+hold."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ Region = int
 Count = Annotated[int, Meta(ge=0)]
 Positive = Annotated[int, Meta(ge=1)]
 Seconds = Annotated[float, Meta(ge=0)]
+Share = Annotated[float, Meta(ge=0, le=1)]
 Sha256 = Annotated[str, Meta(pattern="[0-9a-f]{64}", description="a sha256 (64 digits 0-9a-f)")]
 Heading = Annotated[
     str, Meta(pattern="north|east|south|west", description="north, east, south or west")

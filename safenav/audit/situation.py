@@ -202,7 +202,7 @@ class Situation(State):
             case "plan" | "plan_end":
                 self.plan = record if record.type == "plan" else None
             case "resolved":
-                for name, progress in self.progress.items():
+                for name, progress in self.progress.items() if self.restarts(record) else ():
                     self.progress[name] = progress.recounted(self.own[name])
             case "objective":
                 by_input, away = record.cause == "input", self.is_away(robot)
@@ -359,6 +359,12 @@ class Situation(State):
         self.open[name] = one._replace(done=frozenset()).advanced(group)
         self.turn.advanced.add(name)
         return True
+
+    def restarts(self, resolved: Line) -> bool:
+        """Return whether rounds count from a resolution on: not from that of a battery."""
+        return (
+            self.header.flat is None or self.obstacles[resolved.obstacle].type != self.header.flat
+        )
 
     def _put_in_force(self, objectives: Mapping[str, Objective], line: int) -> None:
         self.helped = dict(self.named)

@@ -61,7 +61,16 @@ def run_with_operator(
         except UsageError as error:
             mission.give_up(str(error))  # its trace has an end
             raise
+        _report_unused(batches)
         return mission
+
+
+def _report_unused(batches: Iterator[Lines] | None) -> None:
+    """Print a note if the run has ended before some lines of its file."""
+    left = [each for lines in batches or () for each in lines]
+    if left:
+        (place, line), more = left[0], f" and {len(left) - 1} more" if len(left) > 1 else ""
+        click.echo(f"note: the run ended before {place}: {line}{more}", err=True)
 
 
 class _Joins(Exception):  # noqa: N818 - it is not an error

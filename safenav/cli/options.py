@@ -76,6 +76,15 @@ operator = click.option(
 result_as_json = click.option(
     "--json", "as_json", is_flag=True, help="Print the result as JSON, not the events."
 )
+html = click.option("--html", type=FILE, help="Write the replay as one HTML page.")
+max_ticks = click.option(
+    "--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks."
+)
+time_limit = click.option(
+    "--time-limit",
+    type=SECONDS,
+    help="Stop after this many seconds (of the simulated clock, in a live run).",
+)
 seed = click.option("--seed", type=click.IntRange(min=0), help="Override the scenario's seed.")
 verify = click.option(
     "--verify/--no-verify", default=True, help="Check each strategy before it is used."

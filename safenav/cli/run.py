@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from safenav.outfile import write_out
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
@@ -58,16 +60,12 @@ Exit codes: those of 'safenav run', for the resumed run
     help="Output: FILE.jsonl (trace), FILE.html (replay) or a folder for both.",
 )
 @options.trace
-@click.option("--html", type=options.FILE, help="Write the replay as one HTML page.")
+@options.html
 @click.option("--motion", type=options.FILE, help="Write the run in metres and seconds.")
 @options.result_as_json
 @options.seed
-@click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks.")
-@click.option(
-    "--time-limit",
-    type=options.SECONDS,
-    help="Stop after this many seconds (of the simulated clock, in a live run).",
-)
+@options.max_ticks
+@options.time_limit
 @click.option(
     "--clock",
     type=click.Choice(["live", "lockstep"]),
@@ -112,10 +110,7 @@ def command(
         warn(note)
     if seed is not None:
         plan = replace(plan, seed=seed)
-    if max_ticks is not None:
-        plan = replace(plan, limits=replace(plan.limits, ticks=max_ticks))
-    if time_limit is not None:
-        plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
+    plan = _limited(plan, max_ticks, time_limit)
     if clock is not None:
         plan = replace(plan, clock=Clock(clock))
     if output is not None:
@@ -133,11 +128,8 @@ def command(
         run = RunSession(make, stack, trace, temporary=needed, as_json=as_json, maps=maps)
         run.begin(plan)
         run.run(operator)
+        _write_page(run.trace, html)
         unmet = []
-        if html is not None and run.trace is not None:
-            from safenav.report.page.html import page_of_trace
-
-            write_out(html, page_of_trace(read_trace(run.trace), run.trace.name))
         if motion is not None and run.trace is not None:
             unmet = _write_motion(run.trace, motion)
     return run.report(scenario, html, unmet)
@@ -152,6 +144,21 @@ def _simulated(verify: bool, *, attended: bool) -> MakeMission:
         progress=WaitingLine(),
         attended=attended,
     )
+
+
+def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
+    """The scenario with the limits of the command line."""
+    limits = plan.limits
+    ticks = limits.ticks if ticks is None else ticks
+    seconds = limits.seconds if seconds is None else seconds
+    return replace(plan, limits=replace(limits, ticks=ticks, seconds=seconds))
+
+
+def _write_page(trace: Path | None, html: Path | None) -> None:
+    if html is not None and trace is not None:
+        from safenav.report.page.html import page_of_trace
+
+        write_out(html, page_of_trace(read_trace(trace), trace.name))
 
 
 def _by_its_ending(
@@ -172,9 +179,11 @@ def _by_its_ending(
     return file.with_name(f"{file.name}.jsonl"), file.with_name(f"{file.name}.html")
 
 
-def _refuse_same_files(scenario: Path, outputs: dict[str, Path | None]) -> None:
-    """Raises UsageError if a file that is to be written is the scenario, or another output."""
-    taken = {scenario.resolve(): "the scenario"}
+def _refuse_same_files(
+    given: Path, outputs: dict[str, Path | None], words: str = "the scenario"
+) -> None:
+    """Raises UsageError if a file that is to be written is the given one, or another output."""
+    taken = {given.resolve(): words}
     for option, path in outputs.items():
         if path is None:
             continue
@@ -200,7 +209,12 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
 @click.argument("trace", type=options.INPUT)
 @click.argument("scenario", type=options.INPUT, required=False)
 @click.option("--trace", "output", type=options.FILE, help="Write the trace of the resumed run.")
+@options.html
+@options.result_as_json
+@options.max_ticks
+@options.time_limit
 @options.operator
+@options.verify
 @click.option(
     "--add",
     metavar="ROBOT",
@@ -212,7 +226,12 @@ def resume(
     trace: Path,
     scenario: Path | None,
     output: Path | None,
+    html: Path | None,
+    as_json: bool,
+    max_ticks: int | None,
+    time_limit: float | None,
     operator: str | None,
+    verify: bool,
     add: tuple[str, ...],
     maps: bool,
 ) -> int:
@@ -220,21 +239,26 @@ def resume(
     target; resolved obstacles stay resolved. The resumed run has its own trace. SCENARIO: the
     scenario file of the run, needed if it has batteries, inputs, deadlines or beliefs, which the
     trace does not contain."""
-    if output is not None and output.resolve() == trace.resolve():
-        raise UsageError(f"--trace {output} would overwrite the trace; give another file")
+    _refuse_same_files(trace, {"--trace": output, "--html": html}, "the trace")
     begun = read_trace(trace)
     plan = resumed(begun, None if scenario is None else load_scenario(scenario))
+    plan = _limited(plan, max_ticks, time_limit)
     if begun.header.scenario.world == "external":
         warn(f"{trace}: its rest is simulated, no robot moves; see safenav drive --resume")
     for robot in add:
         plan = joined(plan, robot)
     if operator is not None and plan.clock is not Clock.LIVE:
         raise UsageError("--operator helps live runs only")
+    operator = attendant(operator, plan.clock is Clock.LIVE, as_json)
 
     with ExitStack() as stack:
-        make = _simulated(True, attended=operator is not None)
-        run = RunSession(make, stack, output, maps=maps)
+        needed = f"{trace.stem}.jsonl" if html is not None else None
+        make = _simulated(verify, attended=operator is not None)
+        run = RunSession(make, stack, output, temporary=needed, as_json=as_json, maps=maps)
         run.begin(plan)
         run.run(operator, joins=False)
+        _write_page(run.trace, html)
     assert run.mission.result is not None
+    if as_json:
+        click.echo(json.dumps(run.record(), indent=2))
     return exit_code_of(run.mission.result.outcome)

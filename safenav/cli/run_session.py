@@ -101,7 +101,8 @@ class RunSession:
         plan, outcome = self.mission.scenario, self.mission.result.outcome
         wrong = [*differences(plan.expect, self.ledger, plan.map.word), *unmet]
         if self._as_json:
-            click.echo(json.dumps(self._record(wrong), indent=2))
+            compared = {"as_expected": not wrong, "differences": wrong}
+            click.echo(json.dumps(self.record() | compared, indent=2))
         for difference in wrong:
             click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
         if outcome is Outcome.COMPLETED and not self._as_json:
@@ -149,7 +150,8 @@ class RunSession:
             if vacuities(strategy):
                 yield name
 
-    def _record(self, wrong: list[str]) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
+        """The result as data."""
         result, ledger = self.mission.result, self.ledger
         assert result is not None
         return {
@@ -157,8 +159,6 @@ class RunSession:
             "outcome": result.outcome.value,
             "explanation": result.explanation,
             "cause": result.cause,
-            "as_expected": not wrong,
-            "differences": wrong,
             "resolved": ledger.resolved,
             "blocked": ledger.blocked,
             "helpers": ledger.helpers,

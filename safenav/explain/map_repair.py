@@ -28,7 +28,7 @@ def open_walls(problem: RepairProblem) -> Iterator[Repair]:
             written = flow({"type": obstacle.type.name, "region": wall, **truth})
             yield Repair(
                 RepairKind.OPEN_WALL,
-                (("map", f"no wall at {wall}"), ("obstacles", written)),
+                (*without_words(scenario, [wall]), ("obstacles", written)),
                 replace(opened, obstacles=(*scenario.obstacles, obstacle)),
                 helpers,
                 obstacle.type.action,
@@ -41,8 +41,9 @@ def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
     ways = [[wall] for wall in _single_walls(problem)]
     fewest = (_fewest_walls(scenario.map, problem.task, target) for target in lost)
     for way in (*ways, *(way for way in fewest if len(way) > 1)):
-        change = (("map", f"no wall at {', '.join(map(str, way))}"),)
-        yield Repair(RepairKind.REMOVE_WALLS, change, without_walls(scenario, way))
+        yield Repair(
+            RepairKind.REMOVE_WALLS, without_words(scenario, way), without_walls(scenario, way)
+        )
 
 
 def _single_walls(problem: RepairProblem) -> list[Region]:
@@ -120,5 +121,34 @@ def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> li
 
 def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
     """Return the scenario with these walls taken away."""
-    world = scenario.map
-    return replace(scenario, map=replace(world, walls=world.walls - {*walls}))
+    world = replace(scenario.map, walls=scenario.map.walls - {*walls})
+    cells = list(scenario.partition or ())
+    for wall, beside in _joined(scenario, walls):
+        index = next(i for i, cell in enumerate(cells) if beside in cell)
+        cells[index] |= {wall}
+    partition = None if scenario.partition is None else tuple(sorted(cells, key=min))
+    return replace(scenario, map=world, partition=partition)
+
+
+def without_words(
+    scenario: Scenario, walls: Sequence[Region], words: str = ""
+) -> tuple[tuple[str, str], ...]:
+    """Return the items that taking these walls away changes. ``words``: the walls, if not their
+    numbers."""
+    cells = ", ".join(
+        f"{wall} in the cell of {beside}" for wall, beside in _joined(scenario, walls)
+    )
+    listed = (("partition", f"{cells} (if it lists cells)"),) if cells else ()
+    return ("map", f"no wall at {words or ', '.join(map(str, walls))}"), *listed
+
+
+def _joined(scenario: Scenario, walls: Sequence[Region]) -> Iterator[tuple[Region, Region]]:
+    """Yield each of these walls with a region beside it whose cell of the partition it joins."""
+    known = frozenset().union(*scenario.partition or ())
+    left = [*walls] if known else []
+    while found := next(
+        ((wall, r) for wall in left for r in scenario.map.neighbours(wall) if r in known), None
+    ):
+        yield found
+        known |= {found[0]}
+        left.remove(found[0])

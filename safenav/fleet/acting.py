@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec import Struct, field
 
-from safenav.fleet.fleet_file import FleetFile, Station
+from safenav.fleet.stations import FleetFile, Station
 from safenav.runtime.worlds.world import Work, Works, work_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult

@@ -14,9 +14,9 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 import safenav
-from safenav.fleet.fleet_file import Station
 from safenav.fleet.following import Follower
 from safenav.fleet.place import Places
+from safenav.fleet.stations import Station
 from safenav.fleet.transport import Located, SentGoal
 from safenav.fleet.world import FleetWorld
 from safenav.motion.file.records import (
@@ -32,7 +32,9 @@ from safenav.motion.file.records import (
 )
 from safenav.motion.making import described, floor_of, movers_of
 from safenav.motion.mover import Mover
-from safenav.motion.timing.recorded_times import TimedAction, TraceLedger, actions_of, when
+from safenav.motion.timing.actions import TimedAction, actions_of, by_command
+from safenav.motion.timing.execution import when
+from safenav.motion.timing.recorded_times import TraceLedger
 from safenav.trace import records
 from safenav.trace.trace import Trace
 
@@ -63,7 +65,7 @@ def driven_motion(
     floor = floor_of(trace)
     movers = movers_of(trace, floor)
     ledger = TraceLedger({name: body.region for name, body in movers.items()})
-    actions, _ = actions_of(trace)
+    actions = by_command(actions_of(trace)[0])
     steps: list[Step] = []
     lines: list[Line] = []
     for record in trace.records:

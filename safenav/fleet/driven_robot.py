@@ -10,9 +10,9 @@ from math import hypot, inf
 from msgspec import Struct, field
 
 from safenav.fleet.acting import TeamAction
-from safenav.fleet.fleet_file import Station
 from safenav.fleet.place import turned
 from safenav.fleet.sensing import View
+from safenav.fleet.stations import Station
 from safenav.fleet.transport import Located, Scanned
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.vocabulary import ActResult
@@ -38,10 +38,10 @@ class Phase(Enum):
 
 
 class FleetTask(Struct):
-    """A command under way. ``left``: times that its goal may be sent again; ``due``: when its
-    present phase is to be over, on the world's clock; ``back``: it failed, and the robot was sent
-    back to where it set out; ``there``: odometry has confirmed that it is where it was sent,
-    ``since`` when;
+    """A command under way. ``left``: times that its goal may be sent again; ``sent``: when it was
+    last, and ``due``: when its present phase is to be over, on the world's clock; ``back``: it
+    failed, and the robot was sent back to where it set out; ``there``: odometry has confirmed that
+    it is where it was sent, ``since`` when;
     ``over``: the results of an action with the reason of a failure, to be told when odometry has
     the robot back in its region;
     ``known``: the obstacle that the team knows where the robot goes; ``asked``: those on which it
@@ -53,6 +53,7 @@ class FleetTask(Struct):
     left: int
     phase: Phase
     goal: int = 0
+    sent: float = 0.0
     due: float = inf
     reason: str = ""
     team_action: TeamAction | None = None

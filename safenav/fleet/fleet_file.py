@@ -7,13 +7,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 
-from msgspec import Struct, field
 from msgspec.structs import replace
 
+from safenav.fleet.stations import (
+    ROS,
+    FleetFile,
+    FollowUse,
+    Network,
+    PyrobosimUse,
+    ScanUse,
+    SimulationUse,
+    Station,
+    TransportKind,
+)
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
@@ -40,93 +49,24 @@ from safenav.scenario.yaml.source import parsed, read_source
 VERSION = 1
 EXAMPLE = "{type: door, region: 47}"
 MOST_RETRIES = 20
-NAMESPACE = re.compile(r"/?|(/?[A-Za-z_][A-Za-z0-9_]*)+/?")
+NAME = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 """The form of names in ROS."""
+NAMESPACE = re.compile(rf"/?|{NAME.pattern}/?")
 
 
-class TransportKind(StrEnum):
-    """The middleware."""
-
-    ROS1 = "ros1"
-    ROS2 = "ros2"
-    SIMULATION = "simulation"
-    PYROBOSIM = "pyrobosim"
-
-
-class ScanUse(Struct, frozen=True):
-    """The meaning of a lidar's rays: a ray that ends less than ``beyond`` metres behind the centre
-    of an adjacent region has hit an obstacle of type ``obstacle`` there."""
-
-    topic: str
-    obstacle: str
-    beyond: float = 0.35
+def _in_ros(
+    pattern: re.Pattern[str], node: Node | None, what: str, findings: Findings
+) -> str | None:
+    """A text of this form."""
+    found = read.text(node, what, findings)
+    if node is None or found is None or pattern.fullmatch(found):
+        return found
+    hint = "use letters, digits and '_', for example /lab/digit"
+    findings.add(node, f"{what}: '{clipped(found)}' is not a name in ROS", hint)
+    return None
 
 
-class FollowUse(Struct, frozen=True):
-    """A robot that tracks references for itself: the ``topic`` on which it gets them, and the most
-    metres (``tolerance``) by which it may be off."""
-
-    topic: str = "reference"
-    tolerance: float = 0.25
-
-
-class Station(Struct, frozen=True):
-    """One robot. ``tolerance``: metres from the centre of a region at which it has arrived;
-    ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times the
-    expected time; ``retries``: how often a failed goal is sent again; ``scan`` and ``report``: what
-    it senses by; ``follow``: None for a robot that finds its own way to goals; ``act``: the service
-    that performs each action."""
-
-    namespace: str
-    tolerance: float = 0.3
-    speed: float = 0.5
-    timeout: float = 3.0
-    retries: int = 2
-    scan: ScanUse | None = None
-    report: str | None = None
-    follow: FollowUse | None = None
-    act: Mapping[str, str] = field(default_factory=dict)
-
-
-class Network(Struct, frozen=True):
-    """Network of the robots: loopback unless the fleet file names another. ROS 2: ``domain``,
-    ``interface``, ``peers``; ROS 1: the URI of the ``master``, and this machine's ``address``."""
-
-    domain: int = 0
-    interface: str = "lo"
-    peers: tuple[str, ...] = ("127.0.0.1",)
-    master: str = "http://127.0.0.1:11311"
-    address: str = "127.0.0.1"
-
-
-class SimulationUse(Struct, frozen=True):
-    """The simulation runs at most ``pace`` times as fast as a clock. ``obstacles`` that are really
-    there; None for those of the scenario."""
-
-    pace: float = 1.0
-    obstacles: tuple[Obstacle, ...] | None = None
-
-
-class PyrobosimUse(Struct, frozen=True):
-    """A ``world`` file of pyrobosim. A closed hallway is an obstacle of type ``hallway`` in the
-    region of its middle; ``closing``: seconds of the simulation after which a hallway closes, as
-    soon as no robot is in it or sent there."""
-
-    world: Path
-    hallway: str
-    pace: float = 1.0
-    closing: Mapping[str, float] = field(default_factory=dict)
-
-
-class FleetFile(Struct, frozen=True):
-    """``inputs``: the topic (std_msgs/Bool) of each input of the environment that has one."""
-
-    transport: TransportKind
-    network: Network
-    simulation: SimulationUse
-    pyrobosim: PyrobosimUse | None
-    stations: Mapping[str, Station]
-    inputs: Mapping[str, str] = field(default_factory=dict)
+NAMED = Shape(matching(NAME), partial(_in_ros, NAME))
 
 
 class NetworkKeys(Table):
@@ -172,7 +112,7 @@ class PyrobosimKeys(Table):
 class ScanKeys(Table):
     about = "A lidar that finds obstacles in the regions beside the robot."
     made = ScanUse
-    topic = Key(TEXT, "Default: scan.")
+    topic = Key(NAMED, "Default: scan.")
     obstacle = Key(TEXT, "The obstacle type at the end of a ray.", required="a type of obstacle")
     beyond = Key(POSITIVE, "Distance beyond a region's centre that still counts, in metres.")
 
@@ -180,34 +120,25 @@ class ScanKeys(Table):
 class FollowKeys(Table):
     about = "The robot tracks references itself, instead of goals."
     made = FollowUse
-    topic = Key(TEXT, "The topic of its references.")
+    topic = Key(NAMED, "The topic of its references.")
     tolerance = Key(POSITIVE, "Allowed deviation from its reference, in metres.")
-
-
-def _namespace(node: Node | None, what: str, findings: Findings) -> str | None:
-    """The prefix of a robot's topics."""
-    found = read.text(node, what, findings)
-    if node is None or found is None or NAMESPACE.fullmatch(found):
-        return found
-    hint = "use letters, digits and '_', for example /digit or /lab/digit"
-    findings.add(node, f"{what}: '{clipped(found)}' cannot begin the name of a topic", hint)
-    return None
 
 
 class StationKeys(Table):
     definition = "robot"
     made = Station
     namespace = Key(
-        Shape(matching(NAMESPACE), _namespace), "Prefix of its topics. Default: / and its name."
+        Shape(matching(NAMESPACE), partial(_in_ros, NAMESPACE)),
+        "Prefix of its topics. Default: / and its name.",
     )
     tolerance = Key(POSITIVE, "Distance from a region's centre that counts as arrival, in metres.")
     speed = Key(POSITIVE, "Metres per second, for time limits.")
     timeout = Key(POSITIVE, "Time limit of a goal, as a multiple of the expected time.")
     retries = Key(whole(0, MOST_RETRIES), "Number of times that a failed goal is sent again.")
     scan = Key(form(ScanKeys))
-    report = Key(TEXT, "A text topic: 'door@47' is present, '-door@47' is gone.")
+    report = Key(NAMED, "A text topic: 'door@47' is present, '-door@47' is gone.")
     follow = Key(form(FollowKeys))
-    act = Key(form(named(TEXT)), "The service that performs each action.")
+    act = Key(form(named(NAMED)), "The service that performs each action.")
 
 
 class FleetKeys(Table):
@@ -226,7 +157,7 @@ class FleetKeys(Table):
     network = Key(form(NetworkKeys))
     simulation = Key(form(SimulationKeys))
     pyrobosim = Key(form(PyrobosimKeys))
-    inputs = Key(form(named(TEXT)), "ROS: the topic (std_msgs/Bool) of each input.")
+    inputs = Key(form(named(NAMED)), "ROS: the topic (std_msgs/Bool) of each input.")
     defaults = Key(form(StationKeys), "Values for robots that set no others.")
     robots = Key(form(named(StationKeys)), "By name; others have the defaults.")
 
@@ -269,8 +200,19 @@ def _fleet(root: Node, scenario: Scenario, findings: Reading) -> FleetFile | Non
         needed = " and ".join(key.hint for key in PyrobosimKeys.needed)
         findings.add(root, "the key 'pyrobosim' is missing", f"it has {needed}")
     kind = transport or TransportKind.ROS2
+    if kind in ROS:
+        _check_apart(stations, item.robots or root, findings)
     inputs = _inputs(item.inputs, kind, scenario, findings)
     return FleetFile(kind, network, simulation, pyrobosim, stations, inputs)
+
+
+def _check_apart(stations: Mapping[str, Station], node: Node, findings: Findings) -> None:
+    """Each robot has a namespace of its own: two would hear and drive each other."""
+    first: dict[str, str] = {}
+    for name, station in stations.items():
+        if (other := first.setdefault(station.namespace, name)) != name:
+            found = f"{other} and {name} have the same namespace, '{station.namespace or '/'}'"
+            findings.add(node, found, "each robot needs one of its own")
 
 
 def _inputs(
@@ -279,12 +221,12 @@ def _inputs(
     item = read.mapping(node, "'inputs'", findings)
     if item is None:
         return {}
-    if transport not in (TransportKind.ROS1, TransportKind.ROS2):
+    if transport not in ROS:
         hint = "leave out 'inputs'; an operator sets them: 'input NAME on'"
         findings.add(item, f"the transport {transport} has no topics", hint)
     names, found = [each.name for each in scenario.inputs], {}
     for key, value in item.entries:
-        topic = read.text(value, f"the topic of '{key.text}'", findings)
+        topic = NAMED.read(value, f"the topic of '{key.text}'", findings)
         if key.text not in names:
             listed = f"its inputs are {', '.join(names)}" if names else "it has none"
             findings.unknown(key, "the scenario has no input", key.text, names, listed)
@@ -350,17 +292,22 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
     act = {
         key.text: service
         for key, value in (acts.entries if acts else ())
-        if (service := read.text(value, f"'{key.text}' {label}", findings)) is not None
+        if (service := NAMED.read(value, f"'{key.text}' {label}", findings)) is not None
     }
     numbers = (StationKeys.tolerance, StationKeys.speed, StationKeys.timeout, StationKeys.retries)
     return replace(
         base,
         **item.given(*numbers, StationKeys.report),
-        namespace=(item.namespace or base.namespace).rstrip("/"),
+        namespace=_absolute(item.namespace or base.namespace),
         scan=_scan(item.scan, label, findings),
         follow=_follow(item.follow, label, findings),
         act=act,
     )
+
+
+def _absolute(namespace: str) -> str:
+    """A namespace as ROS 2 has it on the wire: absolute, or empty for the root."""
+    return f"/{stripped}" if (stripped := namespace.strip("/")) else ""
 
 
 def _scan(node: Node | None, label: str, findings: Reading) -> ScanUse | None:

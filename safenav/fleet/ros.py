@@ -1,4 +1,4 @@
-"""Shared by the transports of ROS 1 and ROS 2: the meaning of messages, streams of references.
+"""Shared by the transports of ROS 1 and ROS 2: topics, the meaning of messages, streams.
 
 Classes of both have the same fields but for their stamps, so those come as seconds.
 """
@@ -6,14 +6,27 @@ Classes of both have the same fields but for their stamps, so those come as seco
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from math import atan2, cos, inf, isnan, nan, sin
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from math import atan2, cos, inf, isfinite, isnan, nan, sin
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from safenav.fleet.transport import Located, Scanned
+from safenav.fleet.stations import Network, Station
+from safenav.fleet.transport import (
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    InputHeard,
+    Located,
+    Message,
+    Reported,
+    Scanned,
+    ignore,
+)
 
 if TYPE_CHECKING:
     from safenav.fleet.setpoints import Setpoints
@@ -22,11 +35,34 @@ PERIOD = 0.05
 """Seconds between two messages."""
 
 
-class Streams:
-    """The references of all robots that follow; ``send`` gets what is ahead, in a thread. A stream
-    continues after the end of its reference: its silence tells a robot that safenav has died."""
+FRAME = "map"
+"""The frame of goals and setpoints."""
+Joints = tuple[str, ...]
+BODY, FEET = ("mass",), ("left_foot", "right_foot")
+"""The joints of trajectories: the middle of a body or a walker's centre of mass; its feet."""
+TOPICS: Mapping[Joints, str] = {BODY: "", FEET: "_steps"}
+"""The endings of their topics, each after the topic of the reference."""
 
-    def __init__(self, send: Callable[[str, Setpoints], None]) -> None:
+Pose = tuple[float, float, float, float]
+"""x, y, z, yaw."""
+
+
+class TrajectoryFrame(Struct, frozen=True):
+    """A point of a trajectory: seconds from its stamp, a pose for each joint; velocity and
+    acceleration (x, y, z) of the only joint, or none."""
+
+    after: float
+    poses: tuple[Pose, ...]
+    velocity: tuple[float, ...] = ()
+    acceleration: tuple[float, ...] = ()
+
+
+class Streams:
+    """The references of all robots that follow; ``send`` gets what is ahead, in a thread: robot,
+    joints and their trajectory. A stream continues after the end of its reference: its silence
+    tells a robot that safenav has died."""
+
+    def __init__(self, send: Callable[[str, Joints, list[TrajectoryFrame]], None]) -> None:
         self._send = send
         self._references: dict[str, Setpoints] = {}
         self._lock = Lock()
@@ -57,29 +93,109 @@ class Streams:
             with self._lock:
                 now = list(self._references.items())
             for robot, reference in now:
-                self._send(robot, reference.ahead(time.monotonic()))
+                part = reference.ahead(time.monotonic())
+                self._send(robot, BODY, ahead_of(part))
+                if part.feet:
+                    self._send(robot, FEET, steps_of(part))
             due = max(due + PERIOD, time.monotonic())
 
 
-FRAME = "map"
-"""The frame of goals and setpoints."""
-MASS, LEFT, RIGHT = "mass", "left_foot", "right_foot"
-"""The joints of trajectories: the middle of a body or a walker's centre of mass; its feet."""
-STEPS = "_steps"
-"""The topic of footsteps is that of the reference with this ending."""
+class RosTransport(ABC):
+    """A fleet on a network of ROS, whichever version."""
 
-Pose = tuple[float, float, float, float]
-"""x, y, z, yaw."""
+    action: str
+    """The name of the action that drives a robot to a goal, below its namespace."""
+
+    def __init__(
+        self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
+    ) -> None:
+        self._network, self._stations, self._inputs = network, stations, inputs
+        self._post: Callable[[Message], None] = ignore
+        self._streams = Streams(self._send)
+
+    def missing(self) -> list[str]:
+        return [
+            station.path(self.action if station.follow is None else station.follow.topic)
+            for name, station in self._stations.items()
+            if not self._answers(name)
+        ]
+
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        if self._answers(robot):
+            self._navigate(robot, goal)
+        else:
+            end = GoalEnd.UNREACHABLE
+            self._post(GoalEnded(robot, goal.number, end, "no action server"))
+
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        self._streams.follow(robot, reference)
+
+    def cancel(self, robot: str) -> None:
+        if not self._streams.stop(robot):
+            self._stop(robot)
+
+    def _topics(self) -> Iterator[tuple[str, str, Callable[[Any], None]]]:
+        """The topics to hear: name, type, and what takes a message."""
+        topics = [(topic, "Bool", name) for name, topic in self._inputs.items()]
+        for name, station in self._stations.items():
+            topics.append((station.path("odom"), "Odometry", name))
+            if station.scan is not None:
+                topics.append((station.path(station.scan.topic), "LaserScan", name))
+            if station.report is not None:
+                topics.append((station.path(station.report), "String", name))
+        for topic, kind, name in topics:
+            yield topic, kind, partial(self._take, kind, name)
+
+    def _take(self, kind: str, name: str, message: Any) -> None:
+        """Take a message about a robot or, if it is a Bool, an input."""
+        if kind == "Bool":
+            self._post(InputHeard(name, bool(message.data)))
+        elif kind == "String":
+            self._post(Reported(name, message.data.strip()))
+        else:
+            meaning = located if kind == "Odometry" else scanned
+            found = meaning(name, self._seconds(message.header.stamp), message)
+            if found is not None:
+                self._post(found)
+
+    @staticmethod
+    @abstractmethod
+    def _seconds(stamp: Any) -> float:
+        """A stamp in seconds of its sender's clock."""
+
+    @abstractmethod
+    def _answers(self, robot: str) -> bool:
+        """Whether a robot has an action server, or hears its references."""
+
+    @abstractmethod
+    def _navigate(self, robot: str, goal: GoalPoint) -> None:
+        """Send a robot that answers to a goal."""
+
+    @abstractmethod
+    def _stop(self, robot: str) -> None:
+        """Cancel the goal of a robot, if it has one."""
+
+    @abstractmethod
+    def _send(self, robot: str, joints: Joints, frames: list[TrajectoryFrame]) -> None:
+        """Send a trajectory to a robot."""
 
 
-class TrajectoryFrame(Struct, frozen=True):
-    """A point of a trajectory: seconds from its stamp, a pose for each joint; velocity and
-    acceleration (x, y, z) of the only joint, or none."""
-
-    after: float
-    poses: tuple[Pose, ...]
-    velocity: tuple[float, ...] = ()
-    acceleration: tuple[float, ...] = ()
+def points_of(kinds: Any, frames: list[TrajectoryFrame], duration: Callable[[float], Any]) -> Any:
+    """The points of a ``trajectory_msgs/MultiDOFJointTrajectory``. ``kinds``: has the classes of
+    its parts; ``duration``: of seconds."""
+    points = []
+    for frame in frames:
+        places = [
+            kinds.Transform(kinds.Vector3(x, y, z), kinds.Quaternion(0.0, 0.0, *facing(yaw)))
+            for x, y, z, yaw in frame.poses
+        ]
+        rates = (
+            [kinds.Twist(kinds.Vector3(*of), kinds.Vector3(0.0, 0.0, 0.0))] if of else []
+            for of in (frame.velocity, frame.acceleration)
+        )
+        after = duration(frame.after)
+        points.append(kinds.MultiDOFJointTrajectoryPoint(places, *rates, after))
+    return points
 
 
 def ahead_of(part: Setpoints) -> list[TrajectoryFrame]:
@@ -104,12 +220,14 @@ def steps_of(part: Setpoints) -> list[TrajectoryFrame]:
     return found
 
 
-def located(robot: str, stamp: float, odometry: Any) -> Located:
-    """A ``nav_msgs/Odometry``: x, y and the yaw of its quaternion."""
+def located(robot: str, stamp: float, odometry: Any) -> Located | None:
+    """A ``nav_msgs/Odometry``: x, y and the yaw of its quaternion. None if one of them is not a
+    finite number: the filter that estimates them has diverged."""
     pose = odometry.pose.pose
     q = pose.orientation
     yaw = atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-    return Located(robot, stamp, float(pose.position.x), float(pose.position.y), yaw)
+    x, y = float(pose.position.x), float(pose.position.y)
+    return Located(robot, stamp, x, y, yaw) if all(map(isfinite, (x, y, yaw))) else None
 
 
 def scanned(robot: str, stamp: float, scan: Any) -> Scanned:

@@ -13,27 +13,22 @@ from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 
 from safenav.errors import UsageError
 from safenav.fleet import ros
-from safenav.fleet.fleet_file import Network, Station
-from safenav.fleet.ros import Streams
+from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
-    InputHeard,
     Message,
     Performed,
-    Reported,
     ignore,
     result_of,
 )
 from safenav.trace.vocabulary import ActResult
-
-if TYPE_CHECKING:
-    from safenav.fleet.setpoints import Setpoints
 
 DEBIAN = "/usr/lib/python3/dist-packages"
 PACKAGES = (
@@ -69,8 +64,10 @@ def importable() -> bool:
     return all(find_spec(name) is not None for name in MODULES)
 
 
-class Ros1Transport:
+class Ros1Transport(ros.RosTransport):
     """A fleet behind one ROS master. A process can have one, once: rospy has one node."""
+
+    action = "move_base"
 
     def __init__(
         self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
@@ -79,21 +76,20 @@ class Ros1Transport:
             raise UsageError(
                 f"transport ros1 needs rospy, which is not on PyPI\n    apt install {PACKAGES}"
             )
-        self._network = network
-        self._inputs = inputs
-        self._stations = stations
-        self._post: Callable[[Message], None] = ignore
+        super().__init__(network, stations, inputs)
         self._drives: dict[str, Any] = {}
         self._services: dict[tuple[str, str], Any] = {}
-        self._topics: list[Any] = []
-        self._references: dict[str, tuple[Any, Any]] = {}
-        self._streams = Streams(self._stream)
+        self._heard: list[Any] = []
+        self._references: dict[tuple[str, ros.Joints], Any] = {}
         self._ros: Any = None
 
     def open(self, post: Callable[[Message], None]) -> None:
         os.environ["ROS_MASTER_URI"] = self._network.master
         os.environ["ROS_IP"] = self._network.address
         import rospy
+        from nav_msgs.msg import Odometry
+        from sensor_msgs.msg import LaserScan
+        from std_msgs.msg import Bool, String
 
         self._ros, self._post = rospy, post
         self._find_master()
@@ -101,24 +97,16 @@ class Ros1Transport:
         logging.getLogger("rosout").addFilter(relevant)
         for name, station in self._stations.items():
             self._join(name, station)
-        self._hear_inputs()
-
-    def _hear_inputs(self) -> None:
-        from std_msgs.msg import Bool
-
-        for name, topic in self._inputs.items():
-
-            def heard(message: Any, name: str = name) -> None:
-                self._post(InputHeard(name, bool(message.data)))
-
-            self._topics.append(self._ros.Subscriber(topic, Bool, heard, queue_size=5))
+        kinds = {"Bool": Bool, "Odometry": Odometry, "LaserScan": LaserScan, "String": String}
+        for topic, kind, take in self._topics():
+            self._heard.append(rospy.Subscriber(topic, kinds[kind], take, queue_size=5))
 
     def _find_master(self) -> None:
         import rosgraph
 
         try:
             rosgraph.Master("/safenav").getPid()
-        except (OSError, rosgraph.MasterException) as error:
+        except (OSError, ValueError, rosgraph.MasterException) as error:
             said = f"no ROS master at {self._network.master} ({error})"
             hint = "start one (roscore), or set 'master' of network"
             raise UsageError(f"{said}\n    {hint}") from error
@@ -126,62 +114,29 @@ class Ros1Transport:
     def _join(self, name: str, station: Station) -> None:
         import actionlib
         from move_base_msgs.msg import MoveBaseAction
-        from nav_msgs.msg import Odometry
-        from sensor_msgs.msg import LaserScan
-        from std_msgs.msg import String
         from std_srvs.srv import Trigger
+        from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-        space = station.namespace
         if station.follow is None:
-            self._drives[name] = actionlib.SimpleActionClient(f"{space}/move_base", MoveBaseAction)
+            place = station.path(self.action)
+            self._drives[name] = actionlib.SimpleActionClient(place, MoveBaseAction)
         else:
-            from trajectory_msgs.msg import MultiDOFJointTrajectory
-
-            topic = f"{space}/{station.follow.topic}"
-            reference, steps = (
-                self._ros.Publisher(path, MultiDOFJointTrajectory, queue_size=1)
-                for path in (topic, topic + ros.STEPS)
-            )
-            self._references[name] = reference, steps
-
-        def listen(topic: str, kind: Any, take: Callable[[str, Any], None]) -> None:
-            subscriber = self._ros.Subscriber(
-                f"{space}/{topic}", kind, lambda message: take(name, message), queue_size=5
-            )
-            self._topics.append(subscriber)
-
-        listen("odom", Odometry, self._located)
-        if station.scan is not None:
-            listen(station.scan.topic, LaserScan, self._scanned)
-        if station.report is not None:
-            listen(station.report, String, self._reported)
+            for joints, ending in ros.TOPICS.items():
+                topic = station.path(station.follow.topic) + ending
+                writer = self._ros.Publisher(topic, MultiDOFJointTrajectory, queue_size=1)
+                self._references[name, joints] = writer
         for service in set(station.act.values()):
-            path = service if service.startswith("/") else f"{space}/{service}"
-            self._services[name, service] = self._ros.ServiceProxy(path, Trigger)
+            self._services[name, service] = self._ros.ServiceProxy(station.path(service), Trigger)
 
-    def missing(self) -> list[str]:
-        silent = [
-            f"{self._stations[name].namespace}/move_base"
-            for name in self._drives
-            if not self._serves(name)
-        ]
-        unheard = [
-            str(reference.name)
-            for reference, _ in self._references.values()
-            if not reference.get_num_connections()
-        ]
-        return silent + unheard
+    def _answers(self, robot: str) -> bool:
+        if robot in self._drives:
+            return bool(self._drives[robot].wait_for_server(self._ros.Duration(0.01)))
+        return bool(self._references[robot, ros.BODY].get_num_connections())
 
-    def _serves(self, robot: str) -> bool:
-        return bool(self._drives[robot].wait_for_server(self._ros.Duration(0.01)))
-
-    def navigate(self, robot: str, goal: GoalPoint) -> None:
+    def _navigate(self, robot: str, goal: GoalPoint) -> None:
         from move_base_msgs.msg import MoveBaseGoal
 
         drive = self._drives[robot]
-        if not self._serves(robot):
-            self._post(GoalEnded(robot, goal.number, GoalEnd.UNREACHABLE, "no action server"))
-            return
         message = MoveBaseGoal()
         pose = message.target_pose
         pose.header.frame_id = ros.FRAME
@@ -194,39 +149,23 @@ class Ros1Transport:
 
         drive.send_goal(message, done_cb=done)
 
-    def follow(self, robot: str, reference: Setpoints) -> None:
-        self._streams.follow(robot, reference)
+    def _send(self, robot: str, joints: ros.Joints, frames: list[ros.TrajectoryFrame]) -> None:
+        from geometry_msgs import msg as geometry
+        from trajectory_msgs import msg as trajectory
 
-    def _stream(self, robot: str, part: Setpoints) -> None:
-        reference, steps = self._references[robot]
-        reference.publish(self._trajectory([ros.MASS], ros.ahead_of(part)))
-        if part.feet:
-            steps.publish(self._trajectory([ros.LEFT, ros.RIGHT], ros.steps_of(part)))
-
-    def _trajectory(self, joints: list[str], frames: list[ros.TrajectoryFrame]) -> Any:
-        from geometry_msgs.msg import Quaternion, Transform, Twist, Vector3
-        from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
-
-        message = MultiDOFJointTrajectory(joint_names=joints)
+        kinds = SimpleNamespace(**{**vars(geometry), **vars(trajectory)})
+        message = trajectory.MultiDOFJointTrajectory(joint_names=[*joints])
         message.header.frame_id, message.header.stamp = ros.FRAME, self._ros.Time.now()
-        for frame in frames:
-            point = MultiDOFJointTrajectoryPoint()
-            for x, y, z, yaw in frame.poses:
-                turn = Quaternion(0.0, 0.0, *ros.facing(yaw))
-                point.transforms.append(Transform(Vector3(x, y, z), turn))
-            for found, values in (
-                (point.velocities, frame.velocity),
-                (point.accelerations, frame.acceleration),
-            ):
-                found += [Twist(Vector3(*values), Vector3())] if values else []
-            point.time_from_start = self._ros.Duration.from_sec(frame.after)
-            message.points.append(point)
-        return message
+        message.points = ros.points_of(kinds, frames, self._ros.Duration.from_sec)
+        self._references[robot, joints].publish(message)
 
-    def cancel(self, robot: str) -> None:
-        if self._streams.stop(robot) or robot not in self._drives:
-            return
-        self._drives[robot].cancel_all_goals()
+    @staticmethod
+    def _seconds(stamp: Any) -> float:
+        return float(stamp.to_sec())
+
+    def _stop(self, robot: str) -> None:
+        if robot in self._drives:
+            self._drives[robot].cancel_all_goals()
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         del obstacle
@@ -248,17 +187,8 @@ class Ros1Transport:
         self._streams.close()
         for drive in self._drives.values():
             drive.cancel_all_goals()
-        for topic in self._topics:
+        for topic in self._heard:
             topic.unregister()
         self._post = ignore
         self._ros.signal_shutdown("the mission has ended")
         self._ros = None
-
-    def _located(self, robot: str, odometry: Any) -> None:
-        self._post(ros.located(robot, odometry.header.stamp.to_sec(), odometry))
-
-    def _scanned(self, robot: str, scan: Any) -> None:
-        self._post(ros.scanned(robot, scan.header.stamp.to_sec(), scan))
-
-    def _reported(self, robot: str, report: Any) -> None:
-        self._post(Reported(robot, report.data.strip()))

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 
 from safenav.extras import missing
 from safenav.fleet import transport
-from safenav.fleet.fleet_file import SimulationUse, Station
 from safenav.fleet.place import Places
+from safenav.fleet.stations import SimulationUse, Station
 from safenav.runtime.worlds.world import draw_truths
 from safenav.scenario.model import Scenario
 from safenav.trace.vocabulary import ActResult

@@ -13,10 +13,10 @@ from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
 from safenav.fleet.acting import FleetProgress
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase
-from safenav.fleet.fleet_file import Station
 from safenav.fleet.lookout import STALE, Lookout
 from safenav.fleet.place import Places
 from safenav.fleet.sensing import Sensing
+from safenav.fleet.stations import Station
 from safenav.fleet.transport import (
     DriveRecording,
     GoalEnd,
@@ -46,6 +46,9 @@ SETTLING = 5.0
 """Seconds that every goal may take beyond its distance: to accept it, to turn, to brake."""
 STOPPING = 5.0
 """Seconds in which a cancelled goal has to end."""
+PAUSE = 1.0
+"""Seconds before a failed goal is sent again: a robot whose emergency stop is pressed, or whose
+navigation starts again, refuses every goal immediately."""
 
 
 class FleetError(SafenavError):
@@ -118,9 +121,9 @@ class FleetSteps:
         self._goals += 1
         body.view = {}
         x, y = self.places.centre(pose.region)
-        task.goal = self._goals
+        task.goal, task.sent = self._goals, self.now()
         far = self._metres_to(body, pose.region)
-        task.due = self.now() + SETTLING + body.station.timeout * far / body.station.speed
+        task.due = task.sent + SETTLING + body.station.timeout * far / body.station.speed
         short = task.phase is Phase.GOING and self._sensing.at(pose.region) is not None
         goal = GoalPoint(self._goals, x, y, self.places.yaw(pose), short)
         if self.recording is not None and body.robot.name not in self.followers:
@@ -149,18 +152,36 @@ class FleetSteps:
         elif task.phase is Phase.STOPPING:
             self._go_back(body, task)
         elif task.phase is Phase.RETURNING:
-            self._lose(body, task)
+            if task.left:
+                self._pause(task)
+            else:
+                why = f"its return ended: {message.reason or message.end.value}"
+                self._lose(body, task, f"{task.reason}; {why}")
 
     def _again_or_back(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
         task.reason = reason
         if task.left and self._sensing.at(task.to.region) is None:
-            task.left -= 1
-            self._send(body, task, task.to)
+            self._pause(task)
         else:
             self._go_back(body, task)
 
+    def _pause(self, task: FleetTask) -> None:
+        """Send the goal of a robot again, but not immediately."""
+        task.left -= 1
+        task.goal, task.due = 0, self.now() + PAUSE
+
+    def _again(self, body: DrivenRobot, task: FleetTask) -> None:
+        """The pause is over."""
+        if not task.back and self._sensing.at(task.to.region) is not None:
+            self._go_back(body, task)
+        else:
+            self._send(body, task, task.start if task.back else task.to)
+
     def _stop(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
         task.reason, task.phase = reason, Phase.STOPPING
+        if not task.goal:
+            self._go_back(body, task)
+            return
         task.due = self.now() + STOPPING + self._left(body)
         self._transport.cancel(body.robot.name)
 
@@ -177,16 +198,17 @@ class FleetSteps:
         midst = min(self.places.frame.resolution) / 2
         if task.phase in (Phase.STOPPING, Phase.RETURNING) and off > midst + body.station.tolerance:
             self._transport.cancel(body.robot.name)
-            self._lose(body, task)
+            self._lose(body, task, f"{off:.2f} m outside the regions of its step")
 
     def _go_back(self, body: DrivenRobot, task: FleetTask) -> None:
-        task.phase, task.back = Phase.RETURNING, True
+        task.phase, task.back, task.left = Phase.RETURNING, True, body.station.retries
         self._send(body, task, task.start)
 
     def _came_back(self, body: DrivenRobot, task: FleetTask) -> None:
         pose = self._pose_now(body)
         if pose is None or not self._amid(body, pose.region):
-            self._lose(body, task)
+            between = "it reported its return, and stands between regions"
+            self._lose(body, task, f"{task.reason}; {between}")
             return
         seen = self._sensing.at(task.to.region)
         if pose.region != task.start.region:
@@ -243,13 +265,18 @@ class FleetSteps:
         inside = max(body.station.tolerance, min(self.places.frame.resolution) / 4)
         return body.robot.name in self.followers or self._metres_to(body, region) <= inside
 
-    def _lose(self, body: DrivenRobot, task: FleetTask) -> None:
+    def _lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
+        """The robot is somewhere. ``reason``: why, if its odometry is fresh and on the map."""
         regions = frozenset((task.start.region, task.to.region))
         at = self._pose_now(body)
         if at is not None:
             regions |= {at.region}
+        elif (old := self.now() - body.heard) > STALE:
+            reason = f"its odometry is {old:.1f} s old"
+        else:
+            reason = "by its odometry it is in no free region"
         body.lost = regions
-        self._end(body, Lost, regions)
+        self._end(body, Lost, regions, reason)
 
     def _end(self, body: DrivenRobot, kind: Callable[..., WorldEvent], *about: object) -> None:
         """End a command by an event of this kind; the robot is where that has it."""

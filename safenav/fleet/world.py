@@ -18,10 +18,10 @@ from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
-from safenav.fleet.fleet_file import FleetFile, TransportKind
 from safenav.fleet.lookout import STALE
 from safenav.fleet.place import Places
 from safenav.fleet.sensing import PASSED, Sighting, View
+from safenav.fleet.stations import FleetFile, TransportKind
 from safenav.fleet.steps import FRESH, LATE, SET_BACK, SETTLING, FleetClock, FleetError, FleetSteps
 from safenav.fleet.transport import DriveRecording, Transport
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
@@ -57,12 +57,15 @@ class FleetWorld(FleetSteps):
         found = self._pose_now(body)
         if found is not None and found.region != body.pose.region:  # moved by something else
             body.lost = frozenset((body.pose.region, found.region))
-            return Lost(self.now(), robot.name, body.lost, command=command)
+            return Lost(self.now(), robot.name, body.lost, self._moved(found), command=command)
         task = FleetTask(command, body.pose, pose, body.station.retries, Phase.PEERING)
         task.known = known
         body.task = task
         self._untold[robot.name] = task
         return None
+
+    def _moved(self, pose: Pose) -> str:
+        return f"it was moved to {self.places.world.label(pose.region)} before it set out"
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
         """The inputs of the environment, as far as they were heard."""
@@ -93,7 +96,7 @@ class FleetWorld(FleetSteps):
         elif self.now() - body.viewed > STALE:
             view = None
         if pose is not None and pose.region != task.start.region:  # moved by something else
-            self._lose(body, task)
+            self._lose(body, task, self._moved(pose))
             return
         if pose is None or view in (None, View.DOUBT, View.BEFORE):
             return
@@ -209,7 +212,7 @@ class FleetWorld(FleetSteps):
 
     def _silent(self) -> list[str]:
         bodies = self._bodies.values()
-        quiet = [f"{body.station.namespace}/odom" for body in bodies if body.place is None]
+        quiet = [body.station.path("odom") for body in bodies if body.place is None]
         return quiet or self._transport.missing()
 
     def close(self) -> None:
@@ -314,13 +317,16 @@ class FleetWorld(FleetSteps):
                 self._peered(body, task)
             elif task.over is not None:
                 self._end_action(body, task)
+            elif not task.goal and task.phase in (Phase.GOING, Phase.RETURNING):
+                self._again(body, task)
             elif task.phase is Phase.GOING:
-                self._stop(body, task, f"the goal did not end within {task.due:.1f} s")
+                self._stop(body, task, f"the goal did not end within {now - task.sent:.1f} s")
             elif task.phase is Phase.STOPPING:
                 self._go_back(body, task)
             elif task.phase is Phase.RETURNING:
                 self._transport.cancel(body.robot.name)
-                self._lose(body, task)
+                back = f"its return did not end within {now - task.sent:.1f} s"
+                self._lose(body, task, f"{task.reason}; {back}")
             else:
                 for name in task.team_action.silent if task.team_action is not None else ():
                     self._performed(

@@ -6,7 +6,7 @@ story at these times agrees with the bodies at every instant.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -26,50 +26,30 @@ def in_time(trace: Trace, motion: Motion) -> Trace:
     """The trace as that of a run with a clock; a trace that is one stays as it is."""
     if trace.header.clock is not None:
         return trace
-    told = at_times(trace, _steps(motion), motion.of(Action), motion.outcome.makespan)
-    return replace(told, records=tuple(_numbered(told.records)))
+    lines: list[records.Record] = []
+    tick, now = 0, 0.0
+    for time, record in sorted(_walked(trace, motion).told, key=lambda line: line[0]):
+        tick, now = tick + (time > now), time
+        lines.append(replace(record, t=time, tick=tick))
+    return replace(trace, header=replace(trace.header, clock="live"), records=tuple(lines))
 
 
 def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
     """The turns of each robot of a run in lockstep, by tick: when all was done that it and others
     had done there by then, in seconds, ascending."""
-    run = _Run(trace.obstacles, _steps(motion), motion.of(Action), motion.outcome.makespan)
-    for record in trace.records:
-        run.take(record)
-    return run.turns
+    return _walked(trace, motion).turns
 
 
-def _steps(motion: Motion) -> dict[tuple[str, int], tuple[float, float]]:
+def _walked(trace: Trace, motion: Motion) -> _Run:
     steps: dict[tuple[str, int], tuple[float, float]] = {}
     for line in motion.of(Moving):
         if line.origin != line.to:
             begin, _ = steps.get((line.robot, line.tick), (line.t0, 0.0))
             steps[line.robot, line.tick] = begin, line.t1
-    return steps
-
-
-def at_times(
-    trace: Trace,
-    steps: Mapping[tuple[str, int], tuple[float, float]],
-    actions: Iterable[Action],
-    makespan: float = 0.0,
-) -> Trace:
-    """The trace as that of a run with a clock, with the ticks that it had: by the times of each
-    step (robot and tick of its first line) and of each action."""
-    run = _Run(trace.obstacles, steps, list(actions), makespan)
+    run = _Run(trace.obstacles, steps, motion.of(Action), motion.outcome.makespan)
     for record in trace.records:
         run.take(record)
-    told = sorted(run.told, key=lambda line: line[0])
-    lines = tuple(replace(record, t=t) for t, record in told)
-    return replace(trace, header=replace(trace.header, clock="live"), records=lines)
-
-
-def _numbered(told: Iterable[records.Record]) -> Iterable[records.Record]:
-    tick, now = 0, 0.0
-    for record in told:
-        assert record.t is not None
-        tick, now = tick + (record.t > now), record.t
-        yield replace(record, tick=tick)
+    return run
 
 
 class _Run(Struct):

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from msgspec import Struct, to_builtins
-from msgspec.structs import replace
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
 from safenav.motion.disc import FlyerMover
-from safenav.motion.file.records import Flight, Line, Motion, MotionHeader, MotionOutcome, Segment
+from safenav.motion.file.records import Flight, Line, Motion, MotionHeader, Segment
 from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.in_time import at_times
 from safenav.motion.mover import Mover, mover
-from safenav.motion.timing import schedule
-from safenav.motion.timing.recorded_times import motion_at_recorded_times, when
+from safenav.motion.timing.execution import when
+from safenav.motion.timing.recorded_times import motion_at_recorded_times
+from safenav.motion.timing.schedule import motion_at_earliest_times
 from safenav.motion.walker.mover import RECOVERING, WalkerMover
 from safenav.motion.walker.recovery import pushed
 from safenav.pace.robot import SIDE as SIDE
@@ -52,7 +51,10 @@ def motion_of(
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
     try:
-        lines, outcome = _carried_out(trace, floor, movers)
+        if trace.header.clock is None:
+            lines, outcome = motion_at_earliest_times(trace, floor, movers)
+        else:
+            lines, outcome = motion_at_recorded_times(trace, floor, movers)
     except SafenavError:
         raise
     except Exception as error:
@@ -94,23 +96,6 @@ def check_movable(scenario: Scenario) -> None:
     header = Header(0, VERSION, safenav.__version__, scenario_header(scenario, None))
     trace = Trace(scenario.name, header, (), cut_off=False, ignored=0)
     movers_of(trace, floor_of(trace))
-
-
-def _carried_out(
-    trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
-) -> tuple[tuple[Line, ...], MotionOutcome]:
-    """Return the motion at the seconds of the trace; in lockstep, as early as its order allows."""
-    if trace.header.clock is not None:
-        return motion_at_recorded_times(trace, floor, movers)
-    done = schedule.scheduled(trace, floor, movers)
-    timed = at_times(trace, schedule.steps_of(done), schedule.actions_of(done))
-    lines, outcome = motion_at_recorded_times(timed, floor, movers)
-    waits = [*schedule.waits_of(done)]
-    waiting = dict.fromkeys(movers, 0.0)
-    for wait in waits:
-        waiting[wait.robot] += wait.t1 - wait.t0
-    outcome = replace(outcome, waiting=waiting, chain=schedule.chain_of(done, outcome.makespan))
-    return tuple(sorted([*lines, *waits], key=when)), outcome
 
 
 def _disturbed(

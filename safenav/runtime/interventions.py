@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.runtime import user_changes
 from safenav.runtime.coordination import events
+from safenav.runtime.coordination.assignment import holding
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -300,7 +301,7 @@ class Interventions(Struct):
     ) -> Iterator[events.Event]:
         state = self.state
         told = objective_in_trace(objective)
-        own = robot.assignment.role is Role.OWN and robot.stop is None
+        own = robot.assignment.role is Role.OWN and not _holds_at_stop(robot)
         state.emit(records.NewObjective(state.tick, robot.name, told, own, cause, within))
         yield from self.turns.relocation.leave_plan()
         hope = state.waiting is None  # it may resolve what it kept out of
@@ -404,3 +405,10 @@ class Interventions(Struct):
         if self.world is None:
             raise UsageError("only simulated worlds can be changed")
         return self.world
+
+
+def _holds_at_stop(robot: RobotState) -> bool:
+    """Whether a robot that pursues its own objective thereby stays at its stop: it keeps its
+    strategy as long as it is to charge."""
+    own, stop = robot.robot.objective, robot.stop
+    return stop is not None and holding(own, stop.region).relaxed() == own.relaxed()

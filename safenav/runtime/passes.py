@@ -103,8 +103,8 @@ class Passes(Algorithm):
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
         for change in self.world.changes(team.occupied()):
-            known = team.knowledge.knows(change.obstacle)
-            self._together |= team.waits_for_operator
+            known, waits = team.knowledge.knows(change.obstacle), team.waiting is not None
+            self._together |= team.waits_for_operator or (waits and change.by_user)
             if change.obstacle.ordered if change.appeared else known:  # duties change with it
                 self.settle(self.turns.relocation.leave_plan())
             if change.appeared:

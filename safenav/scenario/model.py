@@ -13,6 +13,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.begun import Begun
+from safenav.bounds import Count, Positive, Share
 from safenav.scenario import needs, settings
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
@@ -108,7 +109,7 @@ class Need(Struct, frozen=True):
     previous need, which must have both actions."""
 
     action: str
-    robots: int = 1
+    robots: Positive = 1
     at: ResolveAt | frozenset[Region] = ResolveAt.SELF
     together: bool = False
     same: bool = False
@@ -132,7 +133,7 @@ class ObstacleType(Struct, frozen=True):
     blocks: frozenset[str] | None = None
     has_truth: bool = False
     listed: tuple[Need, ...] = ()
-    resolve_within: int | None = None
+    resolve_within: Count | None = None
     sweeps: ResolveAt | frozenset[Region] | None = None
 
     @property
@@ -186,12 +187,12 @@ class Obstacle(Struct, frozen=True):
 
     type: ObstacleType
     region: Region
-    traversable: bool | float | None = None
-    appears: int | None = None
-    goes: int | None = None
-    resolve_within: int | None = None
+    traversable: bool | Share | None = None
+    appears: Count | None = None
+    goes: Count | None = None
+    resolve_within: Count | None = None
     ordered: bool = False
-    number: int = 1
+    number: Positive = 1
     sweeps: ResolveAt | frozenset[Region] | None = None
 
     @property
@@ -378,6 +379,10 @@ class Scenario(Struct, frozen=True):
             if robot in each.robots and any(not each.regions.isdisjoint(at[o]) for o in others):
                 found |= each.regions
         return frozenset(found)
+
+    def restarts_rounds(self, obstacle: str) -> bool:
+        """Return whether rounds restart when the named obstacle is resolved: not for a battery."""
+        return self.flat is None or name_parts(obstacle)[0] != self.flat.name
 
     def conflict(self, one: Robot, other: Robot) -> bool:
         """Return whether these two must never share a region. It is mutual, also if only one of

@@ -108,7 +108,7 @@ class _Watching(Studio):
     def __init__(self, scenario: Scenario) -> None:
         order = RunOrder("", scenario.source or f"{scenario.name}.yaml", seed=scenario.seed)
         super().__init__(order, scenario.catalogue)
-        self._watched = _WatchedRun(order, self.tell, trace=None)
+        self._watched = WatchedRun(order, self.tell, trace=None)
         self.run = self._watched
 
     def hear(self, data: dict[str, Any]) -> None:
@@ -121,7 +121,7 @@ class _Watching(Studio):
         return {**super()._hello(), "watches": True}
 
 
-class _WatchedRun(StudioRun):
+class WatchedRun(StudioRun):
     """A run without a process of its own: a program supplies its lines."""
 
     def hear(self, data: dict[str, Any]) -> None:

@@ -126,6 +126,19 @@ def lost() -> list[Line]:
     return s.end("completed", {"a": 1, "b": 1})
 
 
+def put_on_target() -> list[Line]:
+    """An operator puts a robot on its target, which counts in any turn: here in that of the robot
+    that is last."""
+    a = robot("ground", [], 7, {"visit": [8]})
+    s = Live({"a": a, "b": robot("ground", [], 10, {"visit": [10]})}, [], "external")
+    s.at(0).hold("a", "strategy").hold("b", "strategy").goal("b", 0, 1)
+    s.at(1).add("waiting", outcome="assumption_violated", explanation="nobody can say why")
+    s.at(2).add("operator", intervention="put_back", robot="a", region=8, heading=None)
+    s.position["a"] = 8
+    s.synthesize("service", "b").goal("a", 0, 1)
+    return s.end("completed", {"a": 1, "b": 1})
+
+
 def lost_around() -> list[Line]:
     """A lost robot may be in three regions: two of them are closed to it in one turn."""
     a = robot("ground", [], 7, {"visit": [7]})
@@ -316,6 +329,7 @@ GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
         delayed,
         opened,
         lost,
+        put_on_target,
         lost_around,
         waits,
         simulated,

@@ -11,7 +11,14 @@ from safenav.fleet import world as fleet
 @pytest.fixture
 def short_limits(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Time limits of hundredths of seconds."""
-    limits = {"SETTLING": 0.05, "STOPPING": 0.05, "FRESH": 0.05, "LATE": 0.05, "STALE": 0.2}
+    limits = {
+        "SETTLING": 0.05,
+        "STOPPING": 0.05,
+        "FRESH": 0.05,
+        "LATE": 0.05,
+        "STALE": 0.2,
+        "PAUSE": 0.02,
+    }
     for name, seconds in limits.items():
         monkeypatch.setattr(steps, name, seconds)
     monkeypatch.setattr(fleet, "FRESH", 0.05)

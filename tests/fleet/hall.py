@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from safenav.fleet import transport
-from safenav.fleet.fleet_file import Station
+from safenav.fleet.stations import Station
 from safenav.fleet.steps import FleetClock
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.worlds.protocol import WorldEvent

@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from safenav.fleet.acting import FleetProgress, TeamAction, unserved
-from safenav.fleet.fleet_file import FleetFile, Network, SimulationUse, Station, TransportKind
+from safenav.fleet.stations import FleetFile, Network, SimulationUse, Station, TransportKind
 from safenav.scenario.model import Need, Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult

@@ -1,6 +1,7 @@
 """Fleet files: what is read, and what each mistake is told."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,9 @@ import pytest
 import yaml
 
 from safenav.errors import Diagnostic, InputError
-from safenav.fleet import fleet_file
+from safenav.fleet import fleet_file, stations
 from safenav.fleet.template import template_text
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
 
@@ -21,7 +22,7 @@ SCHEMA = json.loads(fleet_file.schema_text())
 HEAD = "safenav-fleet: 1\ntransport: ros2\n"
 
 
-def loaded(text: str, folder: Path) -> fleet_file.FleetFile:
+def loaded(text: str, folder: Path) -> stations.FleetFile:
     path = folder / "fleet.yaml"
     path.write_text(text)
     return fleet_file.load_fleet(path, load_scenario(CASE))
@@ -38,20 +39,57 @@ robots:
 """
     )
     fleet = loaded(text, tmp_path)
-    assert fleet.transport is fleet_file.TransportKind.ROS2
-    assert fleet.network == fleet_file.Network(7, "wlan0", ("10.0.0.7",))
-    scan = fleet_file.ScanUse("scan", "door", 0.35)
+    assert fleet.transport is stations.TransportKind.ROS2
+    assert fleet.network == stations.Network(7, "wlan0", ("10.0.0.7",))
+    scan = stations.ScanUse("scan", "door", 0.35)
     assert fleet.stations == {
-        "quad": fleet_file.Station("/quad", speed=0.4, retries=0, scan=scan),
-        "digit": fleet_file.Station(
+        "quad": stations.Station("/quad", speed=0.4, retries=0, scan=scan),
+        "digit": stations.Station(
             "/d", 0.3, 0.8, 3.0, 0, scan, "seen", None, {"push": "open_door"}
         ),
     }
     jsonschema.validate(yaml.safe_load(text), SCHEMA)
 
 
+@pytest.mark.parametrize(
+    ("namespace", "topic", "found"),
+    [
+        ("/lab/digit/", "odom", "/lab/digit/odom"),
+        ("digit", "odom", "/digit/odom"),
+        ("/", "odom", "/odom"),
+        ("/digit", "/lidar", "/lidar"),
+    ],
+)
+def test_names_are_below_the_namespace_unless_absolute(
+    namespace: str, topic: str, found: str, tmp_path: Path
+) -> None:
+    fleet = loaded(f"{HEAD}robots: {{digit: {{namespace: {namespace}}}}}\n", tmp_path)
+    assert fleet.stations["digit"].path(topic) == found
+
+
+PAGES = [p.name for p in sorted((ROOT / "docs").glob("drive*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_fleet_files_of_the_documentation_load(page: str, tmp_path: Path) -> None:
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    found = re.findall(r"^```yaml[^\n]*\n(safenav-fleet:.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert found
+    for fleet in found:
+        names = yaml.safe_load(fleet)["robots"]
+        robots = {
+            name: {"model": "quadcopter", "start": k, "objective": {"hold": k}}
+            for k, name in enumerate(names)
+        }
+        world = {"grid": ["." * 8] * 8}
+        scenario = yaml.safe_dump({"safenav": 1, "map": world, "robots": robots})
+        (tmp_path / "fleet.yaml").write_text(fleet)
+        loaded = fleet_file.load_fleet(tmp_path / "fleet.yaml", load_scenario_text(scenario))
+        assert loaded.stations.keys() == {*names}
+
+
 def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
-    assert loaded(HEAD, tmp_path).network == fleet_file.Network(0, "lo", ("127.0.0.1",))
+    assert loaded(HEAD, tmp_path).network == stations.Network(0, "lo", ("127.0.0.1",))
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "team_of_six", "beam", "hello"])
@@ -73,8 +111,15 @@ MISTAKES = [
     ("safenav-fleet: 1\ntransport: ros3\n", "'transport'"),
     (HEAD + "robots: {digi: {}}\n", "no robot 'digi'"),
     (HEAD + "robots: {digit: {sped: 1}}\n", "unknown key 'sped' in robot 'digit'"),
-    (HEAD + "robots: {digit: {namespace: a b}}\n", "'a b' cannot begin the name of a topic"),
-    (HEAD + "robots: {digit: {namespace: /1}}\n", "'/1' cannot begin the name of a topic"),
+    (HEAD + "robots: {digit: {namespace: a b}}\n", "'a b' is not a name in ROS"),
+    (HEAD + "robots: {digit: {namespace: /1}}\n", "'/1' is not a name in ROS"),
+    (HEAD + "robots: {digit: {namespace: %s-1}}\n" % ("a" * 60), "is not a name in ROS"),
+    (HEAD + "robots: {digit: {report: my obstacles}}\n", "'my obstacles' is not a name in ROS"),
+    (HEAD + "robots: {digit: {scan: {obstacle: door, topic: s/}}}\n", "'s/' is not a name"),
+    (HEAD + "robots: {digit: {follow: {topic: a//b}}}\n", "'a//b' is not a name in ROS"),
+    (HEAD + "robots: {digit: {act: {push: ~push}}}\n", "'~push' is not a name in ROS"),
+    (HEAD + "robots: {digit: {namespace: r}, quad: {namespace: /r/}}\n", "namespace, '/r'"),
+    (HEAD + "defaults: {namespace: /}\n", "quad and digit have the same namespace, '/'"),
     (HEAD + "robots: {digit: {speed: 0}}\n", "'speed' of robot 'digit'"),
     (HEAD + "robots: {digit: {retries: 99}}\n", "must be at most 20"),
     (HEAD + "robots: {digit: {scan: {}}}\n", "the key 'obstacle' is missing"),

@@ -19,8 +19,8 @@ from fleet.hall import (
 )
 from runtime.played import Run
 from safenav import Mission
-from safenav.fleet.fleet_file import ScanUse, Station
 from safenav.fleet.place import Places
+from safenav.fleet.stations import ScanUse, Station
 from safenav.fleet.steps import FleetClock, FleetError
 from safenav.fleet.transport import (
     GoalEnd,
@@ -33,6 +33,7 @@ from safenav.fleet.transport import (
 )
 from safenav.fleet.world import FleetWorld
 from safenav.outcome import Outcome
+from safenav.runtime.worlds.protocol import Failed, Lost, WorldEvent
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
@@ -61,8 +62,12 @@ STEPS = {
         ("Failed", HOME, False),
     ),
     "it cannot be sent back": (
-        [("aborted", 1.9), ("aborted", 1.9), ("aborted", 2.1)],
+        [("aborted", 1.9), ("aborted", 1.9), ("aborted", 2.1), ("aborted", 2.1)],
         ("Lost", frozenset({8, 9})),
+    ),
+    "it is sent back at the second try": (
+        [("aborted", 1.9), ("aborted", 1.9), ("aborted", 2.1), ("succeeded", 1.5)],
+        ("Failed", HOME, False),
     ),
     "it is sent back and stands elsewhere": (
         [("aborted", 1.9), ("aborted", 1.9), ("succeeded", 3.5)],
@@ -101,6 +106,71 @@ def test_a_step_ends_by_one_event_that_is_true(case: str, side: float) -> None:
     if case.endswith("it is stopped, and sent back"):
         assert robots.cancelled == ["digit"]
     assert robots.goals[0] == GoalPoint(1, 2.5 * side, 2.5 * side, 0.0)
+
+
+REFUSES = [("rejected", None)] * 4
+LOST = {
+    "goals are refused": (REFUSES, 1.5, "rejected; its return ended: rejected"),
+    "it returns too slowly": (
+        [("rejected", None)] * 2 + [(None, 1.6)],
+        1.6,
+        "rejected; its return did not end within 0.1 s",
+    ),
+    "no odometry": ([(None, None)] * 2, None, "its odometry is 0.5 s old"),
+    "it is in a wall": ([("succeeded", 0.5)], 0.5, "by its odometry it is in no free region"),
+}
+
+
+@pytest.mark.parametrize("case", LOST)
+def test_who_is_lost_says_why(case: str) -> None:
+    script, stays, reason = LOST[case]
+    world, robots, scenario = started()
+    robots.script = list(script)
+    world.start(scenario.robots[0], EAST, 1)
+    events: list[WorldEvent] = []
+    while not events:
+        events += world.wait(0.01)
+        if stays is not None:
+            robots.x["digit"] = stays
+            robots.locate("digit")
+    (event,) = events
+    assert isinstance(event, Lost) and event.reason == reason
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_robot_that_refuses_goals_is_asked_again_after_a_pause(back: bool) -> None:
+    """It was asked three times within milliseconds: an emergency stop of a second lost it."""
+    world, robots, scenario = started()
+    robots.script = [("rejected", None)] * (3 if back else 1)
+    robots.script += [("succeeded", 1.5 if back else 2.5)]
+    tries = len(robots.script)
+    world.start(scenario.robots[0], EAST, 1)
+    assert world.wait(0.01) == [] and len(robots.goals) == 1
+    (event,) = world.wait(1.0)
+    assert told(event) == (("Failed", HOME, False) if back else ("Arrived",))
+    assert len(robots.goals) == tries
+
+
+def test_who_is_stopped_in_such_a_pause_is_sent_back_and_not_on() -> None:
+    world, robots, scenario = started()
+    robots.script = [("aborted", 1.9), ("succeeded", 1.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    assert world.wait(0.0) == []
+    world.cancel(scenario.robots[0])
+    (event,) = world.wait(1.0)
+    assert told(event) == ("Failed", HOME, False)
+    assert [goal.x for goal in robots.goals] == [2.5, 1.5]
+
+
+def test_a_time_limit_is_told_in_seconds_of_the_goal() -> None:
+    """It was told in seconds of the run."""
+    world, robots, scenario = started(retries=0)
+    robots.script = [(None, 1.6), ("canceled", None), ("succeeded", 1.5)]
+    robots.now += 100.0
+    robots.locate("digit")
+    world.start(scenario.robots[0], EAST, 1)
+    (event,) = world.wait(30.0)
+    assert isinstance(event, Failed) and event.reason == "the goal did not end within 0.4 s"
 
 
 def test_old_and_doubled_answers_end_nothing() -> None:

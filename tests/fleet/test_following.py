@@ -14,10 +14,10 @@ import numpy as np
 
 from fleet.drives import driven
 from safenav.audit.check import check_trace
-from safenav.fleet.fleet_file import FollowUse, Station
 from safenav.fleet.following import Following, mover_of
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, VELOCITY, Setpoints
+from safenav.fleet.stations import FollowUse, Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,

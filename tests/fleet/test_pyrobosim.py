@@ -18,9 +18,10 @@ from msgspec.structs import replace
 
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
-from safenav.fleet.fleet_file import FleetFile, load_fleet
+from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.place import Places
 from safenav.fleet.pyrobosim.transport import PyrobosimTransport
+from safenav.fleet.stations import FleetFile
 from safenav.fleet.transport import GoalEnded, GoalPoint, Located, Message, Performed, Reported
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.mission import Mission, default_synthesizer

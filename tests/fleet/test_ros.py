@@ -6,13 +6,14 @@ from types import SimpleNamespace as Message
 
 import pytest
 
+from safenav.errors import UsageError
 from safenav.fleet import ros, ros1
 from safenav.fleet.transport import Located, Scanned
 
 
-def odometry(w: float, x: float, y: float, z: float) -> Message:
+def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Message:
     turn = Message(w=w, x=x, y=y, z=z)
-    return Message(pose=Message(pose=Message(position=Message(x=1.0, y=-2.0), orientation=turn)))
+    return Message(pose=Message(pose=Message(position=Message(x=east, y=-2.0), orientation=turn)))
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, pi / 2, 3.0, -3.0, -pi / 2])
@@ -26,7 +27,14 @@ def test_a_tilted_robot_has_the_yaw_of_its_heading() -> None:
     """A pitch of 0.4 rad, then a yaw of 1.1 rad."""
     a, b = 0.55, 0.2
     w, x, y, z = cos(a) * cos(b), -sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b)
-    assert ros.located("quad", 0.0, odometry(w, x, y, z)).yaw == pytest.approx(1.1)
+    found = ros.located("quad", 0.0, odometry(w, x, y, z))
+    assert found is not None and found.yaw == pytest.approx(1.1)
+
+
+@pytest.mark.parametrize(("east", "z"), [(nan, 0.0), (inf, 0.0), (1.0, nan)])
+def test_odometry_of_a_filter_that_has_diverged_says_nothing(east: float, z: float) -> None:
+    """A robot is in no region by it; the drive ended with an internal error, robots under way."""
+    assert ros.located("quad", 0.0, odometry(1.0, 0.0, 0.0, z, east)) is None
 
 
 @pytest.mark.parametrize(
@@ -96,3 +104,25 @@ def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
     listener.on_data_available(None)
     listener.on_data_available(reader)
     assert heard == ["on"]
+
+
+@pytest.mark.parametrize(
+    ("interface", "peers", "told"),
+    [
+        ("wlan9", (), "network interface 'wlan9'\n    this machine has lo"),
+        ("lo", ("127.0.0.1:7410", "robot 1"), "'robot 1' is not the address of a robot"),
+        ("lo", ("::1",), "'::1' is not the address of a robot"),
+        ("lo", ("127.0.0.1:port",), "'127.0.0.1:port' is not the address of a robot"),
+        ("lo", ("127.0.0.1:99999",), "ports are 1 to 65535"),
+    ],
+)
+def test_a_network_that_is_not_there_is_refused(
+    interface: str, peers: tuple[str, ...], told: str
+) -> None:
+    """cyclonedds ended the process for a peer whose name it did not know."""
+    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
+    from safenav.fleet.ros2.node import Participant
+
+    with pytest.raises(UsageError) as error:
+        Participant(9, interface, peers)
+    assert told in str(error.value)

@@ -56,7 +56,7 @@ KINDS: dict[str, Any] = {
 }
 ELEMENTS: dict[str, Any] = {
     "goals_canceling": ros.GoalInfo,
-    "points": ros.TrajectoryPoint,
+    "points": ros.MultiDOFJointTrajectoryPoint,
     "transforms": ros.Transform,
     "velocities": ros.Twist,
     "accelerations": ros.Twist,

@@ -52,6 +52,8 @@ OPERATOR = {
     "put on a charger with an empty battery": 57964,
     "put on its next target": 137379,
     "put beside what it can resolve": 61134,
+    "put on its target, which counts while another one gets a strategy": 145643,
+    "an order comes in the moment in which another intervention makes the team wait": 145645,
     "an action of two ends, and one of them has used up its charge": 62185,
     "another objective on the way to a stop, and then an order": 61262,
     "entered in the moment in which it is resolved": 117091,
@@ -78,6 +80,7 @@ BOTH = {
     "carried to where it gets nowhere": 141559,
     "it helps elsewhere after what it helped with is resolved": 93596,
     "an order comes in the moment in which a robot's charge is used up": 90085,
+    "another objective while it waits, and could not set out for a charger": 148096,
 }
 LOCKSTEP = {
     "back in service, as it was": 7452,
@@ -103,6 +106,7 @@ PLAIN = {
     "it meets its target on a charger, or with a step from there": (104920, False),
     "no charge suffices for its last target forever, but it gets there": (104862, False),
     "out of service where it might charge, it helps no more": (102006, False),
+    "it charges in a helper's way before it makes way": (146245, True),
 }
 CAUSES = [
     *(pytest.param(*row, False, False, id=name) for name, row in PLAIN.items()),

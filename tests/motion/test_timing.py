@@ -14,8 +14,8 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing.recorded_times import when
-from safenav.motion.timing.schedule import actions_of, scheduled
+from safenav.motion.timing.execution import when
+from safenav.motion.timing.schedule import motion_at_earliest_times
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Met, Move, Resolved, Service
 from safenav.trace.trace import Trace
@@ -54,15 +54,8 @@ def strolled(trace: Trace, seed: int) -> list[Line]:
         mover = Stroller(name, floor, robot.start, robot.heading, 0.5, {"action_seconds": 2.0})
         mover.chance = random.Random(f"{seed} {name}")
         movers[name] = mover
-    done = scheduled(trace, floor, movers)
-    lines: list[Line] = [*actions_of(done)]
-    lines += [Reserve(name, 0, robot.region, 0.0) for name, robot in movers.items()]
-    for step in done:
-        if step.team and step.fulfils is None:
-            origin, to = map(int, step.what.split(" -> "))
-            lines.append(Reserve(step.robot, step.tick, to, step.begun))
-            lines.append(Release(step.robot, step.tick, origin, step.end))
-    return sorted(lines, key=when)
+    lines, _ = motion_at_earliest_times(trace, floor, movers)
+    return [*lines]
 
 
 def overlaps(trace: Trace, plan: list[Line]) -> int:
@@ -132,6 +125,24 @@ def test_without_the_rule_slow_robots_would_overlap() -> None:
     heedless = replace(trace.header, scenario=replace(scenario, robots=free))
     runs = [strolled(replace(trace, header=heedless), seed) for seed in range(5)]
     assert all(overlaps(trace, run) > 0 for run in runs)
+
+
+def test_regions_are_reserved_in_the_first_tick_of_a_step_and_released_in_its_last() -> None:
+    moves = [r for r in trace_of("team_of_six").records if isinstance(r, Move)]
+    ends = [m for m in moves if m.toward is None and m.to != m.from_]
+    begun: dict[str, int] = {}
+    begins = []
+    for move in moves:
+        begun.setdefault(move.robot, move.tick)
+        if move.toward is None:
+            tick = begun.pop(move.robot)
+            begins += [(move.robot, tick, move.to)] if move.to != move.from_ else []
+    assert [b[1] for b in begins] != [m.tick for m in ends], "some steps take several ticks"
+    lines = motion("team_of_six").lines
+    entered = [(r.robot, r.tick, r.region) for r in lines if isinstance(r, Reserve) and r.tick > 0]
+    left = [(r.robot, r.tick, r.region) for r in lines if isinstance(r, Release)]
+    assert sorted(entered) == sorted(begins)
+    assert sorted(left) == sorted((m.robot, m.tick, m.from_) for m in ends)
 
 
 @pytest.mark.parametrize("name", SHIPPED)

@@ -59,7 +59,8 @@ def test_a_load_is_carried_from_the_need_that_takes_it_to_the_last(
         robots = {robot.name: robot for robot in replay.scene(taken).robots}
         assert robots["carrier"].loads == ("pallet",)
         assert robots["truck"].loads == ()
-    assert set(replay.loads) == {"pallet@71", "pallet@72"}
+    carried = {name for name, told in replay.loads.items() if len(told) > 1}
+    assert carried == {"pallet@71", "pallet@72"}
 
 
 def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Replay) -> None:
@@ -85,17 +86,15 @@ def test_the_page_shows_loads_and_follows_them_live(
     trace = read_trace(warehouse)
     whole = encoded(replay, "x")
     live = LiveRun(trace.header, "x")
-    carried: dict[str, list[object]] = {}
-    met: dict[str, list[object]] = {}
+    before = {o["name"]: o for o in live.whole()["obstacles"]}
     for record in trace.records:
         live.tell(record)
-        news = live.news()
-        for name, changes in news["carried"].items():
-            carried.setdefault(name, []).extend(list(change) for change in changes)
-        for name, changes in news["met"].items():
-            met.setdefault(name, []).extend(list(change) for change in changes)
-    assert met == {o["name"]: o["met"][1:] for o in whole["obstacles"] if o["met"][1:]}
-    assert carried == {o["name"]: o["carried"][1:] for o in whole["obstacles"] if o["carried"][1:]}
+        for told in live.news()["obstacles"]:
+            for key in ("met", "carried"):
+                before[told["name"]][key] += told[key]
+    for obstacle in whole["obstacles"]:
+        assert obstacle["met"] == before[obstacle["name"]]["met"]
+        assert obstacle["carried"] == before[obstacle["name"]]["carried"]
     page = tmp_path / "page.html"
     page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
     (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
@@ -150,8 +149,8 @@ def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(tmp_path: Path) ->
     charge = [level for _, level in run["robots"][0]["charge"]]
     flat = replay_of(trace).charges["cart"]
     # Charging takes no time in such a motion: of what happens in one instant, the last is shown.
-    assert charge[-1] == flat.values[-1] > 0
-    assert set(charge) <= {100, *flat.values}
+    assert charge[-1] == flat.now > 0
+    assert set(charge) <= {level for _, level in flat}
 
 
 def _takes(replay: Replay, load: str, tick: int) -> bool:

@@ -5,8 +5,12 @@ from pathlib import Path
 import pytest
 
 from safenav.cli.run import command as run_command
-from safenav.report.replay.reading import read_replay
+from safenav.report.page.encode import encoded
+from safenav.report.page.live import LiveRun
+from safenav.report.replay.reading import replay_of
 from safenav.report.replay.timeline import Replay
+from safenav.trace.reading import read_trace
+from safenav.trace.trace import Trace
 
 SCENARIO = """
 safenav: 1
@@ -20,13 +24,18 @@ obstacles:
 
 
 @pytest.fixture(scope="module")
-def failed(tmp_path_factory: pytest.TempPathFactory) -> Replay:
+def trace(tmp_path_factory: pytest.TempPathFactory) -> Trace:
     folder = tmp_path_factory.mktemp("failed")
     (folder / "s.yaml").write_text(SCENARIO)
-    trace: Path = folder / "run.jsonl"
-    arguments = [str(folder / "s.yaml"), "--trace", str(trace), "--no-map"]
+    file: Path = folder / "run.jsonl"
+    arguments = [str(folder / "s.yaml"), "--trace", str(file), "--no-map"]
     assert run_command.main(arguments, standalone_mode=False) == 1
-    return read_replay(trace)
+    return read_trace(file)
+
+
+@pytest.fixture
+def failed(trace: Trace) -> Replay:
+    return replay_of(trace)
 
 
 def test_the_last_tick_is_that_of_the_outcome(failed: Replay) -> None:
@@ -36,3 +45,10 @@ def test_the_last_tick_is_that_of_the_outcome(failed: Replay) -> None:
     assert f"tick {failed.last} of {failed.last}, ended within it: operator needed" == (
         failed.scene(failed.last).moment
     )
+
+
+def test_all_pages_that_are_opened_later_show_the_same_moment(trace: Trace, failed: Replay) -> None:
+    live = LiveRun(trace.header, "run.jsonl")
+    for record in trace.records:
+        live.tell(record)
+    assert live.whole() == live.whole() == encoded(failed, "run.jsonl")

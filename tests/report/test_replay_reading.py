@@ -121,7 +121,7 @@ def test_helpers_objectives_and_needs_follow_an_obstacle_with_two_needs(tmp_path
         """)
     replay = read_replay(made_traces.write(run.records, tmp_path / "t.jsonl"))
     sensed, cleared = (line["tick"] for line in run.all("met"))
-    first, second = (row for row in replay.stack.values if row)
+    first, second = (row for _, row in replay.stack if row)
     assert (first[0].helpers, second[0].helpers) == (("eye",), ("doz",))
     assert replay.stack.at(sensed) == second
     assert replay.objectives["eye"].at(sensed - 1) != Hold((frozenset({0}),))
@@ -141,7 +141,7 @@ def test_what_stands_for_a_failure_was_not_there_before(tmp_path: Path) -> None:
     tick = lines[before]["tick"]
     lines.insert(before, {"type": "discovered", "tick": tick, "obstacle": {**kind, **more}})
     replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
-    (unknown,) = (hidden for hidden in replay.hidden if hidden.name == "unknown_air@20")
+    (unknown,) = (hidden for hidden in replay.hidden.values() if hidden.name == "unknown_air@20")
     assert unknown.since == tick
 
 

@@ -12,7 +12,7 @@ from safenav import Mission
 from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
-from safenav.runtime.worlds.protocol import WorldEvent
+from safenav.runtime.worlds.protocol import Arrived, WorldEvent
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
@@ -91,7 +91,7 @@ def test_an_obstacle_that_no_scenario_lists_is_told_of_before_it_is_named(tmp_pa
     assert first["type"] == "violation" and records.index(discovered) < records.index(first)
     trace = tmp_path / "trace.jsonl"
     trace.write_text(run.text)
-    (hidden,) = read_replay(trace).hidden
+    (hidden,) = read_replay(trace).hidden.values()
     assert (hidden.name, hidden.region) == ("door@27", DOOR)
 
 
@@ -194,3 +194,33 @@ def test_waits_are_long_enough_for_clocks_that_advance_by_them(timeout: float) -
     lost = run.all("arrive", result="lost")
     assert {line["robot"] for line in lost} == {"drone", "walker"} and not run.findings
     assert [line["t"] for line in lost] == [pytest.approx(2 * timeout, abs=0.2)] * 2
+
+
+class Sudden(Bare):
+    """Steps take no time by the world's clock, but for each seventh, which takes half a second."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.steps, self.under_way = 0, list[WorldEvent]()
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+        del pose
+        self.steps += 1
+        if self.steps % 7:
+            return Arrived(self.time, robot.name, command=command)
+        self.under_way.append(Arrived(self.time + 0.5, robot.name, command=command))
+        return None
+
+    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+        super().wait(timeout)
+        ended = [event for event in self.under_way if event.at <= self.time]
+        self.under_way = [event for event in self.under_way if event.at > self.time]
+        return ended
+
+
+def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second() -> None:
+    scenario = loaded(BUILDING + "clock: live\n")
+    world, run = Sudden(), Run()
+    Mission(scenario, world=world, listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed" and not run.findings
+    assert world.steps > 14 and not run.all("arrive", result="lost")

@@ -268,6 +268,10 @@ def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert f"{fixes}:3: 'region': region 0 [0, 0] is a wall" in done.stderr
     assert done.stdout == ""
+    fixes.write_text("resolved gate@27\n\ngive_up\n\nservice bee out\nresolved gate@27\n")
+    done = warm.safenav(*run)
+    assert done.returncode == 0
+    assert f"note: the run ended before {fixes}:3: give_up and 2 more\n" in done.stderr
     fixes.write_text("push\x1b[31m it\n")
     assert f"{fixes}:1: 'push?[31m it' is not" in warm.safenav(*run).stderr
 

@@ -137,6 +137,19 @@ def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
     assert json.loads(rest.read_text().splitlines()[-1])["outcome"] == "completed"
 
 
+def test_a_resumed_run_has_a_page_a_result_and_limits(tmp_path: Path) -> None:
+    path, page = tmp_path / "trace.jsonl", tmp_path / "rest.html"
+    text = "".join(play(load_scenario(SCENARIOS / "hello.yaml")).lines[:9])
+    path.write_text(text)
+    done = warm.safenav("resume", path, "--json", "--html", page, "--max-ticks", "1")
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["outcome"] == "tick_limit"
+    assert page.read_text().startswith("<!doctype html>")
+    refused = warm.safenav("resume", path, "--html", path)
+    assert refused.returncode == 2 and "would overwrite the trace" in refused.stderr
+    assert path.read_text() == text
+
+
 ORDERS = """
 map: {grid: [".......", "......."]}
 catalogue:

@@ -221,7 +221,7 @@ class DeadlineRule(Rule):
                     self._turn_owes += [owed] if owed not in self._turn_owes else []
             case "resolved":
                 self._ends(record.obstacle, "kept")
-                for clock in self._clocks.values():
+                for clock in self._clocks.values() if now.restarts(record) else ():
                     clock.restart(tick)
                     clock.rounds = 0
             case "gone" | "blocked":

@@ -143,11 +143,12 @@ class OrderRule(Rule):
 
 
 def _begins_on_its_target(record: Line, now: Situation) -> bool:
-    """Return whether the goal may be one that is met where an objective begins: recorded
-    immediately, in any robot's turn. A robot driven by command inputs needs no new strategy for
-    that."""
+    """Return whether the goal may be one that is met where an objective begins, or where an
+    operator has put the robot: recorded immediately, in any robot's turn. A robot driven by command
+    inputs needs no new strategy for that."""
     name, turn = record.robot, now.turn
-    if any(line.robot == name for line in (*turn.all("synthesis"), *turn.all("objective"))):
+    put = [line for line in turn.all("operator") if line.region is not None]
+    if any(line.robot == name for line in (*turn.all("synthesis"), *turn.all("objective"), *put)):
         return True
     told = now.header.coordination == "assignable"
     return told and turn.objectives[name] != now.objectives[name]

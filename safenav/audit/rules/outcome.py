@@ -151,8 +151,9 @@ class CompletedRule(Rule):
         if record.type in ("violation", "reopened"):
             self._undecided.add(record.obstacle)
         if record.type == "resolved":
-            self._held.clear()
-            self._held_before.clear()
+            if now.restarts(record):
+                self._held.clear()
+                self._held_before.clear()
         elif record.type == "objective":
             self._held.pop(record.robot, None)
             self._held_before.pop(record.robot, None)

@@ -297,6 +297,8 @@ class HelperRule(Rule):
         for obstacle in found.served:
             if robot not in now.requests.get(obstacle, ()):
                 continue
+            if objective == self._before[robot] and is_stop(robot, objective.targets, now):
+                return ""  # it makes way once it has charged
             if objective not in (own_wait, None) and objective.kind != STAYING:
                 return f"{robot} waits for {obstacle}, but gets {objective}"
             return "" if objective == own_wait else self._hinders(robot, objective, found, now)

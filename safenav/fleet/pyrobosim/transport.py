@@ -20,8 +20,8 @@ from typing import Any
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.fleet import transport
-from safenav.fleet.fleet_file import PyrobosimUse, Station
 from safenav.fleet.place import Places
+from safenav.fleet.stations import PyrobosimUse, Station
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 

@@ -83,7 +83,7 @@ LaserScan = _message(
     ranges=idl.sequence[idl.float32],
     intensities=idl.sequence[idl.float32],
 )
-TrajectoryPoint = _message(
+MultiDOFJointTrajectoryPoint = _message(
     "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
     transforms=idl.sequence[Transform],
     velocities=idl.sequence[Twist],
@@ -94,7 +94,7 @@ Trajectory = _message(
     "trajectory_msgs/msg/MultiDOFJointTrajectory",
     header=MessageHeader,
     joint_names=idl.sequence[str],
-    points=idl.sequence[TrajectoryPoint],
+    points=idl.sequence[MultiDOFJointTrajectoryPoint],
 )
 
 GoalInfo = _message("action_msgs/msg/GoalInfo", goal_id=UUID, stamp=Time)

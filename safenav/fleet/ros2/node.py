@@ -11,19 +11,22 @@ import os
 import socket
 import sys
 from collections.abc import Callable
+from html import escape
 from itertools import count
 from pathlib import Path
 from threading import Lock
 from typing import Any, TypeVar
 from uuid import uuid4
 
-from cyclonedds.core import Listener, Policy, Qos
+from cyclonedds.core import DDSException, Listener, Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
+
+from safenav.errors import UsageError
 
 M = TypeVar("M", bound=IdlStruct)
 
@@ -56,10 +59,30 @@ _CONFIGURATION = (
 def configuration(interface: str, peers: tuple[str, ...]) -> str:
     """Return the configuration of cyclonedds: one interface; the peers that are named are asked one
     by one, and multicast is used only if none is."""
-    listed = "".join(f'<Peer address="{peer}"/>' for peer in peers)
+    listed = "".join(f'<Peer address="{escape(peer)}"/>' for peer in peers)
     return _CONFIGURATION.format(
-        interface=interface, multicast="false" if peers else "spdp", peers=listed
+        interface=escape(interface), multicast="false" if peers else "spdp", peers=listed
     )
+
+
+def _joined(domain: int, interface: str, peers: tuple[str, ...]) -> Any:
+    """Join a domain. Raises UsageError if this machine lacks the interface, or a peer has no
+    address, for which cyclonedds would abort the process."""
+    for peer in peers:
+        host, colon, port = peer.partition(":")
+        try:
+            socket.getaddrinfo(host, None, socket.AF_INET)
+            if colon and int(port) not in range(1, 65536):
+                raise ValueError("ports are 1 to 65535")
+        except (OSError, ValueError) as error:
+            said = f"'peers' of network: '{peer}' is not the address of a robot ({error})"
+            raise UsageError(f"{said}\n    use addresses such as 10.0.0.7") from error
+    try:
+        return Domain(domain, configuration(interface, peers))
+    except DDSException as error:
+        known = ", ".join(name for _, name in socket.if_nameindex())
+        said = f"ROS 2 cannot use the network interface '{interface}'"
+        raise UsageError(f"{said}\n    this machine has {known}") from error
 
 
 def _confine(interface: str) -> None:
@@ -102,7 +125,7 @@ class Participant:
     """A participant of one domain. Close it to end all callbacks."""
 
     def __init__(self, domain: int, interface: str, peers: tuple[str, ...]) -> None:
-        self._domain: Any = Domain(domain, configuration(interface, peers))
+        self._domain: Any = _joined(domain, interface, peers)
         self._participant: Any = DomainParticipant(domain)
         _confine(interface)
         self._topics: dict[str, Any] = {}

@@ -9,31 +9,26 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from uuid import uuid4
 
 from msgspec import Struct
 
 from safenav.fleet import ros as common
-from safenav.fleet.fleet_file import Network, Station
-from safenav.fleet.ros import Streams
 from safenav.fleet.ros2 import messages as ros
 from safenav.fleet.ros2.node import RELIABLE, SENSOR, Client, Participant
+from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
-    InputHeard,
     Message,
     Performed,
-    Reported,
     result_of,
 )
 from safenav.trace.vocabulary import ActResult
 
-if TYPE_CHECKING:
-    from safenav.fleet.setpoints import Setpoints
-
+ACTION = "navigate_to_pose"
 _ENDS = {
     ros.SUCCEEDED: GoalEnd.SUCCEEDED,
     ros.CANCELED: GoalEnd.CANCELED,
@@ -61,11 +56,7 @@ class _Robot:
         self._pending: dict[int, _Pending] = {}  # by the number of the call that is open
         self._current: _Pending | None = None
         self._acts: dict[str, tuple[Client, dict[int, int]]] = {}
-        self._station = station
-        self._node = node
-        space = station.namespace
-        self.action = f"{space}/navigate_to_pose"
-        action = f"{self.action}/_action"
+        action = station.path(f"{ACTION}/_action")
         self._send = Client(
             node, f"{action}/send_goal", ros.NavigateRequest, ros.NavigateReply, self._answered
         )
@@ -76,47 +67,16 @@ class _Robot:
             node, f"{action}/cancel_goal", ros.CancelRequest, ros.CancelReply, self._canceling
         )
         self._results: dict[int, _Pending] = {}
-        self._reference = self._steps = None
-        if station.follow is not None:
-            topic = f"rt{space}/{station.follow.topic}"
-            self._reference = node.writer(topic, ros.Trajectory, RELIABLE)
-            self._steps = node.writer(topic + common.STEPS, ros.Trajectory, RELIABLE)
         for service in dict.fromkeys(station.act.values()):
-            self._add_service(service)
-        node.listen(f"rt{space}/odom", ros.Odometry, self._located, SENSOR)
-        if station.scan is not None:
-            node.listen(f"rt{space}/{station.scan.topic}", ros.LaserScan, self._scanned, SENSOR)
-        if station.report is not None:
-            node.listen(f"rt{space}/{station.report}", ros.String, self._reported, RELIABLE)
-
-    # References
-
-    def stream(self, part: Setpoints) -> None:
-        """Send the next second of a reference, and the next steps of a walker."""
-        assert self._reference is not None and self._steps is not None
-        self._reference.write(_trajectory([common.MASS], common.ahead_of(part)))
-        if part.feet:
-            feet = [common.LEFT, common.RIGHT]
-            self._steps.write(_trajectory(feet, common.steps_of(part)))
-
-    @property
-    def named(self) -> str:
-        """The topic or the action for which somebody has to be there."""
-        follow = self._station.follow
-        return self.action if follow is None else f"{self._station.namespace}/{follow.topic}"
+            self._add_service(service, station.path(service), node)
 
     # Goals
 
     @property
     def connected(self) -> bool:
-        if self._reference is not None:
-            return bool(self._reference.get_matched_subscriptions())
         return self._send.connected and self._result.connected
 
     def navigate(self, goal: GoalPoint) -> None:
-        if not self.connected:
-            self._post(GoalEnded(self._name, goal.number, GoalEnd.UNREACHABLE, "no action server"))
-            return
         pending = _Pending(goal, list(uuid4().bytes))
         with self._lock:
             self._current = pending
@@ -165,7 +125,7 @@ class _Robot:
 
     # Actions
 
-    def _add_service(self, service: str) -> None:
+    def _add_service(self, service: str, name: str, node: Participant) -> None:
         numbers: dict[int, int] = {}
 
         def take(reply: Any) -> None:
@@ -175,8 +135,7 @@ class _Robot:
                 result = result_of(bool(reply.success), str(reply.message))
                 self._post(Performed(self._name, number, result, str(reply.message)))
 
-        name = service if service.startswith("/") else f"{self._station.namespace}/{service}"
-        client = Client(self._node, name, ros.TriggerRequest, ros.TriggerReply, take)
+        client = Client(node, name, ros.TriggerRequest, ros.TriggerReply, take)
         self._acts[service] = (client, numbers)
 
     def perform(self, service: str, number: int) -> None:
@@ -187,57 +146,56 @@ class _Robot:
         with self._lock:
             numbers[client.call()] = number
 
-    # What it senses
 
-    def _located(self, odometry: Any) -> None:
-        self._post(common.located(self._name, _seconds(odometry), odometry))
-
-    def _scanned(self, scan: Any) -> None:
-        self._post(common.scanned(self._name, _seconds(scan), scan))
-
-    def _reported(self, report: Any) -> None:
-        self._post(Reported(self._name, report.data.strip()))
-
-
-class Ros2Transport:
+class Ros2Transport(common.RosTransport):
     """A fleet on one domain of ROS 2. Use one at a time in a process."""
+
+    action = ACTION
 
     def __init__(
         self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
     ) -> None:
-        self._network = network
-        self._inputs = inputs
-        self._stations = stations
+        super().__init__(network, stations, inputs)
         self._robots: dict[str, _Robot] = {}
+        self._references: dict[tuple[str, common.Joints], Any] = {}
         self._node: Participant | None = None
-        self._streams = Streams(lambda robot, part: self._robots[robot].stream(part))
 
     def open(self, post: Callable[[Message], None]) -> None:
-        network = self._network
-        self._node = Participant(network.domain, network.interface, network.peers)
-        self._robots = {
-            name: _Robot(name, station, self._node, post)
-            for name, station in self._stations.items()
-        }
-        for name, topic in self._inputs.items():
+        network, self._post = self._network, post
+        self._node = node = Participant(network.domain, network.interface, network.peers)
+        for name, station in self._stations.items():
+            self._robots[name] = _Robot(name, station, node, post)
+            follow = station.follow
+            for joints, ending in common.TOPICS.items() if follow is not None else ():
+                assert follow is not None
+                topic = _topic(station.path(follow.topic) + ending)
+                self._references[name, joints] = node.writer(topic, ros.Trajectory, RELIABLE)
+        for topic, kind, take in self._topics():
+            quality = SENSOR if kind in ("Odometry", "LaserScan") else RELIABLE
+            node.listen(_topic(topic), getattr(ros, kind), take, quality)
 
-            def heard(message: Any, name: str = name) -> None:
-                post(InputHeard(name, bool(message.data)))
+    def _answers(self, robot: str) -> bool:
+        reference = self._references.get((robot, common.BODY))
+        if reference is not None:
+            return bool(reference.get_matched_subscriptions())
+        return self._robots[robot].connected
 
-            self._node.listen(f"rt/{topic.lstrip('/')}", ros.Bool, heard, RELIABLE)
-
-    def missing(self) -> list[str]:
-        return [robot.named for robot in self._robots.values() if not robot.connected]
-
-    def navigate(self, robot: str, goal: GoalPoint) -> None:
+    def _navigate(self, robot: str, goal: GoalPoint) -> None:
         self._robots[robot].navigate(goal)
 
-    def follow(self, robot: str, reference: Setpoints) -> None:
-        self._streams.follow(robot, reference)
+    @staticmethod
+    def _seconds(stamp: Any) -> float:
+        return float(stamp.sec) + float(stamp.nanosec) * 1e-9
 
-    def cancel(self, robot: str) -> None:
-        if not self._streams.stop(robot):
-            self._robots[robot].cancel()
+    def _stop(self, robot: str) -> None:
+        self._robots[robot].cancel()
+
+    def _send(
+        self, robot: str, joints: common.Joints, frames: list[common.TrajectoryFrame]
+    ) -> None:
+        header = ros.MessageHeader(_whole(ros.Time, time.time()), common.FRAME)
+        points = common.points_of(ros, frames, lambda seconds: _whole(ros.Duration, seconds))
+        self._references[robot, joints].write(ros.Trajectory(header, [*joints], points))
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         del obstacle  # std_srvs/Trigger has no fields: the service knows what it works on
@@ -249,13 +207,17 @@ class Ros2Transport:
             robot.cancel()
         if self._node is not None:
             self._node.close()
-        self._robots, self._node = {}, None
+        self._robots, self._references, self._node = {}, {}, None
 
 
-def _seconds(message: Any) -> float:
-    """Creation time of a message, in seconds of its sender's clock."""
-    stamp = message.header.stamp
-    return float(stamp.sec) + float(stamp.nanosec) * 1e-9
+def _topic(name: str) -> str:
+    """The name of a topic on the wire."""
+    return f"rt/{name.lstrip('/')}"
+
+
+def _whole(kind: Any, seconds: float) -> Any:
+    """Seconds as a time or a duration of ROS 2."""
+    return kind(int(seconds), int(seconds % 1 * 1e9))
 
 
 def _navigate(goal: GoalPoint) -> Any:
@@ -263,21 +225,3 @@ def _navigate(goal: GoalPoint) -> Any:
     pose = ros.PlacedPose(ros.Point(goal.x, goal.y, 0.0), turn)
     header = ros.MessageHeader(ros.Time(), common.FRAME)
     return ros.NavigateGoal(ros.PoseStamped(header, pose), "")
-
-
-def _trajectory(joints: list[str], frames: list[common.TrajectoryFrame]) -> Any:
-    now = time.time()
-    stamp = ros.Time(int(now), int(now % 1 * 1e9))
-    points = [
-        ros.TrajectoryPoint(
-            [
-                ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(0.0, 0.0, *common.facing(yaw)))
-                for x, y, z, yaw in frame.poses
-            ],
-            [ros.Twist(ros.Vector3(*frame.velocity))] if frame.velocity else [],
-            [ros.Twist(ros.Vector3(*frame.acceleration))] if frame.acceleration else [],
-            ros.Duration(int(frame.after), int(frame.after % 1 * 1e9)),
-        )
-        for frame in frames
-    ]
-    return ros.Trajectory(ros.MessageHeader(stamp, common.FRAME), joints, points)

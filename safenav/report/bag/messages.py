@@ -186,7 +186,7 @@ class _Telling:
 
     def _obstacles(self, tick: int, told: dict[str, ObstacleStatus]) -> Iterator[Message]:
         """Yield markers of obstacles whose status has changed; ``told`` keeps the sent ones."""
-        for number, hidden in enumerate(self.replay.hidden):
+        for number, hidden in enumerate(self.replay.hidden.values()):
             status = self.replay.statuses[hidden.name].at(tick)
             if status is not told.get(hidden.name, ObstacleStatus.HIDDEN):
                 told[hidden.name] = status
@@ -200,7 +200,7 @@ class _Telling:
 
     def _requests(self, tick: int) -> Iterator[Message]:
         """Yield a line for each frame of the stack that requests help; others are deleted."""
-        regions = {hidden.name: hidden.region for hidden in self.replay.hidden}
+        regions = {name: hidden.region for name, hidden in self.replay.hidden.items()}
         scene = {track.name: track.regions[tick] for track in self.replay.robots}
         yield self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)
         frames = [f for f in self.replay.stack.at(tick) if f.obstacle in regions]

@@ -1,7 +1,8 @@
 """A replay as the compact data that the page carries (its types: front/src/run/run.ts).
 
 Values that change now and then are lists of [tick, value...]; ways are lists of regions and a
-letter for each heading: a thousand ticks of a robot take about five kilobytes.
+letter for each heading: a thousand ticks of a robot take about five kilobytes. What grows during a
+run is written by ``grown`` alone: all of it, or what a page does not have yet.
 A set of regions is written once, as a list of runs of consecutive regions; of each run the gap
 before it and its length: ``14,3,7,2`` (front/src/run/sets.ts).
 """
@@ -9,10 +10,9 @@ before it and its length: ``14,3,7,2`` (front/src/run/sets.ts).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
-from msgspec import Struct, field
-from msgspec.structs import asdict
+from msgspec.structs import asdict, astuple
 
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
 from safenav.report.picture.pictograms import CHARGER, obstacle_pictogram, robot_pictogram
@@ -25,20 +25,48 @@ from safenav.trace.wording import objective_words
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
 
+T = TypeVar("T")
 
-class RegionSets(Struct):
-    """Collects sets; ``index`` is the index of one in ``texts``."""
 
-    texts: list[str] = field(default_factory=list)
-    _places: dict[str, int] = field(default_factory=dict)
+class PageKnowledge(Protocol):
+    """The entries that a page has already."""
 
-    def index(self, regions: Iterable[Region]) -> int:
-        """Return the index of the set with these regions, which must ascend."""
-        text = written(regions)
-        if text not in self._places:
-            self._places[text] = len(self.texts)
-            self.texts.append(text)
-        return self._places[text]
+    def new(self, entries: Sequence[T], *key: str) -> Sequence[T]:
+        """Return the entries of a series that it lacks; ``key`` identifies the series."""
+
+    def steps(self, track: timeline.RobotTrack) -> Any:
+        """Return the steps of a robot that it lacks."""
+
+    def sight(self, replay: timeline.Replay, viewer: str) -> Iterable[tuple[int, list[Region]]]:
+        """Return from which tick on a robot sees which regions, as far as it lacks that."""
+
+    def placed(self, regions: Iterable[Region]) -> int | str:
+        """Return what stands for a set of regions, which must ascend."""
+
+
+class NewPage(PageKnowledge):
+    """A page that begins with this data, which holds the sets that it refers to."""
+
+    def __init__(self, world: RegionMap) -> None:
+        self.texts: dict[str, int] = {}
+        self._sight = SightCache(world)
+
+    def new(self, entries: Sequence[T], *_: str) -> Sequence[T]:
+        return entries
+
+    def steps(self, track: timeline.RobotTrack) -> Any:
+        return steps_data(track.steps)
+
+    def sight(self, replay: timeline.Replay, viewer: str) -> Iterable[tuple[int, list[Region]]]:
+        before = None
+        for tick in range(replay.last + 1):
+            view = self._sight.after(replay, viewer, tick)
+            if view is not None and view != before:
+                yield tick, view
+            before = view
+
+    def placed(self, regions: Iterable[Region]) -> int:
+        return self.texts.setdefault(written(regions), len(self.texts))
 
 
 def written(regions: Iterable[Region]) -> str:
@@ -56,11 +84,13 @@ def written(regions: Iterable[Region]) -> str:
 
 def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
     """Return the data of the page. ``source`` is the name of the trace, for its reader."""
-    ending = replay.ending
-    index = {track.name: i for i, track in enumerate(replay.robots)}
+    ending, known = replay.ending, NewPage(replay.map)
+    now = grown(replay, known)
     style = looks([track.name for track in replay.robots])
-    sets = RegionSets()
-    watched = {viewer: _view(replay, viewer, index, sets) for viewer in viewers(replay)}
+    now["robots"] = [
+        {**_robot(track), **told, "look": asdict(look)}
+        for track, told, look in zip(replay.robots, now["robots"], style, strict=True)
+    ]
     return {
         "name": replay.name,
         "source": source,
@@ -72,30 +102,10 @@ def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
         "areas": {name: sorted(area) for name, area in replay.map.areas.items()},
         "chargers": list(replay.chargers),
         "charger": CHARGER,
-        "last": replay.last,
-        "times": replay.times and [round(time, 3) for time in replay.times],
         "within": replay.within,
         "opens": replay.last if replay.failed else 0,
-        "robots": [
-            {**_robot(replay, track), "look": asdict(look), "view": watched.get(track.name)}
-            for track, look in zip(replay.robots, style, strict=True)
-        ],
-        "obstacles": [
-            {
-                **obstacle_data(hidden, replay.map),
-                "status": _changes(replay.statuses[hidden.name], status_data),
-                "met": _changes(replay.met.get(hidden.name, timeline.Changes.of(0, ())), met_data),
-                "carried": _changes(
-                    replay.loads.get(hidden.name, timeline.Changes.of((), ())),
-                    lambda robots: carriers_data(robots, index),
-                ),
-            }
-            for hidden in replay.hidden
-        ],
-        "stack": _changes(replay.stack, lambda frames: stack_data(frames, replay.map)),
-        "sets": sets.texts,
-        "events": [event_data(event, index) for event in replay.events],
-        "deadlines": [slack_data(slack) for slack in replay.deadlines],
+        **now,
+        "sets": [*known.texts],
         "ending": ending
         and {
             "outcome": ending.outcome,
@@ -115,7 +125,93 @@ def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
     }
 
 
-def obstacle_data(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
+def grown(replay: timeline.Replay, known: PageKnowledge) -> dict[str, Any]:
+    """Return all that grows with the ticks of a run and is not ``known``; of obstacles, those of
+    which there is anything."""
+    growth = _Growth(replay, known)
+    times = replay.times and [round(time, 3) for time in known.new(replay.times, "times")]
+    return {
+        "last": replay.last,
+        "times": times,
+        "robots": [growth.robot(track) for track in replay.robots],
+        "obstacles": [*filter(None, map(growth.obstacle, replay.hidden.values()))],
+        "stack": growth.changes(replay.stack, lambda rows: stack_data(rows, replay.map), "stack"),
+        "events": [growth.event(event) for event in known.new(replay.events, "events")],
+        "deadlines": [[*astuple(slack)] for slack in known.new(replay.deadlines, "deadlines")],
+    }
+
+
+class _Growth:
+    def __init__(self, replay: timeline.Replay, known: PageKnowledge) -> None:
+        self._replay, self._known = replay, known
+        self._index = {track.name: i for i, track in enumerate(replay.robots)}
+        self._viewers = viewers(replay)
+
+    def changes(
+        self, changes: timeline.Changes[T], value: Callable[[T], list[Any]], *key: str
+    ) -> list[list[Any]]:
+        """Return new ticks and the values from then on, the last of each tick."""
+        latest = dict(self._known.new(changes, *key))
+        return [[max(0, tick), *value(held)] for tick, held in latest.items()]
+
+    def robot(self, track: timeline.RobotTrack) -> dict[str, Any]:
+        replay, name, charge = self._replay, track.name, self._replay.charges.get(track.name)
+        path = self._known.new(track.regions, "path", name)
+        headings = self._known.new(track.headings, "headings", name)
+        facing = [heading.name[0] for heading in headings if heading is not None]
+        return {
+            "path": [*path],
+            "steps": self._known.steps(track),
+            "headings": "".join(facing) if len(facing) == len(path) else None,
+            "tasks": self.changes(
+                replay.objectives[name], lambda told: task_data(told, replay.map), "tasks", name
+            ),
+            "progress": self.changes(replay.progress[name], progress_data, "progress", name),
+            "charge": charge and self.changes(charge, lambda percent: [percent], "charge", name),
+            "view": self._view(track) if name in self._viewers else None,
+        }
+
+    def _view(self, track: timeline.RobotTrack) -> dict[str, Any]:
+        """Return a robot's sight and beliefs."""
+        sight = self._known.sight(self._replay, track.name)
+        return {
+            "vision": track.vision,
+            "sight": [[tick, self._known.placed(view)] for tick, view in sight],
+            "beliefs": [
+                [self._index[of], self.changes(told, self._belief, "belief", viewer, of)]
+                for (viewer, of), told in self._replay.beliefs.items()
+                if viewer == track.name
+            ],
+        }
+
+    def _belief(self, held: timeline.RobotBelief | None) -> list[Any]:
+        if held is None:
+            return [0, -1]
+        return [int(held.seen), self._known.placed(sorted(held.regions))]
+
+    def obstacle(self, hidden: timeline.Hidden) -> dict[str, Any]:
+        replay, name = self._replay, hidden.name
+        new = {
+            "status": self.changes(replay.statuses[name], lambda s: [s.value], "status", name),
+            "met": self.changes(replay.met[name], lambda needs: [needs], "met", name),
+            "carried": self.changes(replay.loads[name], self._carriers, "carried", name),
+        }
+        return {**_obstacle(hidden, replay.map), **new} if any(new.values()) else {}
+
+    def _carriers(self, robots: Sequence[str]) -> list[Any]:
+        return [[self._index[robot] for robot in robots]]
+
+    def event(self, event: timeline.Event) -> list[Any]:
+        return [
+            min(event.tick, self._replay.last),
+            event.kind.value,
+            event.text,
+            self._index.get(event.robot or "", -1),
+            -1 if event.region is None else event.region,
+        ]
+
+
+def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
     return {
         "name": hidden.name,
         "label": hidden.label(world),
@@ -134,60 +230,13 @@ def open_need(action: str) -> str:
     return "an operator" if action == OPERATOR_ACTION else f"'{action}'"
 
 
-def event_data(event: timeline.Event, index: dict[str, int]) -> list[Any]:
-    """Return an event; ``index`` numbers the robots."""
-    return [
-        event.tick,
-        event.kind.value,
-        event.text,
-        index.get(event.robot or "", -1),
-        -1 if event.region is None else event.region,
-    ]
-
-
-def slack_data(slack: timeline.Slack) -> list[Any]:
-    return [slack.tick, slack.of, slack.begin, slack.due, slack.verdict]
-
-
-def _robot(replay: timeline.Replay, track: timeline.RobotTrack) -> dict[str, Any]:
-    facing = [heading.name[0] for heading in track.headings if heading is not None]
+def _robot(track: timeline.RobotTrack) -> dict[str, Any]:
     return {
         "name": track.name,
         "model": track.model,
         "shape": robot_pictogram(track.model),
         "layer": track.layer,
         "can": track.capabilities,
-        "path": track.regions,
-        "steps": steps_data(track.steps),
-        "headings": "".join(facing) if len(facing) == len(track.regions) else None,
-        "tasks": _changes(replay.objectives[track.name], lambda o: task_data(o, replay.map)),
-        "progress": _changes(replay.progress[track.name], progress_data),
-        "charge": None
-        if track.name not in replay.charges
-        else _changes(replay.charges[track.name], lambda percent: [percent]),
-    }
-
-
-def _view(
-    replay: timeline.Replay, viewer: str, index: dict[str, int], sets: RegionSets
-) -> dict[str, Any]:
-    """Return a robot's sight and beliefs, each set of regions by its index in ``sets``."""
-    sight = SightCache(replay.map)
-    views = (sight.after(replay, viewer, tick) for tick in range(replay.last + 1))
-    places = [None if view is None else sets.index(view) for view in views]
-    seen = [
-        [tick, place]
-        for tick, place in enumerate(places)
-        if place is not None and (tick == 0 or place != places[tick - 1])
-    ]
-    told = {other: c for (robot, other), c in replay.beliefs.items() if robot == viewer}
-    return {
-        "vision": replay.track(viewer).vision,
-        "sight": seen,
-        "beliefs": [
-            [index[other], _changes(changes, lambda belief: belief_data(belief, sets.index))]
-            for other, changes in told.items()
-        ],
     }
 
 
@@ -195,46 +244,14 @@ def steps_data(steps: Sequence[timeline.LongStep]) -> list[list[Any]]:
     return [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in steps]
 
 
-def belief_data(
-    belief: timeline.RobotBelief | None, placed: Callable[[Sequence[Region]], int | str]
-) -> list[Any]:
-    """Return a belief; ``placed``: how a set of regions is written."""
-    return [0, -1] if belief is None else [int(belief.seen), placed(sorted(belief.regions))]
-
-
-def met_data(needs: int) -> list[Any]:
-    return [needs]
-
-
-def status_data(status: timeline.ObstacleStatus) -> list[Any]:
-    return [status.value]
-
-
-def carriers_data(robots: Sequence[str], index: dict[str, int]) -> list[Any]:
-    return [[index[robot] for robot in robots]]
-
-
 def progress_data(done: timeline.RobotProgress) -> list[Any]:
     return [done.rounds, -1 if done.reached is None else done.reached]
 
 
 def stack_data(frames: Sequence[timeline.StackRow], world: RegionMap) -> list[Any]:
-    return [
-        [
-            [frame.about(world.word), frame.roles, frame.requester, [*frame.helpers]]
-            for frame in frames
-        ]
-    ]
+    rows = ((f.about(world.word), f.roles, f.requester, [*f.helpers]) for f in frames)
+    return [[list(row) for row in rows]]
 
 
 def task_data(objective: Objective | None, world: RegionMap) -> list[Any]:
     return [objective_words(objective, world.word), sorted(target_regions(objective))]
-
-
-def _changes(changes: timeline.Changes[Any], value: Callable[[Any], list[Any]]) -> list[list[Any]]:
-    return changed(zip(changes.ticks, changes.values, strict=True), value)
-
-
-def changed(pairs: Iterable[tuple[int, Any]], value: Callable[[Any], list[Any]]) -> list[list[Any]]:
-    """Return ticks and the values from then on, each as the page has it."""
-    return [[max(0, tick), *value(held)] for tick, held in pairs]

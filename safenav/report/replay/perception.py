@@ -80,6 +80,6 @@ class SightCache(Struct, frozen=True, dict=True):
         track = replay.track(robot)
         if track.vision is None:
             return None
-        known = ((h.region, replay.statuses[h.name].at(tick)) for h in replay.hidden)
+        known = ((h.region, replay.statuses[h.name].at(tick)) for h in replay.hidden.values())
         closed = frozenset(region for region, status in known if status in CLOSED)
         return self.seen(track.vision, closed, track.regions[tick])

@@ -8,7 +8,6 @@ tick."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -21,7 +20,6 @@ from safenav.report.replay.robot_paths import ContradictionError, RobotPaths
 from safenav.report.replay.timeline import (
     Changes,
     Event,
-    ObstacleStatus,
     Replay,
     RobotBelief,
     RobotProgress,
@@ -37,7 +35,7 @@ from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd
 from safenav.trace.wording import Wording, objective_of
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import RegionMap
 
 STORY = frozenset(StoryKind)
 
@@ -59,35 +57,41 @@ def replay_of(trace: Trace) -> Replay:
             telling.tell(record)
     except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
-    return telling.replay(trace.header.safenav)
+    replay = telling.replay
+    # Events of a tick that was cut off belong to the last one.
+    replay.events = [replace(e, tick=min(e.tick, replay.last)) for e in replay.events]
+    return replay
 
 
 class ReplayBuilder:
-    """A replay in the making: ``tell`` passes it the lines of a trace in their order."""
+    """The owner of a replay in the making: ``tell`` passes it the lines of a trace in order."""
 
     def __init__(self, trace: Trace) -> None:
         header = self.header = trace.header.scenario
         try:
-            self.map = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
+            world = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
         except ValueError as error:
             raise ContradictionError(f"the map cannot be used: {error}") from error
         robots = header.robots
-        self.paths = RobotPaths(self.map, robots, live=trace.header.clock is not None)
+        self.paths = RobotPaths(world, robots, live=trace.header.clock is not None)
         self.obstacles = ObstacleHistory(trace.obstacles.values(), self.paths)
-        self.objectives = {n: [(-1, objective_of(r.objective))] for n, r in robots.items()}
-        self.progress: dict[str, list[tuple[int, RobotProgress]]] = {name: [] for name in robots}
         self.charges = TracedCharges(trace.header)
-        self.percent: dict[str, list[tuple[int, int]]] = {name: [] for name in self.charges.charge}
-        """The level of each robot with a battery, as [from tick, level]."""
-        self._charges(0, 0.0)
-        self.frames: list[StackRow] = []
-        self.stack: list[tuple[int, tuple[StackRow, ...]]] = []
-        self.events: list[Event] = []
-        self.beliefs: dict[tuple[str, str], list[tuple[int, RobotBelief | None]]] = {}
-        self.plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = []
-        self.deadlines: list[Slack] = []
+        self.replay = Replay(
+            name=header.name,
+            map=world,
+            robots=tuple(self.paths.tracks.values()),
+            hidden=self.obstacles.hidden,
+            statuses=self.obstacles.statuses,
+            loads=self.obstacles.loads,
+            met=self.obstacles.met,
+            objectives={n: Changes.of(objective_of(r.objective)) for n, r in robots.items()},
+            progress={name: Changes.of(RobotProgress()) for name in robots},
+            version=trace.header.safenav,
+            times=self.paths.times,
+            charges={name: Changes.of(self._percent(name, 0.0)) for name in self.charges.charge},
+            chargers=tuple(self.paths.on_map(one) for one in header.chargers or ()),
+        )
         self.violation: records.Violation | None = None
-        self.ending: records.End | None = None
         if header.begun is not None:
             self.obstacles.begin(header.begun)
             self._begin(header.begun)
@@ -97,21 +101,21 @@ class ReplayBuilder:
         for name, done in begun.robots.items():
             told = self._objective(name)
             if not (isinstance(told, TargetObjective) and told.settles):
-                self.progress[name].append((-1, RobotProgress(done.rounds)))
+                self.replay.progress[name] = Changes.of(RobotProgress(done.rounds))
 
     @property
     def wording(self) -> Wording:
         actions = {name: found.actions for name, found in self.obstacles.hidden.items()}
         skills = {name: robot.capabilities for name, robot in self.header.robots.items()}
-        return Wording(
-            self.map.word, self.map.place, team=len(skills), actions=actions, skills=skills
-        )
+        world = self.replay.map
+        return Wording(world.word, world.place, team=len(skills), actions=actions, skills=skills)
 
     def tell(self, line: records.Record) -> None:
         """Add the next line. Raises ContradictionError if it does not fit those before."""
         line = self.paths.timed(line)
         self.charges.take(line)
-        self._charges(line.tick, line.t or 0.0)
+        for name, charge in self.replay.charges.items():
+            charge.put(line.tick, self._percent(name, line.t or 0.0))
         self.obstacles.take(line)
         match line:
             case records.Move():
@@ -150,32 +154,28 @@ class ReplayBuilder:
                 self._given(line.tick, line.robot, objective_of(line.objective))
             case records.Plan():
                 ways = {n: tuple(region for region, _ in way) for n, way in line.robots.items()}
-                self.plans.append((line.tick, ways))
+                self.replay.plans.append((line.tick, ways))
             case records.Deadline():
                 self._deadline(line)
             case records.PlanEnd():
-                self.plans.append((line.tick, {}))
+                self.replay.plans.append((line.tick, {}))
             case records.End():
-                self.ending = line
+                self.replay.ending = line
+                self.replay.within = self.paths.end(line.tick)
         if isinstance(line, records.Waiting) and line.until is not None:
             self._event(line, StoryKind.PAUSED)
         elif line.type in STORY:
             self._event(line, StoryKind(line.type))
 
-    def _charges(self, tick: int, time: float) -> None:
-        """Note the charges that have changed; live, those of this time."""
-        for name, told in self.percent.items():
-            capacity = self.charges.batteries[name].capacity
-            level = round(100 * self.charges.at(name, time) / capacity)
-            if not told or told[-1][1] != level:
-                told.append((tick, level))
+    def _percent(self, name: str, time: float) -> int:
+        """The charge of a robot; live, that of this time."""
+        return round(100 * self.charges.at(name, time) / self.charges.batteries[name].capacity)
 
     def _push(self, line: records.Push) -> None:
         # The new entry of a replaced helper is pushed at the depth of the one before.
-        del self.frames[max(0, line.depth - 1) :]
         helpers = line.helpers or ((line.helper,) if line.helper else ())
-        self.frames.append(StackRow(line.obstacle, line.requester, helpers))
-        self._objectives(line)
+        below = self.replay.stack.now[: max(0, line.depth - 1)]
+        self._stacked(line, (*below, StackRow(line.obstacle, line.requester, helpers)))
         self._event(line, StoryKind.PUSH)
         parts = dict.fromkeys(n for n in (line.requester, *helpers) if n is not None)
         self._reword(self.wording.sentence(line) + self.wording.objectives(line, parts))
@@ -183,38 +183,41 @@ class ReplayBuilder:
     def _requested(self, line: records.Request) -> None:
         """Other robots may help with an entry of the stack: another need is next, say."""
         helpers = line.helpers or ((line.helper,) if line.helper else ())
-        frames = [
+        frames = (
             replace(row, helpers=helpers) if row.obstacle == line.obstacle else row
-            for row in self.frames
-        ]
-        if frames != self.frames:
-            self.frames = frames
-            self.stack.append((line.tick, tuple(frames)))
+            for row in self.replay.stack.now
+        )
+        self.replay.stack.put(line.tick, tuple(frames))
 
     def _pop(self, line: records.Pop) -> None:
-        own = [n for n, row in enumerate(self.frames) if row.obstacle == line.obstacle]
-        mine = [n for n in own if self.frames[n].requester == line.requester] or own
+        frames = [*self.replay.stack.now]
+        own = [n for n, row in enumerate(frames) if row.obstacle == line.obstacle]
+        mine = [n for n in own if frames[n].requester == line.requester] or own
         if mine:  # wherever it is in the stack
-            del self.frames[mine[-1]]
-        del self.frames[max(0, line.depth) :]
-        self._objectives(line)
+            del frames[mine[-1]]
+        self._stacked(line, tuple(frames[: max(0, line.depth)]))
         self._event(line, StoryKind.POP)
+
+    def _stacked(self, line: records.Push | records.Pop, frames: tuple[StackRow, ...]) -> None:
+        self.replay.stack.append((line.tick, frames))
+        for name, told in line.objectives.items():
+            self._told(line.tick, name, told)
 
     def _reword(self, text: str) -> None:
         """Reword the last event with knowledge that only the lines before it have."""
-        self.events[-1] = replace(self.events[-1], text=text)
+        self.replay.events[-1] = replace(self.replay.events[-1], text=text)
 
     def _believe(self, line: records.Belief) -> None:
         self.paths.known(line.robot)
         self.paths.known(line.of)
         regions = frozenset(self.paths.on_map(region) for region in line.regions)
-        told = self.beliefs.setdefault((line.robot, line.of), [])
+        told = self.replay.beliefs.setdefault((line.robot, line.of), Changes.of(None))
         told.append((line.tick, RobotBelief(line.seen, regions)))
 
     def _goal(self, line: records.Goal) -> None:
         self.paths.known(line.robot)
-        told = self.progress[line.robot]
-        before = told[-1][1] if told else RobotProgress()
+        told = self.replay.progress[line.robot]
+        before = told.now
         objective = self._objective(line.robot)
         settles = isinstance(objective, TargetObjective) and objective.settles
         last = objective.targets[-1] if isinstance(objective, TargetObjective) else frozenset()
@@ -236,22 +239,18 @@ class ReplayBuilder:
         promises = self.header.promises
         within = {} if promises is None else promises.within
         of = self.wording.obstacle(line.of)
-        begun = (one.begin for one in reversed(self.deadlines) if one.of == of)
+        begun = (one.begin for one in reversed(self.replay.deadlines) if one.of == of)
         if line.verdict is DeadlineVerdict.SET:
             begin = line.tick
         elif line.of in self.paths.tracks:
             begin = max(0, line.due - within.get(line.of, line.due))
         else:
             begin = next(begun, 0)
-        self.deadlines.append(Slack(line.tick, of, begin, line.due, line.verdict.value))
+        slack = Slack(line.tick, of, begin, line.due, line.verdict.value)
+        self.replay.deadlines.append(slack)
 
     def _objective(self, name: str) -> Objective | None:
-        return self.objectives[name][-1][1]
-
-    def _objectives(self, line: records.Push | records.Pop) -> None:
-        self.stack.append((line.tick, tuple(self.frames)))
-        for name, told in line.objectives.items():
-            self._told(line.tick, name, told)
+        return self.replay.objectives[name].now
 
     def _told(self, tick: int, name: str, told: TracedObjective) -> None:
         self.paths.known(name)
@@ -261,8 +260,8 @@ class ReplayBuilder:
 
     def _given(self, tick: int, name: str, objective: Objective | None) -> None:
         self.paths.known(name)
-        self.objectives[name].append((tick, objective))
-        self.progress[name].append((tick, RobotProgress()))
+        self.replay.objectives[name].append((tick, objective))
+        self.replay.progress[name].append((tick, RobotProgress()))
 
     def _event(self, line: records.Record, kind: StoryKind) -> None:
         """A line of the story, where it happens: where it says, else at its obstacle."""
@@ -281,36 +280,4 @@ class ReplayBuilder:
         if robot is not None:
             self.paths.known(robot)
         text = self.wording.sentence(line)
-        self.events.append(Event(line.tick, kind, text, robot, region, obstacle))
-
-    def replay(self, version: str) -> Replay:
-        paths, last, obstacles = self.paths, self.paths.last, self.obstacles
-        ended = self.ending is not None and self.ending.tick == last + 1
-        if within := ended and paths.times is None:  # the run ended within that tick
-            paths.stand()
-            last += 1
-        return Replay(
-            name=self.header.name,
-            map=self.map,
-            robots=paths.up_to(last),
-            hidden=tuple(obstacles.hidden.values()),
-            last=last,
-            statuses={
-                n: Changes.of(ObstacleStatus.HIDDEN, c) for n, c in obstacles.statuses.items()
-            },
-            objectives={n: Changes.of(c[0][1], c) for n, c in self.objectives.items()},
-            progress={n: Changes.of(RobotProgress(), c) for n, c in self.progress.items()},
-            stack=Changes.of((), self.stack),
-            events=tuple(replace(e, tick=min(e.tick, last)) for e in self.events),
-            ending=self.ending,
-            version=version,
-            within=within,
-            times=None if paths.times is None else tuple(paths.times),
-            plans=Changes.of({}, self.plans),
-            beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
-            deadlines=tuple(self.deadlines),
-            loads={name: Changes.of((), told) for name, told in obstacles.loads.items()},
-            met={name: Changes.of(0, told) for name, told in obstacles.met.items()},
-            chargers=tuple(self.paths.on_map(one) for one in self.header.chargers or ()),
-            charges={name: Changes.of(100, told) for name, told in self.percent.items()},
-        )
+        self.replay.events.append(Event(line.tick, kind, text, robot, region, obstacle))

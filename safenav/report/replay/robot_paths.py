@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from msgspec.structs import replace
 
@@ -20,29 +20,27 @@ class ContradictionError(Exception):
 
 class RobotPaths:
     """The paths as far as the lines tell. ``times``: seconds of each instant of a live run; None
-    for a run in lockstep, which has ticks."""
+    for a run in lockstep, whose tick is complete when each robot has moved."""
 
     def __init__(self, world: RegionMap, robots: Mapping[str, setting.RobotHeader], *, live: bool):
         self.map = world
         self.tracks = {name: self._track(name, robot) for name, robot in robots.items()}
-        self.regions = {name: list(track.regions) for name, track in self.tracks.items()}
-        self.headings = {name: list(track.headings) for name, track in self.tracks.items()}
         self.times = [0.0] if live else None
-        self._steps: dict[str, list[LongStep]] = {name: [] for name in robots}  # of a live run
-        self._toward: dict[str, list[Region | None]] = {name: [None] for name in robots}
+        self._moves: dict[str, records.Move] = {}  # of the tick that is not complete
 
     def _track(self, name: str, robot: setting.RobotHeader) -> RobotTrack:
         heading = HEADINGS[robot.heading] if robot.heading is not None else None
         can = tuple(sorted(robot.capabilities))
         if robot.vision is not None and robot.vision < 1:
             raise ContradictionError(f"{name} does not even see the next region")
-        place = ((self.on_map(robot.start),), (heading,))
+        place = ([self.on_map(robot.start)], [heading])
         return RobotTrack(name, robot.model, robot.layer, can, *place, robot.vision)
 
-    def known(self, robot: str) -> None:
-        """Raises ContradictionError for a robot that the header does not name."""
+    def known(self, robot: str) -> RobotTrack:
+        """Return the robot. Raises ContradictionError if the header does not name it."""
         if robot not in self.tracks:
             raise ContradictionError(f"the header has no robot {robot}")
+        return self.tracks[robot]
 
     def on_map(self, region: Region) -> Region:
         """Return the region. Raises ContradictionError if it is not on the map."""
@@ -52,11 +50,6 @@ class RobotPaths:
             )
         return region
 
-    @property
-    def last(self) -> int:
-        """The last tick that is complete."""
-        return min((len(regions) for regions in self.regions.values()), default=1) - 1
-
     def timed(self, line: records.Record) -> records.Record:
         """Return the line with the number of its instant, if the run has a clock; until then all is
         as it was."""
@@ -65,32 +58,61 @@ class RobotPaths:
             return line
         if line.t is not None and line.t > times[-1] + SAME:
             times.append(line.t)
-            for name in self.tracks:
-                self.regions[name].append(self.regions[name][-1])
-                self.headings[name].append(self.headings[name][-1])
-                steps = self._steps[name]
-                if steps and steps[-1].last == len(times) - 2:
-                    steps[-1] = replace(steps[-1], last=len(times) - 1)
+            for track in self.tracks.values():
+                _stand(track)
+                if track.steps and track.steps[-1].last == len(times) - 2:
+                    track.steps[-1] = replace(track.steps[-1], last=len(times) - 1)
         return replace(line, tick=len(times) - 1)
 
     def move(self, line: records.Move) -> None:
         """Take the move of a robot in the tick after its last."""
-        self.known(line.robot)
-        regions, headings = self.regions[line.robot], self.headings[line.robot]
-        if line.tick != len(regions):
-            expected = f"the next move of {line.robot} is that of tick {len(regions)}"
+        due = len(self.known(line.robot).regions) + (line.robot in self._moves)
+        if line.tick != due:
+            expected = f"the next move of {line.robot} is that of tick {due}"
             raise ContradictionError(f"{expected}, not of tick {line.tick}")
-        regions.append(self.on_map(line.to))
-        headings.append(HEADINGS[line.heading] if line.heading is not None else None)
-        toward = None if line.toward is None else self.on_map(line.toward)
-        self._toward[line.robot].append(toward)
+        if line.robot in self._moves:
+            other = next(name for name in self.tracks if name not in self._moves)
+            raise ContradictionError(f"{other} has no move in tick {due - 1}")
+        for region in (line.to, line.toward):
+            if region is not None:
+                self.on_map(region)
+        self._moves[line.robot] = line
+        if len(self._moves) == len(self.tracks):
+            self._complete()
+
+    def _complete(self) -> None:
+        """Let all robots move; those without a move stand, or remain in transit."""
+        for name, track in self.tracks.items():
+            tick, move = len(track.regions), self._moves.get(name)
+            before = track.transit(tick - 1)
+            if move is None:
+                _stand(track)
+                toward = None if before is None else before.toward
+            else:
+                track.regions.append(move.to)
+                track.headings.append(None if move.heading is None else HEADINGS[move.heading])
+                toward = move.toward
+            if before is not None and before.toward == toward:
+                track.steps[-1] = replace(before, last=tick, end=tick + 1)
+            elif toward is not None:
+                track.steps.append(LongStep(tick, tick, toward, tick - 1, tick + 1))
+        self._moves.clear()
+
+    def end(self, tick: int) -> bool:
+        """Return whether the run ended within a tick; robots that took no turn in it then stand."""
+        within = self.times is None and all(
+            len(track.regions) == tick for track in self.tracks.values()
+        )
+        if within:
+            self._complete()
+        return within
 
     def step(self, line: records.Depart | records.Arrive) -> None:
         """Take the beginning of a step of a live run, or its end."""
-        self.known(line.robot)
+        track = self.known(line.robot)
         if self.times is None:
             raise ContradictionError("a run without a clock has no steps in seconds")
-        now, steps = self.times[-1], self._steps[line.robot]
+        now, steps = self.times[-1], track.steps
         if isinstance(line, records.Depart):
             end = now + (line.seconds or 0.0)
             steps.append(LongStep(line.tick, line.tick, self.on_map(line.to), now, end))
@@ -100,47 +122,10 @@ class RobotPaths:
         steps[-1] = replace(steps[-1], last=line.tick - 1, end=now)
         if steps[-1].last < steps[-1].first:
             del steps[-1]
-        self.regions[line.robot][-1] = self.on_map(line.at)
-        self.headings[line.robot][-1] = None if line.heading is None else HEADINGS[line.heading]
-
-    def stand(self) -> None:
-        """Let robots that took no turn in the tick after the last complete one stand where they
-        were."""
-        last = self.last
-        for name, regions in self.regions.items():
-            if len(regions) == last + 1:
-                regions.append(regions[-1])
-                self.headings[name].append(self.headings[name][-1])
-                self._toward[name].append(self._toward[name][-1])
-
-    def up_to(self, last: int) -> tuple[RobotTrack, ...]:
-        """Return each robot's track up to a tick."""
-        return tuple(
-            replace(
-                track,
-                regions=tuple(self.regions[name][: last + 1]),
-                headings=tuple(self.headings[name][: last + 1]),
-                steps=self.steps(name, last),
-            )
-            for name, track in self.tracks.items()
-        )
-
-    def steps(self, robot: str, last: int) -> tuple[LongStep, ...]:
-        """Return the steps of a robot that took longer than a tick, up to the tick ``last``."""
-        if self.times is not None:
-            return tuple(self._steps[robot])
-        return _long_steps(self._toward[robot][: last + 1])
+        track.regions[-1] = self.on_map(line.at)
+        track.headings[-1] = None if line.heading is None else HEADINGS[line.heading]
 
 
-def _long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
-    """Return the runs of ticks in which a robot is in transit to the same region."""
-    steps: list[LongStep] = []
-    for tick, toward in enumerate(bound):
-        if toward is None:
-            continue
-        before = steps[-1] if steps else None
-        if before is not None and before.last == tick - 1 and before.toward == toward:
-            steps[-1] = replace(before, last=tick, end=tick + 1)
-        else:
-            steps.append(LongStep(tick, tick, toward, tick - 1, tick + 1))
-    return tuple(steps)
+def _stand(track: RobotTrack) -> None:
+    track.regions.append(track.regions[-1])
+    track.headings.append(track.headings[-1])

@@ -7,9 +7,10 @@ replay are all drawn from these two, so they cannot disagree."""
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from enum import StrEnum
-from typing import Generic, TypeVar
+from operator import itemgetter
+from typing import TypeVar
 
 from msgspec import Struct, field
 
@@ -93,7 +94,7 @@ class Event(Struct, frozen=True):
     obstacle: str | None = None
 
 
-class RobotTrack(Struct, frozen=True):
+class RobotTrack(Struct):
     """One robot and its poses: ``regions[t]`` and ``headings[t]`` after tick t. ``vision`` is how
     far it sees in regions, None if unlimited; ``steps`` are those that took it more than one tick,
     in order."""
@@ -102,10 +103,10 @@ class RobotTrack(Struct, frozen=True):
     model: str
     layer: str
     capabilities: tuple[str, ...]
-    regions: tuple[Region, ...]
-    headings: tuple[Heading | None, ...]
+    regions: list[Region]
+    headings: list[Heading | None]
     vision: float | None = None
-    steps: tuple[LongStep, ...] = ()
+    steps: list[LongStep] = field(default_factory=list)
 
     def transit(self, tick: int) -> LongStep | None:
         """Return the step that the robot is making after ``tick``; None if it stands in one
@@ -186,23 +187,28 @@ class RobotProgress(Struct, frozen=True):
     reached: Region | None = None
 
 
-class Changes(Struct, Generic[T], frozen=True):
-    """A value that changes now and then: its values with the tick from which each holds."""
+class Changes(list[tuple[int, T]]):
+    """A value that changes now and then: its values with the tick from which each holds, in order.
+    Of several in one tick the last one counts."""
 
-    ticks: tuple[int, ...]
-    values: tuple[T, ...]
+    @classmethod
+    def of(cls, first: T) -> Changes[T]:
+        """Return a value that holds from the start."""
+        return cls([(-1, first)])
+
+    @property
+    def now(self) -> T:
+        """The value that holds last."""
+        return self[-1][1]
+
+    def put(self, tick: int, value: T) -> None:
+        """Change the value, unless it is the same."""
+        if value != self.now:
+            self.append((tick, value))
 
     def at(self, tick: int) -> T:
         """Return the value after all events of that tick."""
-        return self.values[max(0, bisect_right(self.ticks, tick) - 1)]
-
-    @classmethod
-    def of(cls, first: T, later: Sequence[tuple[int, T]]) -> Changes[T]:
-        """``first`` holds from the start; of several changes in one tick the last counts."""
-        merged = {-1: first}
-        for tick, value in later:
-            merged[tick] = value
-        return cls(tuple(merged), tuple(merged.values()))
+        return self[max(0, bisect_right(self, tick, key=itemgetter(0)) - 1)][1]
 
 
 class Placed(Struct, frozen=True):
@@ -250,42 +256,44 @@ class Slack(Struct, frozen=True):
     verdict: str
 
 
-class Replay(Struct, frozen=True):
-    """A whole run. ``ending`` is None for a trace that was cut off."""
+class Replay(Struct):
+    """A run as far as its trace was read: all of it, or the ticks that are complete so far.
+    ``ending`` is None until it ends, and for a trace that was cut off. Obstacles are by name;
+    ``loads`` are the robots that carry one, ``met`` how many of its needs are met."""
 
     name: str
     map: RegionMap
     robots: tuple[RobotTrack, ...]
-    hidden: tuple[Hidden, ...]
-    last: int
+    hidden: Mapping[str, Hidden]
     statuses: Mapping[str, Changes[ObstacleStatus]]
+    loads: Mapping[str, Changes[tuple[str, ...]]]
+    met: Mapping[str, Changes[int]]
     objectives: Mapping[str, Changes[Objective | None]]
-    progress: Mapping[str, Changes[RobotProgress]]
-    stack: Changes[tuple[StackRow, ...]]
-    events: tuple[Event, ...]
-    ending: End | None
+    progress: dict[str, Changes[RobotProgress]]
+    stack: Changes[tuple[StackRow, ...]] = field(default_factory=lambda: Changes.of(()))
+    events: list[Event] = field(default_factory=list)
+    ending: End | None = None
     version: str = ""
     within: bool = False
     """The run ended within its last tick: robots whose turn it was not stand where they were."""
-    times: tuple[float, ...] | None = None
+    times: list[float] | None = None
     """Seconds of each tick where the run has a clock: its ticks are then the instants at which
     something happened. None: ticks are all the time that there is."""
-    plans: Changes[Mapping[str, tuple[Region, ...]]] = field(
-        default_factory=lambda: Changes.of({}, ())
-    )
+    plans: Changes[Mapping[str, tuple[Region, ...]]] = field(default_factory=lambda: Changes.of({}))
     """The paths of the robots of a joint plan; none while there is no plan."""
-    beliefs: Mapping[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
+    beliefs: dict[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """Knowledge of a robot (first name) about another one (second), None while none is recorded."""
-    deadlines: tuple[Slack, ...] = ()
-    loads: Mapping[str, Changes[tuple[str, ...]]] = field(default_factory=dict)
-    """The robots that carry an obstacle; only of obstacles that are ever carried."""
-    met: Mapping[str, Changes[int]] = field(default_factory=dict)
-    """How many needs of an obstacle with several are met; only of those of which one ever is."""
+    deadlines: list[Slack] = field(default_factory=list)
     charges: Mapping[str, Changes[int]] = field(default_factory=dict)
     """The charge of each robot with a battery, in percent of its capacity."""
     chargers: tuple[Region, ...] = ()
     """Regions where batteries are charged."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict)
+
+    @property
+    def last(self) -> int:
+        """The last tick that is complete."""
+        return len(self.robots[0].regions) - 1 if self.robots else 0
 
     @property
     def failed(self) -> bool:
@@ -332,7 +340,7 @@ class Replay(Struct, frozen=True):
         Knowledge is that of ``tick``; only the robots are between two places. ``trail`` is the
         number of past ticks whose path is kept."""
         robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
-        there = (o for o in self.hidden if o.since <= tick)
+        there = (o for o in self.hidden.values() if o.since <= tick)
         obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in there)
         moment = f"tick {tick} of {self.last}"
         if self.times is not None:
@@ -375,7 +383,7 @@ class Replay(Struct, frozen=True):
         trail *= 1 if self.times is None else len(self.robots)
         way = track.regions[max(0, tick - trail) : tick + 1]
         both = () if taken is None else (region, taken.toward)
-        types = {obstacle.name: obstacle.type for obstacle in self.hidden}
-        loads = tuple(types[n] for n, told in self.loads.items() if track.name in told.at(tick))
+        held = (n for n, told in self.loads.items() if track.name in told.at(tick))
+        loads = tuple(self.hidden[name].type for name in held)
         named = (track.name, track.model, track.layer)
         return Placed(*named, *place, degrees, objective, tuple(way), both, loads)

@@ -107,9 +107,9 @@ def repair_words(repair: Repair, world: RegionMap) -> str:
             return (
                 f"replace the wall at {world.label(int(wall))} by an obstacle {obstacle}, which "
                 f"{who} can resolve ({repair.action})"
-            )
+            ) + "".join(f"; {item}: {value}" for item, value in repair.change[1:-1])
         case RepairKind.REMOVE_WALLS:
-            return f"{repair.change[0][1]}"
+            return change.removeprefix("map: ")
         case RepairKind.ASSUMPTION:
             return repair.change[0][1]
         case _:

@@ -228,11 +228,11 @@ def _charges(
     turns = turns_in_time(trace, motion)
     for name, charge in replay_of(trace).charges.items():
         ticks, seconds = zip(*([(0, 0.0), *turns.get(name, ())]), strict=True)
-        told = [
+        told = (
             (bisect_right(instants, seconds[bisect_right(ticks, tick) - 1] + SAME) - 1, percent)
-            for tick, percent in zip(charge.ticks[1:], charge.values[1:], strict=True)
-        ]
-        found[name] = Changes.of(charge.values[0], told)
+            for tick, percent in charge[1:]
+        )
+        found[name] = Changes([charge[0], *told])
     return found
 
 

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from safenav.errors import SafenavError
 from safenav.explain.entry import model_change, need_change
 from safenav.explain.explanation import Repair, RepairKind
-from safenav.explain.map_repair import without_walls
+from safenav.explain.map_repair import without_walls, without_words
 from safenav.explain.repair import nearest, offered, with_robots
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.missing import Missing, missing_actions
@@ -168,7 +168,7 @@ class _Failure:
 
     def without(self, wall: Region) -> Repair:
         """The scenario with a wall taken away."""
-        change = (("map", f"no wall at {self.scenario.map.label(wall)}"),)
+        change = without_words(self.scenario, [wall], self.scenario.map.label(wall))
         return Repair(RepairKind.WALL, change, without_walls(self.scenario, [wall]))
 
 

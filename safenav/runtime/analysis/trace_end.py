@@ -13,6 +13,7 @@ from safenav.outcome import Outcome
 from safenav.runtime.analysis.memories import Memories
 from safenav.runtime.deadline_monitor.ledger import Round
 from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.model import name_parts
 from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
@@ -92,7 +93,7 @@ class TraceEnd(Struct):
     that had it in the run before;
     ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
     which inputs changed, and their values then; ``arrived``: when robots with formulas did, or
-    began with a known memory there;
+    began with a known memory there; ``flat``: the type of obstacle of robots without charge;
     ``moved``: the robot whose turn it is, and where it is, until its goal is counted; ``stayed``:
     it was there before; ``since``: the tick since which each robot stands with the same target."""
 
@@ -112,6 +113,7 @@ class TraceEnd(Struct):
     stays: set[str] = field(default_factory=set)
     given_up: set[str] = field(default_factory=set)
     backs_up: tuple[str, str] | None = None
+    flat: str | None = None
     moved: tuple[str, int] | None = None
     stayed: bool = False
     since: dict[str, int] = field(default_factory=dict)
@@ -154,6 +156,7 @@ class TraceEnd(Struct):
             {name: Pose.of(robot.start, robot.heading) for name, robot in robots.items()},
             {name: _pursued(name, header) for name in robots},
             {name: robot.objective for name, robot in robots.items()},
+            flat=header.flat,
         )
         if header.begun is not None:
             end.continues, end.ran = True, header.begun.ran
@@ -245,7 +248,8 @@ class TraceEnd(Struct):
                 else:
                     self.closed.add(record.obstacle)
                 self._forget(record.obstacle)
-                for pursued in self.own.values():
+                restarts = name_parts(record.obstacle)[0] != self.flat
+                for pursued in self.own.values() if restarts else ():
                     pursued.recount(record.tick)
                 self._over(record.obstacle)
             case records.Truth():

@@ -195,7 +195,8 @@ def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Dec
 
 
 def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
-    """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; counts begin again."""
+    """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; counts begin again, but
+    not with a battery that a robot has brought."""
     knowledge, requests = team.knowledge.copy(), team.requests
     said: list[Record] = []
     for obstacle, traversable in event.found:
@@ -210,7 +211,8 @@ def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
             said.append(_blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
         requests = requests.without(obstacle.name)
     after, told = Unsettled(Reason.RESOLVED), tuple(said)
-    return Decision(event, knowledge, requests, records=told, recount=True, next=after)
+    recount = any(team.scenario.restarts_rounds(found.name) for found, _ in event.found)
+    return Decision(event, knowledge, requests, records=told, recount=recount, next=after)
 
 
 def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:

@@ -234,7 +234,8 @@ class Deadlines(Struct):
             case records.Resolved():
                 self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.KEPT)
-                for clock in self._rounds.values():
+                restarts = self.team.scenario.restarts_rounds(record.obstacle)
+                for clock in self._rounds.values() if restarts else ():
                     clock.restart(tick)
                     clock.done = 0
             case records.Gone() | records.KnownObstacle():

@@ -41,6 +41,9 @@ KEPT, FEWEST = 50, 5
 """Durations of a robot's commands that are kept, and with which their median means something."""
 FIRST = 60.0
 """Seconds that a step may take at least before that: the robot's own software may be starting."""
+SOONEST = 1.0
+"""Seconds that every step may take without a ``timeout``: the median of steps that take no time by
+the world's clock, or that of a mock-up, is shorter than a pause of the operating system."""
 
 
 class OpenCommand(Struct):
@@ -330,7 +333,7 @@ class Commands:
         if command.target is None:
             pass  # an action takes as long as it takes
         elif len(took) >= FEWEST:
-            limits.append(policy.patience * max(median(took), known))
+            limits.append(max(SOONEST, policy.patience * max(median(took), known)))
         elif robot.model.motion is not None:
             pace = pace_on(self.scenario.map, robot)
             ticks, way = robot.model.timing.most, (command.start.region, command.target.region)

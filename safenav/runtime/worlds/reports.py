@@ -4,6 +4,7 @@ can be true. Any world may report anything, so nothing is taken for granted."""
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from itertools import pairwise
 from math import isfinite
 from numbers import Real
 from typing import Any
@@ -31,15 +32,23 @@ def is_region(found: Any) -> bool:
 
 
 def misfit(obstacle: Obstacle) -> str | None:
-    """The reason why parts of an obstacle are of wrong types; None if they are right. Python does
-    not check them: ``Obstacle("door", 47)`` is an Obstacle."""
+    """The reason why an obstacle cannot be one of a scenario; None if it can. Python checks neither
+    types nor bounds: ``Obstacle("door", 47)`` is an Obstacle."""
+    where = f"the obstacle in region {obstacle.region}"
     try:
         same = msgspec.convert(msgspec.to_builtins(obstacle), Obstacle) == obstacle
     except (msgspec.ValidationError, TypeError) as error:
-        return f"the obstacle in region {obstacle.region} has a part of a wrong type: {error}"
-    if same:
-        return None
-    return f"the obstacle in region {obstacle.region} has a list in place of a frozenset or a tuple"
+        return f"{where} has a wrong part: {error}"
+    if not same:
+        return f"{where} has a list in place of a frozenset or a tuple"
+    listed = obstacle.type.listed
+    if listed and listed[0].same:
+        return f"{where} has no previous need for 'same'"
+    if any(need.same and need.robots != last.robots for last, need in pairwise(listed)):
+        return f"{where} needs other numbers of robots for a 'same' need"
+    if listed and (obstacle.type.sweeps or obstacle.sweeps) is not None:
+        return f"{where} has several needs and 'sweeps'"
+    return None
 
 
 def malformed(event: Any, robots: Collection[str]) -> str | None:

@@ -73,9 +73,9 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
     obstacles = [*_obstacles(root, placing, "obstacles"), *_obstacles(root, placing, "orders")]
     chargers = [r for item in items_of(below(root, "chargers")) for r in placing.target(item)]
     title = _text(below(root, "name")) or "new scenario"
-    still = _still(title, world, robots, obstacles, catalogue)
+    still = _still(title, world, robots, obstacles, chargers, catalogue)
     return {
-        "run": encoded(replace(still, chargers=tuple(chargers)), "scenario"),
+        "run": encoded(still, "scenario"),
         "robots": robots,
         "obstacles": obstacles,
         "names": placing.names,
@@ -181,6 +181,7 @@ def _still(
     world: RegionMap,
     robots: list[dict[str, Any]],
     obstacles: list[dict[str, Any]],
+    chargers: list[Region],
     catalogue: Catalogue,
 ) -> Replay:
     """The scenario as a run of no tick."""
@@ -192,29 +193,28 @@ def _still(
         layer, can = (model.layer, sorted(model.capabilities)) if model else ("ground", [])
         tracks.append(
             RobotTrack(
-                robot["name"], robot["model"], layer, tuple(can), (robot["start"],), (heading,)
+                robot["name"], robot["model"], layer, tuple(can), [robot["start"]], [heading]
             )
         )
-    hidden = []
+    hidden = {}
     for obstacle in obstacles:
         kind = catalogue.obstacles.get(obstacle["type"])
         actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
         name = f"{obstacle['type']}@{obstacle['region']} {obstacle['list']} {obstacle['index']}"
         place = obstacle["region"]
-        hidden.append(Hidden(name, obstacle["type"], place, actions, (place,), ()))
+        hidden[name] = Hidden(name, obstacle["type"], place, actions, (place,), ())
     objectives = {robot["name"]: _objective(robot["kind"], robot["targets"]) for robot in robots}
     return Replay(
         name=title,
         map=world,
         robots=tuple(tracks),
-        hidden=tuple(hidden),
-        last=0,
-        statuses={h.name: Changes.of(ObstacleStatus.HIDDEN, []) for h in hidden},
-        objectives={name: Changes.of(told, []) for name, told in objectives.items()},
-        progress={track.name: Changes.of(RobotProgress(), []) for track in tracks},
-        stack=Changes.of((), []),
-        events=(),
-        ending=None,
+        hidden=hidden,
+        statuses={name: Changes.of(ObstacleStatus.HIDDEN) for name in hidden},
+        loads={name: Changes.of(()) for name in hidden},
+        met={name: Changes.of(0) for name in hidden},
+        objectives={name: Changes.of(told) for name, told in objectives.items()},
+        progress={track.name: Changes.of(RobotProgress()) for track in tracks},
+        chargers=tuple(chargers),
     )
 
 

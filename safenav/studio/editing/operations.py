@@ -227,7 +227,7 @@ def repair(data: Any, told: Operation) -> None:
             told_obstacle = parsed(value)
             place = {"region": MapPlaces(data).read(told_obstacle["region"])}
             add_obstacle(data, {**told_obstacle, **place})
-        else:
+        elif item != "partition":  # painting the floor has changed it
             holder = data
             *way, last = str(item).split(".")
             for key in way:

@@ -100,6 +100,24 @@ def paint(data: Any, told: Operation) -> None:
         places.written(region, 0)
         rows[region // places.cols][region % places.cols] = "#" if told["wall"] else "."
     _draw(data, ["".join(row) for row in rows])
+    if not told["wall"]:
+        _join_cells(data, places, told["regions"])
+
+
+def _join_cells(data: Any, places: MapPlaces, floor: Sequence[Region]) -> None:
+    """New floor joins a cell beside it where ``partition`` lists cells; failing that, a new one."""
+    cells = data.get("partition")
+    if not isinstance(cells, list):
+        return
+    owner = {places.read(value): cell for cell in cells for value in cell}
+    for region in floor:
+        beside = (region - places.cols, region - 1, region + 1, region + places.cols)
+        cell = next((owner[r] for r in beside if r in owner), None)
+        if cell is None:
+            cell = inline([])
+            cells.append(cell)
+        if owner.setdefault(region, cell) is cell and region not in map(places.read, cell):
+            cell.append(places.written(region, 0))
 
 
 def resize(data: Any, told: Operation) -> None:

@@ -56,6 +56,7 @@ class StudioRun:
         self.speed = speed
         self.failure: str | None = None
         self.records: list[Record] = []
+        self._complete = 0  # how many records belong to ticks that have ended
         self._tell = tell
         self._inputs: dict[str, bool] = {}
         self._live: LiveRun | None = None
@@ -87,7 +88,7 @@ class StudioRun:
 
     @property
     def whole(self) -> dict[str, Any] | None:
-        """The run so far, None before its first line."""
+        """The run up to the last tick that has ended, None before its first line."""
         return None if self._live is None else self._live.whole()
 
     @property
@@ -184,7 +185,8 @@ class StudioRun:
         self._shown = now
         if idle:
             return IDLE
-        took = now - before if self._live is not None and self._live.timed else 1.0
+        timed = self._live is not None and self._live.replay.times is not None
+        took = now - before if timed else 1.0
         return took / self.speed
 
     async def _tell_when_busy(self) -> None:
@@ -230,6 +232,7 @@ class StudioRun:
             header: Header = convert(Header, {"tick": 0, **data})
             self._live = LiveRun(header, Path(self.order.file).name)
             self.records.append(header)
+            self._complete = 1
             self._inputs = {each.name: False for each in header.scenario.inputs or ()}
             self._tell({"is": "run", "run": self.whole, "state": self.state})
             return
@@ -238,8 +241,6 @@ class StudioRun:
         if isinstance(record, Inputs):
             self._inputs |= record.values
             self._tell_state()
-        assert self._live is not None
-        self._live.tell(record)
 
     def _another(self) -> None:
         """A robot has joined: the rest of the run is one of its own, with a trace of its own."""
@@ -251,13 +252,22 @@ class StudioRun:
 
     def _done(self) -> None:
         """Handle the end of a tick."""
-        assert self._live is not None
+        live = self._complete_tick()
         self._busy_since = None
         if not self._begun:
             self._begun = True
             self._set(LivePhase.RUNNING if self._playing else LivePhase.PAUSED)
-        self._tell({"is": "news", "news": self._live.news()})
+        self._tell({"is": "news", "news": live.news()})
         self._ready.set()
+
+    def _complete_tick(self) -> LiveRun:
+        """Show the lines of a tick together: a page that opens within it misses none of them, and
+        neither do those that are open."""
+        assert self._live is not None
+        for record in self.records[self._complete :]:
+            self._live.tell(record)
+        self._complete = len(self.records)
+        return self._live
 
     def _over(self) -> None:
         """The process has ended."""
@@ -268,6 +278,7 @@ class StudioRun:
         if self._file is not None:
             self._file.close()
         if self._live is not None:
+            self._complete_tick()
             self._tell({"is": "run", "run": self.whole, "state": self.state})
         else:
             self._tell_state()

@@ -12,7 +12,9 @@ from once import SCENARIOS
 from runtime.played import Run, loaded, play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
+from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission
+from safenav.trace.reading import read_lines
 
 COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 24) // 3
 
@@ -191,6 +193,20 @@ def test_a_flat_robot_waits_for_a_battery_and_goes_on() -> None:
     assert {line["robot"] for line in played.all("resolved")} == {"drone"}
     back = played.all("service", active=True)
     assert [line["tick"] for line in back] == [r["tick"] + 1 for r in played.all("resolved")]
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_robot_may_need_a_battery_in_each_of_its_rounds(clock: str) -> None:
+    """A round takes 20 steps; a battery lasts 7."""
+    text = FLAT.replace("capacity: 60, charge: 3, start: 4", "capacity: 7, charge: 3")
+    text += f"clock: {clock}\n"
+    played = play(text)
+    assert played.outcome["outcome"] == "completed" and not played.findings
+    assert len(played.all("appeared", cause="battery")) == 5
+    assert [line["round"] for line in played.all("goal", robot="cart")] == [0, 1, 1, 2]
+    rest = play(resumed(read_lines(played.upto("resolved")), loaded(text)))
+    assert rest.outcome["outcome"] == "completed" and rest.outcome["rounds"]["cart"] == 2
+    assert not rest.findings
 
 
 def test_a_robot_without_charge_for_its_first_step_is_flat_from_the_start() -> None:

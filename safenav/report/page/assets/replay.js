@@ -1,4 +1,4 @@
-/* sources 7b6385dc11430518f79a69f89798023441d95a02b0a7f6d48e816603a26bee77 */
+/* sources 068b427adbf080cff4a078eb7609deadd2a69816341cce2acb51b2cb3c040d00 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -471,7 +471,7 @@ export function Judged({ verdict, say }: { verdict: Verdict; say: Say }) {
 }
 
 function wordsOf(item: string, value: string): string {
-  if (item === "map") return value.replace(/^no wall/, "no wall");
+  if (item === "map" || item === "partition") return value;
   if (item === "obstacles") return `an obstacle there: ${value.replace(/[{}]/g, "")}`;
   return `${item.split(".").slice(1).join(" ")}: ${value}`;
 }

@@ -1,0 +1,103 @@
+"""The data of a fleet file: how each robot is reached, what it senses, and how it acts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+
+from msgspec import Struct, field
+
+from safenav.scenario.model import Obstacle
+
+
+class TransportKind(StrEnum):
+    """The middleware."""
+
+    ROS1 = "ros1"
+    ROS2 = "ros2"
+    SIMULATION = "simulation"
+    PYROBOSIM = "pyrobosim"
+
+
+ROS = (TransportKind.ROS1, TransportKind.ROS2)
+
+
+class ScanUse(Struct, frozen=True):
+    """The meaning of a lidar's rays: a ray that ends less than ``beyond`` metres behind the centre
+    of an adjacent region has hit an obstacle of type ``obstacle`` there."""
+
+    topic: str
+    obstacle: str
+    beyond: float = 0.35
+
+
+class FollowUse(Struct, frozen=True):
+    """A robot that tracks references for itself: the ``topic`` on which it gets them, and the most
+    metres (``tolerance``) by which it may be off."""
+
+    topic: str = "reference"
+    tolerance: float = 0.25
+
+
+class Station(Struct, frozen=True):
+    """One robot. ``tolerance``: metres from the centre of a region at which it has arrived;
+    ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times the
+    expected time; ``retries``: how often a failed goal is sent again; ``scan`` and ``report``: what
+    it senses by; ``follow``: None for a robot that finds its own way to goals; ``act``: the service
+    that performs each action."""
+
+    namespace: str
+    tolerance: float = 0.3
+    speed: float = 0.5
+    timeout: float = 3.0
+    retries: int = 2
+    scan: ScanUse | None = None
+    report: str | None = None
+    follow: FollowUse | None = None
+    act: Mapping[str, str] = field(default_factory=dict)
+
+    def path(self, name: str) -> str:
+        """The whole name of a topic, service or action: below the namespace unless absolute."""
+        return name if name.startswith("/") else f"{self.namespace}/{name}"
+
+
+class Network(Struct, frozen=True):
+    """Network of the robots: loopback unless the fleet file names another. ROS 2: ``domain``,
+    ``interface``, ``peers``; ROS 1: the URI of the ``master``, and this machine's ``address``."""
+
+    domain: int = 0
+    interface: str = "lo"
+    peers: tuple[str, ...] = ("127.0.0.1",)
+    master: str = "http://127.0.0.1:11311"
+    address: str = "127.0.0.1"
+
+
+class SimulationUse(Struct, frozen=True):
+    """The simulation runs at most ``pace`` times as fast as a clock. ``obstacles`` that are really
+    there; None for those of the scenario."""
+
+    pace: float = 1.0
+    obstacles: tuple[Obstacle, ...] | None = None
+
+
+class PyrobosimUse(Struct, frozen=True):
+    """A ``world`` file of pyrobosim. A closed hallway is an obstacle of type ``hallway`` in the
+    region of its middle; ``closing``: seconds of the simulation after which a hallway closes, as
+    soon as no robot is in it or sent there."""
+
+    world: Path
+    hallway: str
+    pace: float = 1.0
+    closing: Mapping[str, float] = field(default_factory=dict)
+
+
+class FleetFile(Struct, frozen=True):
+    """``inputs``: the topic (std_msgs/Bool) of each input of the environment that has one."""
+
+    transport: TransportKind
+    network: Network
+    simulation: SimulationUse
+    pyrobosim: PyrobosimUse | None
+    stations: Mapping[str, Station]
+    inputs: Mapping[str, str] = field(default_factory=dict)

@@ -1,0 +1,216 @@
+"""Movers that carry out steps and actions at given times, and the lines of what they have done.
+
+A robot that has more time than its step takes glides or drives more slowly; a walker stands first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from math import inf
+
+from msgspec.structs import replace
+
+from safenav.motion.file.records import (
+    Action,
+    Curve,
+    Drive,
+    Flight,
+    Line,
+    Measured,
+    MotionOutcome,
+    Moving,
+    Release,
+    Reserve,
+    Segment,
+)
+from safenav.motion.mover import Crossing, Mover
+from safenav.motion.timing.actions import TimedAction
+
+STANDING = 1.0
+"""Motion length in seconds for runs without moves."""
+SLACK = 1e-6
+"""Seconds that are rounding."""
+
+
+class ReservationLedger:
+    """Reservations as ``lines``, and for how long each robot is busy."""
+
+    def __init__(self, starts: Mapping[str, int]) -> None:
+        self.lines: list[Line] = [Reserve(n, 0, region, 0.0) for n, region in starts.items()]
+        self._busy = dict.fromkeys(starts, 0.0)
+        self._last = dict.fromkeys(starts, 0.0)
+
+    def reserve(self, robot: str, tick: int, region: int, t: float) -> None:
+        self.lines.append(Reserve(robot, tick, region, t))
+
+    def release(self, robot: str, tick: int, region: int, t: float) -> None:
+        self.lines.append(Release(robot, tick, region, t))
+
+    def busy(self, robots: Iterable[str], begin: float, end: float) -> None:
+        """Robots have stepped or acted until ``end``."""
+        for robot in robots:
+            self._busy[robot] += end - begin
+            self._last[robot] = end
+
+    def outcome(self, makespan: float) -> MotionOutcome:
+        """The end of the motion; a robot waits while it is not busy, up to its last activity."""
+        waiting = {name: end - self._busy[name] for name, end in self._last.items()}
+        return MotionOutcome(makespan, self._busy, waiting, ())
+
+
+class MotionExecution:
+    """The movers of a run, and the ``lines`` of what they have done, those of a ledger included."""
+
+    def __init__(self, movers: Mapping[str, Mover], ledger: ReservationLedger) -> None:
+        self.movers, self._ledger = movers, ledger
+        self.lines = ledger.lines
+        self._due: set[str] = set()
+        """Robots that have acted in their own region, and have to resume from there."""
+
+    def step(
+        self, robot: str, step: Crossing, begin: float, end: float | None = None
+    ) -> tuple[float, float]:
+        """Carry out a step from ``begin`` to ``end``, without one as soon as the robot can. When it
+        begins, and when it can end."""
+        mover = self.movers[robot]
+        self._rest(mover, step.tick, begin)
+        if end is not None and end > _tried(mover, step)[0] + SLACK:
+            self.lines += mover.halt(step.tick)
+            natural, walks = _tried(mover, step)
+            if walks and end > natural + SLACK:
+                self.lines += mover.rest(step.tick, mover.time + end - natural)
+        begun = mover.time
+        moved = mover.move(step)
+        natural = mover.time
+        if end is not None and end > natural + SLACK:
+            factor = (end - begun) / (natural - begun)
+            moved = [_slower(piece, begun, factor) for piece in moved]
+            mover.time = end
+        self.lines += moved
+        return max(begin, begun), natural
+
+    def act(
+        self,
+        robots: Iterable[str],
+        actions: Sequence[TimedAction],
+        tick: int,
+        begin: float,
+        end: float | None = None,
+    ) -> tuple[tuple[float, str], float]:
+        """Carry out actions one after the other from ``begin`` to ``end``, without one as soon as
+        the robots can. When the last robot is at rest, and which; and when all is done."""
+        team = {name: self.movers[name] for name in robots}
+        for mover in team.values():
+            near = bool(actions) and actions[0].region == mover.region
+            self._rest(mover, tick, begin, stays=near and begin < mover.time + SLACK)
+            self.lines += mover.halt(tick)
+        ready = max((mover.time, name) for name, mover in team.items())
+        lasting = max(mover.values.get("action_seconds", 2.0) for mover in team.values())
+        pause = 0.0
+        if end is not None:
+            ahead = {name: copy(mover) for name, mover in team.items()}
+            _, natural = _done(ahead, actions, tick, lasting, 0.0, end)
+            if actions and natural > end:
+                lasting = max(0.0, lasting - (natural - end) / len(actions))
+            pause = max(0.0, end - natural)
+        lines, over = _done(team, actions, tick, lasting, pause, inf if end is None else end)
+        self.lines += lines
+        for name, mover in team.items():
+            if any(name in act.robots and act.region == mover.region for act in actions):
+                self._due.add(name)
+            if end is not None and mover.time < end:
+                self.lines += mover.rest(tick, end)
+        return ready, over
+
+    def finish(self, over: float = 0.0) -> tuple[tuple[Line, ...], MotionOutcome]:
+        """Let all robots come to rest, and rest until all do, and until ``over`` at least."""
+        tick = max((getattr(line, "tick", 0) for line in self.lines), default=0)
+        for mover in self.movers.values():
+            self._rest(mover, tick, 0.0)
+            self.lines += mover.halt(tick)
+        until = max([over, *(mover.time for mover in self.movers.values())]) or STANDING
+        for mover in self.movers.values():
+            if mover.time < until:
+                self.lines += mover.rest(tick, until)
+        return tuple(sorted(self.lines, key=when)), self._ledger.outcome(until)
+
+    def _rest(self, mover: Mover, tick: int, until: float, *, stays: bool = False) -> None:
+        """Rest until then; in the centre of the region, unless the robot ``stays`` where it has
+        acted short of that."""
+        if mover.robot in self._due and not stays:
+            self._due.discard(mover.robot)
+            self.lines += mover.resume(tick)
+        if until > mover.time + SLACK:
+            self.lines += mover.halt(tick)
+            if until > mover.time:
+                self.lines += mover.rest(tick, until)
+
+
+def when(line: Line) -> tuple[float, int]:
+    """By time; at the same time what ends comes before what begins."""
+    if isinstance(line, Release):
+        return line.t, 0
+    if isinstance(line, Measured):
+        return line.rows[0].t, 2
+    time = line.t0 if hasattr(line, "t0") else line.t
+    return time, 1 if isinstance(line, Reserve) else 2
+
+
+def _done(
+    team: Mapping[str, Mover],
+    actions: Sequence[TimedAction],
+    tick: int,
+    lasting: float,
+    pause: float,
+    end: float,
+) -> tuple[list[Line], float]:
+    """The lines of robots that do one thing after the other, the first after a ``pause``, each for
+    ``lasting`` seconds, the last until ``end`` but for rounding; and when they have done it."""
+    lines: list[Line] = []
+    over = max((mover.time for mover in team.values()), default=0.0)
+    for number, act in enumerate(actions):
+        group = [mover for name, mover in team.items() if name in act.robots]
+        for mover in group:
+            if number and actions[number - 1].region == mover.region != act.region:
+                lines += mover.resume(tick)
+            lines += mover.face(tick, act.region)
+        start = max([over, *(mover.time for mover in group)]) + (0.0 if number else pause)
+        over = start + lasting
+        if abs(over - end) < SLACK:
+            over = end
+        for mover in group:
+            if mover.time < over:
+                lines += mover.rest(tick, over)
+            times = (min(start, over), over)
+            what = (act.action, act.obstacle, act.region)
+            lines.append(Action(mover.robot, tick, *what, *times))
+    return lines, over
+
+
+def _tried(mover: Mover, step: Crossing) -> tuple[float, bool]:
+    """Return the end of a step that begins now, and whether it is walked."""
+    ahead = copy(mover)
+    moved = ahead.move(step)
+    return ahead.time, any(isinstance(piece, Segment) for piece in moved)
+
+
+def _slower(piece: Moving, begin: float, factor: float) -> Moving:
+    """The same way, slower by a factor from ``begin`` on."""
+    t0, t1 = (begin + (t - begin) * factor for t in (piece.t0, piece.t1))
+    if isinstance(piece, Flight):
+        curves = tuple(
+            Curve(c.seconds * factor, *(_stretched(p, factor) for p in (c.x, c.y, c.z, c.yaw)))
+            for c in piece.curves
+        )
+        return replace(piece, curves=curves, t0=t0, t1=t1)
+    assert isinstance(piece, Drive), "a walker rests first"
+    arcs = tuple(
+        replace(arc, seconds=arc.seconds * factor, way=_stretched(arc.way, factor))
+        for arc in piece.arcs
+    )
+    return replace(piece, arcs=arcs, t0=t0, t1=t1)
+
+
+def _stretched(polynomial: tuple[float, ...], factor: float) -> tuple[float, ...]:
+    return tuple(c / factor**power for power, c in enumerate(polynomial))
