@@ -117,6 +117,23 @@ class FleetSteps:
     def now(self) -> float:
         return self._clock.now() - self.begun
 
+    def _begins_elsewhere(self, body: DrivenRobot) -> str | None:
+        """The error of a robot that is not in the pose in which the scenario has it begin."""
+        at, pose, name = body.place, body.pose, body.robot.name
+        assert at is not None
+        found = self.places.region(at.x, at.y)
+        if found != pose.region:
+            where = "off the map" if found is None else f"in region {found}"
+            x, y = self.places.centre(pose.region)
+            said = f"{name} is {where} ({at.x:.2f}, {at.y:.2f} m); the scenario has it begin in "
+            said += f"{pose.region} ({x:.2f}, {y:.2f} m)"
+        elif pose.heading is not None and (facing := self.places.heading(at.yaw)) != pose.heading:
+            said = f"{name} faces {facing.label}; the scenario has it begin facing "
+            said += pose.heading.label
+        else:
+            return None if self._following is None else self._following.astray(name)
+        return f"{said}\n    odometry has to be in the frame of the map (its 'origin')"
+
     def _send(self, body: DrivenRobot, task: FleetTask, pose: Pose) -> None:
         self._goals += 1
         body.view = {}

@@ -65,7 +65,8 @@ class FleetWorld(FleetSteps):
         return None
 
     def _moved(self, pose: Pose) -> str:
-        return f"it was moved to {self.places.world.label(pose.region)} before it set out"
+        where = self.places.world.label(pose.region)
+        return f"by its odometry it is in {where}, to which it was not sent"
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
         """The inputs of the environment, as far as they were heard."""
@@ -195,13 +196,7 @@ class FleetWorld(FleetSteps):
                 raise FleetError(f"no answer in {patience:g} s from {', '.join(silent)}")
             self._take_next(0.1)
         for body in self._bodies.values():
-            assert body.place is not None
-            found = self.places.region(body.place.x, body.place.y)
-            if found != body.pose.region:
-                where = "off the map" if found is None else f"in region {found}"
-                said = f"{body.robot.name} is {where} ({body.place.x:.2f}, {body.place.y:.2f} m)"
-                raise FleetError(f"{said}; the scenario has it begin in {body.pose.region}")
-            astray = None if self._following is None else self._following.astray(body.robot.name)
+            astray = self._begins_elsewhere(body)
             if astray is not None:
                 raise FleetError(astray)
         end = self.now() + FRESH

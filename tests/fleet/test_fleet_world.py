@@ -347,7 +347,7 @@ def test_what_an_operator_does_is_heeded() -> None:
     assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]
 
 
-def test_a_robot_that_is_silent_or_begins_elsewhere_is_named() -> None:
+def test_a_robot_that_is_silent_or_begins_in_another_pose_is_named() -> None:
     scenario = load_scenario_text(SCENARIO.format(resolution=1.0), "hall.yaml")
     stations = {name: Station(f"/{name}") for name in ("digit", "quad")}
     robots = Robots()
@@ -356,7 +356,16 @@ def test_a_robot_that_is_silent_or_begins_elsewhere_is_named() -> None:
         FleetWorld(scenario, stations, robots, robots.clock).open(patience=0.05)
     robots = Robots()
     robots.x["digit"] = 3.5
-    with pytest.raises(FleetError, match=r"digit is in region 10 \(3.50, 2.50 m\).* begin in 8"):
+    with pytest.raises(
+        FleetError,
+        match=r"digit is in region 10 \(3.50, 2.50 m\).* begin in 8 \(1.50, 2.50 m\)\n.*of the map",
+    ):
+        FleetWorld(scenario, stations, robots, robots.clock).open()
+    robots = Robots()
+    robots.open = lambda post: [  # type: ignore[method-assign, assignment]
+        post(Located(name, 1.0, robots.x[name], robots.y[name], 1.5)) for name in robots.x
+    ]
+    with pytest.raises(FleetError, match=r"digit faces north; the scenario.* facing east\n"):
         FleetWorld(scenario, stations, robots, robots.clock).open()
 
 
