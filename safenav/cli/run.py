@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
@@ -102,6 +103,7 @@ def command(
     if live:
         from safenav.studio.starting import start_live
 
+        _refuse_beside_live(click.get_current_context())
         _refuse_same_files(scenario, {"--trace": trace})
         start_live(scenario, seed=seed, trace=trace, clock=clock)
         return ExitCode.OK
@@ -133,6 +135,19 @@ def command(
         if motion is not None and run.trace is not None:
             unmet = _write_motion(run.trace, motion)
     return run.report(scenario, html, unmet)
+
+
+def _refuse_beside_live(context: click.Context) -> None:
+    """Raises UsageError for options that a run in the browser does not read."""
+    for option in context.command.params:
+        given = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
+        if given and option.name not in ("scenario", "live", "trace", "seed", "clock", "maps"):
+            off = context.params[option.name or ""] is False
+            name = max(option.secondary_opts if off else option.opts, key=len)
+            raise UsageError(
+                f"{name} has no effect with --live\n"
+                "    control and save the run on its page; --trace writes its trace as it happens"
+            )
 
 
 def _simulated(verify: bool, *, attended: bool) -> MakeMission:

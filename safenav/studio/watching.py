@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import Future
 from contextlib import suppress
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from safenav.errors import UsageError
@@ -17,13 +18,15 @@ from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
 from safenav.studio.session import Studio
 from safenav.studio.starting import require_extra
-from safenav.trace.records import Record
+from safenav.trace.records import Header, Move, Record
 from safenav.trace.writing import as_data
 
 if TYPE_CHECKING:
     from safenav.studio.server import Server
 
 _PAUSE = 0.2
+_SETTLED = 0.05
+"""Seconds without a line after which pages get the news of a tick that is complete."""
 _GONE = 2.0
 """Seconds without any page after which ``wait`` ends: a reload takes less."""
 
@@ -124,13 +127,29 @@ class _Watching(Studio):
 class WatchedRun(StudioRun):
     """A run without a process of its own: a program supplies its lines."""
 
+    _settling: asyncio.TimerHandle | None = None
+
     def hear(self, data: dict[str, Any]) -> None:
-        """One line of the trace. Pages get the news of a tick when the next one begins."""
+        """One line of the trace. Pages get the news of a tick when the next one begins, or when it
+        is complete and no line follows for a while."""
         self._playing = True
         tick = int(data.get("tick", 0))
+        if self._settling is not None:
+            self._settling.cancel()
         if self._live is not None and tick > self.records[-1].tick:
             self._done()
         self._take(json_line(data).encode())
         if data["type"] == "outcome":
             self._done()
             self._over()
+        elif self._is_tick_complete():
+            self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
+
+    def _is_tick_complete(self) -> bool:
+        """Return whether each robot has moved, or the run has a clock, where any moment can be
+        shown."""
+        header, tick = self.records[0], self.records[-1].tick
+        assert isinstance(header, Header)
+        lines = takewhile(lambda line: line.tick == tick, reversed(self.records))
+        moved = sum(isinstance(line, Move) for line in lines)
+        return header.clock is not None or moved == len(header.scenario.robots)

@@ -30,6 +30,7 @@ def fake(tmp_path: Path, script: str) -> Path:
         ("run", HELLO, "--time-limit", "inf"),
         ("run", HELLO, "--clock", "live", "--operator", "nowhere.txt"),
         ("run", HELLO, "--clock", "live", "--operator", sys.executable),
+        ("run", HELLO, "--live", "--no-verify"),
         ("fly", HELLO),
         ("synth", HELLO, "--robot", "nobody"),
         ("synth", HELLO, "-o", "/dev/null/out"),

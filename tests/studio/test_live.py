@@ -181,18 +181,42 @@ def test_a_page_that_opens_within_a_tick_takes_nothing_from_the_others() -> None
     data = trace_of_shipped("case_study_1").read_bytes()
     told: list[dict[str, Any]] = []
     run = WatchedRun(RunOrder("", "run.jsonl"), told.append, trace=None)
-    header, *lines, outcome = map(json.loads, data.splitlines())
-    run.hear(header)
-    page = json.loads(json.dumps(run.whole))
-    for line in lines:
-        run.hear(line)
-        while told:
-            message = told.pop(0)
-            if message["is"] == "news":
-                _join(page, json.loads(json.dumps(message["news"])))
-        assert _settled(page) == _settled(json.loads(json.dumps(run.whole)))
-    run.hear(outcome)
+
+    async def main() -> None:
+        header, *lines, outcome = map(json.loads, data.splitlines())
+        run.hear(header)
+        page = json.loads(json.dumps(run.whole))
+        for line in lines:
+            run.hear(line)
+            while told:
+                message = told.pop(0)
+                if message["is"] == "news":
+                    _join(page, json.loads(json.dumps(message["news"])))
+            assert _settled(page) == _settled(json.loads(json.dumps(run.whole)))
+        run.hear(outcome)
+
+    asyncio.run(main())
     assert run.whole == encoded(replay_of(read_bytes(data)), "run.jsonl")
+
+
+@pytest.mark.parametrize("live", [False, True], ids=["lockstep", "live"])
+def test_a_page_shows_the_last_tick_while_a_program_does_nothing(live: bool) -> None:
+    data = live_trace("team_of_six") if live else trace_of_shipped("team_of_six").read_bytes()
+    told: list[dict[str, Any]] = []
+    run = WatchedRun(RunOrder("", "run.jsonl"), told.append, trace=None)
+
+    async def main() -> None:
+        lines = data.splitlines(keepends=True)
+        first = lines[: next(at for at, line in enumerate(lines) if b'"tick":9,' in line)]
+        for line in first:
+            run.hear(json.loads(line))
+        told.append({"is": "silence"})
+        whole = encoded(replay_of(read_bytes(b"".join(first))), "run.jsonl")
+        while told[-1]["is"] != "news":
+            await asyncio.sleep(0.01)
+        assert run.whole == whole
+
+    asyncio.run(asyncio.wait_for(main(), 10))
 
 
 def _join(page: dict[str, Any], news: dict[str, Any]) -> None:
