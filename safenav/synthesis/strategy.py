@@ -154,6 +154,11 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         name = next(iter(values))
         return self._first(self._nodes(name).get(values[name], ()), self._wanted(values))
 
+    def alike(self, node: int) -> tuple[int, ...]:
+        """Return the other nodes with the same values: they pursue other goals first."""
+        state = self.states[node]
+        return tuple(n for n, other in enumerate(self.states) if n != node and other == state)
+
     @kept
     def _nodes(self, name: str) -> dict[int, list[int]]:
         """Return the nodes by the value of a variable."""

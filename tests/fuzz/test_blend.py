@@ -106,6 +106,7 @@ PLAIN = {
     "it meets its target on a charger, or with a step from there": (104920, False),
     "no charge suffices for its last target forever, but it gets there": (104862, False),
     "out of service where it might charge, it helps no more": (102006, False),
+    "whatever it is sent to, its strategy enters an obstacle": (158436, True),
     "it charges in a helper's way before it makes way": (146245, True),
 }
 CAUSES = [

@@ -60,18 +60,23 @@ def _led(
 ) -> dict[str, int] | None:
     """Return inputs by which a robot's strategy goes to the region ``place`` beside it; None if
     there are none. A goal that it happens to meet leaves its next step open, so that sent to a
-    region it may step elsewhere first, and is refused there repeatedly."""
+    region it may step elsewhere first, and is refused there repeatedly. Then it continues from
+    another node with the same values, which pursues another goal first."""
     planner = robot.planner
-    if planner.node is None or not planner.strategy.values(planner.node)["wait"]:
+    before = planner.node
+    if before is None or not planner.strategy.values(before)["wait"]:
         return None  # an open request keeps its region
     places = [p for p in sorted(switch.assignable.places) if p != place]
-    allowed = (p for p in places if switch.assignable.allows(robot.pose, robot.memory.values, p))
-    for sent in (place, None, *allowed):
-        inputs = switch.after_waiting(sent)
-        answer = planner.propose({**observed, **inputs})
-        if answer is not None and answer.pose.region == place:
-            switch.sent(sent)
-            return inputs
+    allowed = [p for p in places if switch.assignable.allows(robot.pose, robot.memory.values, p)]
+    for node in (before, *planner.strategy.alike(before)):
+        planner.node = node
+        for sent in (place, None, *allowed):
+            inputs = switch.after_waiting(sent)
+            answer = planner.propose({**observed, **inputs})
+            if answer is not None and answer.pose.region == place:
+                switch.sent(sent)
+                return inputs
+    planner.node = before
     return None
 
 

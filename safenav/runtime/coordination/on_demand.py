@@ -58,6 +58,11 @@ class OnDemand:
                 return node
         return None
 
+    def alike(self, node: int) -> tuple[int, ...]:
+        """Return the other nodes with the same values, of those reached."""
+        values = self._positions[node].values
+        return tuple(n for n, p in enumerate(self._positions) if n != node and p.values == values)
+
     def successors_for(self, node: int, inputs: Mapping[str, int]) -> Sequence[int]:
         """The node after these next inputs; none if the assumptions exclude them, or if some
         were not observed."""
