@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Hashable, Iterable
 from contextlib import suppress
+from threading import get_ident
 from typing import Any
 
 from msgspec import Struct
@@ -143,6 +144,7 @@ class Mission:
         self.ending = False
         """Whether the run has ended, or is about to record its end."""
         self._started = False
+        self._thread: int | None = None
 
     def refusal(self) -> str | None:
         """Return the reason why this run is unrealizable although each robot has a strategy: a
@@ -165,15 +167,15 @@ class Mission:
 
     def stop(self, why: str = "interrupted by the user") -> None:
         """End the run, ``interrupted``, at the next opportunity: between two turns, or within a
-        search. A running synthesis is given up immediately, by an exception, so this must be
-        called in the run's own thread."""
+        search. Called in the run's own thread, by a signal handler, it gives up a running synthesis
+        or verification immediately, by an exception."""
         self._stop.ask(why)
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
         """Abort, by an exception, a synthesis or verification that exceeds the time limit of the
-        run. Call it in the run's own thread."""
-        if self._search.busy:
+        run. In other threads this has no effect."""
+        if self._search.busy and get_ident() == self._thread:
             self._stop.check()
 
     def intervene(self, intervention: Intervention) -> None:
@@ -230,6 +232,7 @@ class Mission:
         if self._started:
             raise UsageError("start() or run() a second time: make another Mission for it")
         self._started = True
+        self._thread = get_ident()
         self._stop.begin()
         self._commands.begin()
         truths = None if self._truth is None else self._truth.truths
@@ -250,6 +253,7 @@ class Mission:
             raise UsageError("step() before start(): this mission has not begun")
         if self.result is not None:
             raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
+        self._thread = get_ident()
         self._guarded(self._algorithm.tick)
 
     def state_key(self) -> Hashable:

@@ -5,9 +5,11 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,6 +17,7 @@ from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
+from safenav.synthesis.slugs import Synthesizer
 from synthesis.requests import gone
 
 ROOT = Path(__file__).parents[2]
@@ -237,3 +240,24 @@ def test_a_mission_is_stepped_in_its_order() -> None:
         mission.step()
     with pytest.raises(UsageError, match="second time"):
         mission.run()
+
+
+def test_another_thread_stops_a_run_within_a_synthesis(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No exception is raised in that thread: it is not the run's."""
+    usual, ended = Synthesizer.synthesize_all, list[bool]()
+
+    def stop() -> None:
+        mission.stop("enough")
+        ended.append(True)
+
+    def stopped(*given: Any, **options: Any) -> Any:
+        other = threading.Thread(target=stop)
+        other.start()
+        other.join()
+        return usual(*given, **options)
+
+    monkeypatch.setattr(Synthesizer, "synthesize_all", stopped)
+    mission = Mission(load_scenario(HELLO))
+    result = mission.run()
+    assert ended and (result.outcome, result.ticks) == (Outcome.INTERRUPTED, 0)
+    assert result.explanation == "enough"

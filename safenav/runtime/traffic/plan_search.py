@@ -260,7 +260,7 @@ class PlanSearch(Struct):
         answer = search.run(*budgets.CERTIFICATE)
         if not isinstance(answer, Found):
             return None
-        states = shortened(course, answer.states, ())
+        states = shortened(course, answer.states, (), search.stopping)
         apart = Separation.of(floor.problem, start.stages)
         return len(timed(apart.schedule([state.poses for state in states])))
 

@@ -450,7 +450,8 @@ class Traffic:
     def _begin(
         self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count], reason: str
     ) -> None:
-        states = shortened(self.searches.course(floor), states, self._fixed(floor))
+        course, fixed = self.searches.course(floor), self._fixed(floor)
+        states = shortened(course, states, fixed, self.stop.check)
         ends, states = states[-1].poses, self.search.approached(floor, states)
         pairs = zip(floor.names, ends, states[-1].poses, strict=True)
         notes = self.state.last_settled.notes

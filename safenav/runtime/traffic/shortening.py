@@ -8,7 +8,7 @@ Sets of poses are bit masks: a layer of the search (a tick, a number of steps) i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import pairwise
 
 from msgspec import Struct
@@ -53,11 +53,14 @@ class Separation(Struct, frozen=True):
 
 
 def shortened(
-    course: Course, states: Sequence[JointState], fixed: Collection[int]
+    course: Course,
+    states: Sequence[JointState],
+    fixed: Collection[int],
+    stopping: Callable[[], None] = lambda: None,
 ) -> Sequence[JointState]:
     """Return a plan of at most as many ticks and steps as ``states``: the same stages are reached,
     or, where these do not change, the same goals counted (rounds restart with a resolution).
-    ``fixed``: the robots that must end in the same pose."""
+    ``fixed``: the robots that must end in the same pose; ``stopping`` may end the run."""
     problem, first, last = course.problem, states[0], states[-1]
     if len(states) < 3:
         return states
@@ -79,7 +82,7 @@ def shortened(
         )
         for robot, member in enumerate(problem.members)
     ]
-    best = _improved(joint, paths, apart)
+    best = _improved(joint, paths, apart, stopping)
     turns = timed(apart.schedule(best), in_turn=True)
     if best is joint or len(turns) > len(timed(plan, in_turn=True)):
         return states
@@ -113,12 +116,15 @@ def timed(plan: Schedule, *, in_turn: bool = False) -> list[tuple[int, ...]]:
     return joint
 
 
-def _improved(joint: Timed, paths: Sequence[TimedPath], apart: Separation) -> Timed:
+def _improved(
+    joint: Timed, paths: Sequence[TimedPath], apart: Separation, stopping: Callable[[], None]
+) -> Timed:
     """The plan after each robot's path was searched again, until nothing changes."""
     for _ in range(SHORTENING_ROUNDS):
         before = joint
         arrivals = [arrival_of(joint, robot) for robot in range(len(paths))]
         for robot in sorted(range(len(paths)), key=lambda robot: -arrivals[robot]):
+            stopping()
             for way in paths[robot].ways(joint, robot, apart, arrivals[robot]):
                 new = [(*p[:robot], q, *p[robot + 1 :]) for p, q in zip(joint, way, strict=True)]
                 found = timed(apart.schedule(new))

@@ -103,6 +103,10 @@ def test_a_shortened_plan_does_the_same_in_less(seed: int) -> None:
             assert members[robot].graph.distances(1 << before, allowed)[pose] < FAR
 
 
+def stopping() -> None:
+    raise InterruptedError
+
+
 def test_detours_of_a_plan_disappear() -> None:
     """One robot walks round the ring before it enters the niche; nobody needs that."""
     floor = Floor(SWAP, {"a": Bot("6", [8]), "b": Bot("8", [6])})
@@ -112,6 +116,8 @@ def test_detours_of_a_plan_disappear() -> None:
     for poses in way:
         states.append(course.moved(states[-1], poses, range(2)))
     assert course.completed(states[-1])
+    with pytest.raises(InterruptedError):
+        shortened(course, states, (), stopping)
     new = list(shortened(course, states, ()))
     assert (ticks(floor, states), ticks(floor, new), steps(new)) == (10, 6, 6)
 
