@@ -35,9 +35,9 @@ def characterize(
         obstacle = world.sense(robot, target)
         if obstacle is None:
             return None
+        if team.live:  # a sensor may miss it next time; in lockstep all show the same
+            team.knowledge.sight(obstacle)
         if not _stops(team, obstacle, robot):
-            if team.live:  # in lockstep all sensors show the same
-                team.knowledge.sight(obstacle)
             return None
     return ForbiddenMove(robot, pose.region, target, obstacle)
 

@@ -80,6 +80,7 @@ BOTH = {
     "carried to where it gets nowhere": 141559,
     "it helps elsewhere after what it helped with is resolved": 93596,
     "an order comes in the moment in which a robot's charge is used up": 90085,
+    "a sensor misses what it has shown where a robot was held back": 161098,
     "another objective while it waits, and could not set out for a charger": 148096,
 }
 LOCKSTEP = {

@@ -144,8 +144,6 @@ class Turns:
         silent = lost and planner.node is not None and not (broken or planner.behind)
         violation = choice.violation(robot, proposal.pose)
         if violation is not None and self.state.waiting is not None:
-            if self.state.live:  # a request has to wait, but a sensor may miss it next time
-                self.state.knowledge.sight(violation.obstacle)
             yield from self._stay(robot, HoldReason.OPERATOR)
             return
         if violation is None:
