@@ -103,7 +103,7 @@ public:
       made = {!f.bdd, ~f.table};
       break;
     case 4:
-      made = {store_.choice(f.bdd, g.bdd, h.bdd), (f.table & g.table) | (~f.table & h.table)};
+      made = {store_.ite(f.bdd, g.bdd, h.bdd), (f.table & g.table) | (~f.table & h.table)};
       break;
     case 5:
       made = {store_.exists(f.bdd, set), exists_table(f.table, members)};
@@ -112,7 +112,7 @@ public:
       made = {store_.forall(f.bdd, set), ~exists_table(~f.table, members)};
       break;
     case 7:
-      made = {store_.exists_both(f.bdd, g.bdd, set), exists_table(f.table & g.table, members)};
+      made = {store_.and_exists(f.bdd, g.bdd, set), exists_table(f.table & g.table, members)};
       break;
     case 8: {
       const Table current = exists_table(f.table, {1, 3, 5, 7});
@@ -127,7 +127,7 @@ public:
     case 10: {
       const Bdd outer = store_.exists(f.bdd, set);
       const Table table = exists_table(f.table, members) & ~exists_table(g.table & h.table, members);
-      made = {store_.minus_exists_both(outer, g.bdd, h.bdd, set), table};
+      made = {store_.minus_and_exists(outer, g.bdd, h.bdd, set), table};
       if (!made.bdd.is_false()) {
         const std::vector<bool> some = store_.some_valuation(made.bdd);
         EXPECT(store_.evaluate(made.bdd.edge(), some));
@@ -340,7 +340,7 @@ void an_operation_that_outgrows_its_bound_starts_again_in_a_better_order() {
     order[i] = i;
   BddStore store(2 * n, order, Budget{});
   Reordering reordering(store);
-  reordering.settle(); // from now on nothing is sifted before an operation, only in one
+  reordering.start_fixpoints(); // from now on nothing is sifted before an operation, only in one
   const std::uint64_t reorderings = store.reorderings();
   const Bdd before = store.variable(current_var(0)) ^ store.variable(next_var(2 * n - 1));
   const Bdd even = equal_numbers(store, n, 0, 2), odd = equal_numbers(store, n, 1, 2);
@@ -385,7 +385,7 @@ void a_limit_ends_an_operation_that_starts_again() {
   budget.interrupted = &interrupted;
   BddStore store(2 * n, order, budget);
   Reordering reordering(store);
-  reordering.settle();
+  reordering.start_fixpoints();
   const Bdd even = equal_numbers(store, n, 0, 2), odd = equal_numbers(store, n, 1, 2);
   interrupted = true;
   bool stopped = false;

@@ -98,7 +98,7 @@ private:
     case 0:
       return pool.conjunction(f, g);
     case 1:
-      return pool.exclusive(f, g);
+      return pool.exclusive_or(f, g);
     default:
       return pool.disjunction(f, g);
     }
@@ -255,7 +255,7 @@ Specification hard(unsigned bits) {
     FormulaId product = s.formulas.constant(true);
     for (int k = 0; k < 4; ++k)
       product = s.formulas.conjunction(product, s.formulas.variable(random() % bits, random() % 2));
-    all = s.formulas.exclusive(all, product);
+    all = s.formulas.exclusive_or(all, product);
   }
   s.add(Section::SysTrans, all, 1, "", false);
   return s;

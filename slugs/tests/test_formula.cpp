@@ -23,7 +23,7 @@ void equal_formulas_are_one() {
   EXPECT(pool.variable(0, true) != a);
   EXPECT_EQ(pool.conjunction(a, b), pool.conjunction(b, a));
   EXPECT_EQ(pool.conjunction(a, pool.conjunction(a, b)), pool.conjunction(a, b));
-  EXPECT_EQ(pool.negation(pool.negation(pool.exclusive(a, b))), pool.exclusive(a, b));
+  EXPECT_EQ(pool.negation(pool.negation(pool.exclusive_or(a, b))), pool.exclusive_or(a, b));
   EXPECT_EQ(pool.disjunction(a, pool.constant(true)), pool.constant(true));
 }
 

@@ -3,8 +3,8 @@
 
 #include "bdd/bdd.hpp"
 #include "expect.hpp"
-#include "game/independent_parts.hpp"
-#include "game/order.hpp"
+#include "game/analysis/independent_parts.hpp"
+#include "game/analysis/order.hpp"
 #include "game/product.hpp"
 #include "reading.hpp"
 

@@ -101,12 +101,12 @@ void sifting_loses_no_edge() {
   const auto count = [](BddStore &store, bool lost) {
     const Edge f = store.variable(current_var(0)).edge();
     References references(store.account());
-    references.cover(store.live_nodes() + 1);
+    references.resize_for(store.live_nodes() + 1);
     references.add(f);
     if (!lost)
       references.add(f);
-    references.remove_last(f);
-    references.remove_last(f);
+    references.remove(f);
+    references.remove(f);
   };
   EXPECT(!asserts("", [&](BddStore &store) { count(store, false); }));
   EXPECT(asserts("counts_[e >> 1] > 0", [&](BddStore &store) { count(store, true); }));

@@ -41,9 +41,9 @@ template <typename Work> Bdd BddStore::run(const Work &work) {
       const Edge result = work();
       release_bounds();
       return Bdd(*this, result);
-    } catch (const Outgrown &) {
+    } catch (const OperationAborted &) {
       release_bounds();
-      reordering_->after_giving_up(++given_up);
+      reordering_->after_abort(++given_up);
     } catch (const LimitReached &limit) {
       release_bounds();
       if (limit.kind != LimitKind::Memory || !collection_allowed_)
@@ -66,8 +66,8 @@ void BddStore::before_operation() {
 void BddStore::set_bounds() {
   if (!reordering_ || !collection_allowed_)
     return;
-  operations_.table().limit_nodes(reordering_->most_nodes());
-  operations_.most_operation_work = reordering_->most_work();
+  operations_.table().limit_nodes(reordering_->node_limit());
+  operations_.most_operation_work = reordering_->work_limit();
 }
 
 void BddStore::release_bounds() {
@@ -110,12 +110,12 @@ Bdd BddStore::conjunction(const Bdd &f, const Bdd &g) {
   return run([&] { return operations_.conjunction(f.edge(), g.edge()); });
 }
 
-Bdd BddStore::exclusive(const Bdd &f, const Bdd &g) {
-  return run([&] { return operations_.exclusive(f.edge(), g.edge()); });
+Bdd BddStore::exclusive_or(const Bdd &f, const Bdd &g) {
+  return run([&] { return operations_.exclusive_or(f.edge(), g.edge()); });
 }
 
-Bdd BddStore::choice(const Bdd &f, const Bdd &g, const Bdd &h) {
-  return run([&] { return operations_.choice(f.edge(), g.edge(), h.edge()); });
+Bdd BddStore::ite(const Bdd &f, const Bdd &g, const Bdd &h) {
+  return run([&] { return operations_.ite(f.edge(), g.edge(), h.edge()); });
 }
 
 Bdd BddStore::exists(const Bdd &f, VarSet set) {
@@ -126,17 +126,17 @@ Bdd BddStore::exists(const Bdd &f, VarSet set) {
 
 Bdd BddStore::forall(const Bdd &f, VarSet set) { return !exists(!f, set); }
 
-Bdd BddStore::exists_both(const Bdd &f, const Bdd &g, VarSet set) {
+Bdd BddStore::and_exists(const Bdd &f, const Bdd &g, VarSet set) {
   if (operations_.is_empty(set))
     return conjunction(f, g);
-  return run([&] { return operations_.exists_both(f.edge(), g.edge(), set); });
+  return run([&] { return operations_.and_exists(f.edge(), g.edge(), set); });
 }
 
-Bdd BddStore::minus_exists_both(const Bdd &f, const Bdd &g, const Bdd &h, VarSet set) {
+Bdd BddStore::minus_and_exists(const Bdd &f, const Bdd &g, const Bdd &h, VarSet set) {
   if (operations_.is_empty(set))
     return conjunction(f, !conjunction(g, h));
-  operations_.announce_minus(set);
-  return run([&] { return operations_.minus_exists_both(f.edge(), g.edge(), h.edge(), set); });
+  operations_.select_minus_set(set);
+  return run([&] { return operations_.minus_and_exists(f.edge(), g.edge(), h.edge(), set); });
 }
 
 Bdd BddStore::to_next(const Bdd &f) {

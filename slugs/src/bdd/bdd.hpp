@@ -81,16 +81,16 @@ public:
 
   // Each operation may first collect garbage or reorder.
   Bdd conjunction(const Bdd &f, const Bdd &g);
-  Bdd exclusive(const Bdd &f, const Bdd &g);
-  Bdd choice(const Bdd &f, const Bdd &g, const Bdd &h); // if f then g else h
+  Bdd exclusive_or(const Bdd &f, const Bdd &g);
+  Bdd ite(const Bdd &f, const Bdd &g, const Bdd &h); // if f then g else h
 
   VarSet make_set(const std::vector<Var> &members) { return operations_.make_set(members); }
   Bdd exists(const Bdd &f, VarSet set);
   Bdd forall(const Bdd &f, VarSet set);
-  Bdd exists_both(const Bdd &f, const Bdd &g, VarSet set); // exists set. f & g
+  Bdd and_exists(const Bdd &f, const Bdd &g, VarSet set); // exists set. f & g
   // f & !exists set. g & h, where f depends on no variable of the set.  Restricting
   // the computation to f is often orders of magnitude faster.
-  Bdd minus_exists_both(const Bdd &f, const Bdd &g, const Bdd &h, VarSet set);
+  Bdd minus_and_exists(const Bdd &f, const Bdd &g, const Bdd &h, VarSet set);
   // Rename current to next variables; f must not depend on next variables.
   Bdd to_next(const Bdd &f);
   // Rename next to current variables; f must not depend on current variables.
@@ -112,7 +112,7 @@ public:
   // Operations without handles, for extraction: results are valid until the next
   // operation that can collect.
   Operations &edges() { return operations_; }
-  void make_room() { before_operation(); } // collect garbage or reorder if due
+  void collect_or_reorder_if_due() { before_operation(); } // collect garbage or reorder if due
   void collect();
 
   MemoryAccount &account() { return account_; }
@@ -172,7 +172,7 @@ inline Bdd Bdd::operator&(const Bdd &other) const {
 inline Bdd Bdd::operator|(const Bdd &other) const { return !((!*this) & (!other)); }
 inline Bdd Bdd::operator^(const Bdd &other) const {
   assert(store_ && store_ == other.store_);
-  return store_->exclusive(*this, other);
+  return store_->exclusive_or(*this, other);
 }
 
 } // namespace slugs

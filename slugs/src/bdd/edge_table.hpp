@@ -18,7 +18,7 @@ public:
 
   // Return the value of the key, or null.  Valid until the next add() or clear().
   const Value *find(std::uint32_t key) const {
-    const Slot &slot = slots_[place_of(key)];
+    const Slot &slot = slots_[slot_of(key)];
     return slot.key ? &slot.value : nullptr;
   }
 
@@ -27,7 +27,7 @@ public:
     assert(key != 0 && !find(key));
     if (2 * ++count_ > slots_.size())
       grow();
-    slots_[place_of(key)] = {key, value};
+    slots_[slot_of(key)] = {key, value};
   }
 
   void clear() {
@@ -42,7 +42,7 @@ private:
   };
 
   // Return the index of the slot that contains the key, or of the empty slot for it.
-  std::size_t place_of(std::uint32_t key) const {
+  std::size_t slot_of(std::uint32_t key) const {
     std::size_t place = (key * golden_multiplier >> 32) & (slots_.size() - 1);
     while (slots_[place].key && slots_[place].key != key)
       place = (place + 1) & (slots_.size() - 1);
@@ -55,7 +55,7 @@ private:
     slots_.clear_to_zero();
     for (const Slot &slot : old)
       if (slot.key)
-        slots_[place_of(slot.key)] = slot;
+        slots_[slot_of(slot.key)] = slot;
   }
 
   CountedArray<Slot> slots_;

@@ -32,7 +32,7 @@ FrozenBdd::FrozenBdd(BddStore &store, const Bdd &f) : nodes_(store.account()) {
 }
 
 Bdd FrozenBdd::thaw(BddStore &store) const {
-  store.make_room();
+  store.collect_or_reorder_if_due();
   std::vector<Edge> built(nodes_.size() + 1, bdd_false);
   const auto edge = [&](Edge e) { return built[e >> 1] ^ (e & 1); };
   for (std::size_t i = 0; i < nodes_.size(); ++i)

@@ -25,7 +25,7 @@ void OperationCache::fit(std::size_t nodes) {
   // An entry stays, or moves up by a multiple of the old size.
   for (std::size_t i = 0; i < old; ++i) {
     const Entry entry = entries_[i];
-    Entry &moved = entries_[place_of(entry.f_and_operation, entry.g, entry.h)];
+    Entry &moved = entries_[slot_of(entry.f_and_operation, entry.g, entry.h)];
     if (!entry.f_and_operation || &moved == &entries_[i])
       continue;
     moved = entry;

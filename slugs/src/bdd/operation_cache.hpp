@@ -17,10 +17,10 @@ enum class Operation : std::uint32_t {
   Simplify, // value 0 is safe: its first operand is never constant, so no key is 0
   And,
   Xor,
-  Choice,
+  Ite,
   Exists,
-  ExistsBoth,
-  MinusExistsBoth,
+  AndExists,
+  MinusAndExists,
   Shift,
   count
 };
@@ -32,7 +32,7 @@ public:
   // Look up a result and return whether it is cached.
   bool find(Operation op, Edge f, std::uint32_t g, std::uint32_t h, Edge &result) const {
     const std::uint32_t key = key_of(op, f);
-    const Entry &entry = entries_[place_of(key, g, h)];
+    const Entry &entry = entries_[slot_of(key, g, h)];
     if (entry.f_and_operation != key || entry.g != g || entry.h != h)
       return false;
     result = entry.result;
@@ -40,7 +40,7 @@ public:
   }
   void add(Operation op, Edge f, std::uint32_t g, std::uint32_t h, Edge result) {
     const std::uint32_t key = key_of(op, f);
-    entries_[place_of(key, g, h)] = {key, g, h, result};
+    entries_[slot_of(key, g, h)] = {key, g, h, result};
   }
 
   void clear() { entries_.clear_to_zero(); }
@@ -74,14 +74,12 @@ private:
   // Other operands are numbers: a set of variables, or the direction of Shift, 0 or 1,
   // which are live as edges.
   static bool second_is_edge(Operation op) { return op != Operation::Exists; }
-  static bool third_is_edge(Operation op) {
-    return op == Operation::Choice || op == Operation::MinusExistsBoth;
-  }
+  static bool third_is_edge(Operation op) { return op == Operation::Ite || op == Operation::MinusAndExists; }
   static std::uint32_t key_of(Operation op, Edge f) {
     assert(f > bdd_true && f >> operation_shift == 0);
     return f | static_cast<std::uint32_t>(op) << operation_shift;
   }
-  std::size_t place_of(std::uint32_t key, std::uint32_t g, std::uint32_t h) const {
+  std::size_t slot_of(std::uint32_t key, std::uint32_t g, std::uint32_t h) const {
     std::uint64_t x = (std::uint64_t{key} << 32 | g) * golden_multiplier;
     x ^= x >> 32;
     x = (x + h) * second_multiplier;

@@ -42,15 +42,15 @@ void Operations::sweep() {
 }
 
 // Look up a result and return whether it is cached.  A miss counts as a step of work.
-inline bool Operations::known_or_step(Operation op, Edge f, Edge g, Edge h, Edge &result) {
+inline bool Operations::find_or_count_step(Operation op, Edge f, Edge g, Edge h, Edge &result) {
   if (cache_.find(op, f, g, h, result))
     return true;
   if ((++work_ & 0x3FFF) == 0) {
     table_.account().budget().check();
-    if (work_ > most_work)
-      throw Overworked();
+    if (work_ > work_limit)
+      throw WorkLimitReached();
     if (work_ > most_operation_work)
-      throw Outgrown();
+      throw OperationAborted();
   }
   return false;
 }
@@ -67,7 +67,7 @@ Edge Operations::conjunction(Edge f, Edge g) {
   if (f > g)
     std::swap(f, g);
   Edge result;
-  if (known_or_step(Operation::And, f, g, 0, result))
+  if (find_or_count_step(Operation::And, f, g, 0, result))
     return result;
   const UniqueTable::Node &fn = table_.node_of(f), &gn = table_.node_of(g);
   const std::uint32_t fl = table_.level_of(fn.var), gl = table_.level_of(gn.var);
@@ -81,7 +81,7 @@ Edge Operations::conjunction(Edge f, Edge g) {
   return result;
 }
 
-Edge Operations::exclusive(Edge f, Edge g) {
+Edge Operations::exclusive_or(Edge f, Edge g) {
   const Edge complement = (f ^ g) & 1;
   f &= ~1u;
   g &= ~1u;
@@ -92,21 +92,21 @@ Edge Operations::exclusive(Edge f, Edge g) {
   if (f == bdd_false)
     return g ^ complement;
   Edge result;
-  if (known_or_step(Operation::Xor, f, g, 0, result))
+  if (find_or_count_step(Operation::Xor, f, g, 0, result))
     return result ^ complement;
   const UniqueTable::Node &fn = table_.node_of(f), &gn = table_.node_of(g);
   const std::uint32_t fl = table_.level_of(fn.var), gl = table_.level_of(gn.var);
   const Var v = fl <= gl ? fn.var : gn.var;
   const Edge f0 = fl <= gl ? fn.low : f, f1 = fl <= gl ? fn.high : f;
   const Edge g0 = gl <= fl ? gn.low : g, g1 = gl <= fl ? gn.high : g;
-  const Edge r0 = exclusive(f0, g0);
-  const Edge r1 = exclusive(f1, g1);
+  const Edge r0 = exclusive_or(f0, g0);
+  const Edge r1 = exclusive_or(f1, g1);
   result = table_.make(v, r0, r1);
   cache_.add(Operation::Xor, f, g, 0, result);
   return result ^ complement;
 }
 
-Edge Operations::choice(Edge f, Edge g, Edge h) {
+Edge Operations::ite(Edge f, Edge g, Edge h) {
   if (f <= 1)
     return f == bdd_true ? g : h;
   if (g == h)
@@ -124,12 +124,12 @@ Edge Operations::choice(Edge f, Edge g, Edge h) {
   if (h == bdd_true || h == (f ^ 1))
     return disjunction(f ^ 1, g);
   if (g == (h ^ 1))
-    return exclusive(f, h);
+    return exclusive_or(f, h);
   const Edge complement = g & 1;
   g ^= complement;
   h ^= complement;
   Edge result;
-  if (known_or_step(Operation::Choice, f, g, h, result))
+  if (find_or_count_step(Operation::Ite, f, g, h, result))
     return result ^ complement;
   const std::uint32_t l = std::min({table_.level(f), table_.level(g), table_.level(h)});
   const auto child = [this, l](Edge e, bool high) {
@@ -137,10 +137,10 @@ Edge Operations::choice(Edge f, Edge g, Edge h) {
   };
   const Edge f0 = child(f, false), f1 = child(f, true), g0 = child(g, false), g1 = child(g, true);
   const Edge h0 = child(h, false), h1 = child(h, true);
-  const Edge r0 = choice(f0, g0, h0);
-  const Edge r1 = choice(f1, g1, h1);
+  const Edge r0 = ite(f0, g0, h0);
+  const Edge r1 = ite(f1, g1, h1);
   result = table_.make(table_.var_at(l), r0, r1);
-  cache_.add(Operation::Choice, f, g, h, result);
+  cache_.add(Operation::Ite, f, g, h, result);
   return result ^ complement;
 }
 
@@ -148,7 +148,7 @@ Edge Operations::exists(Edge f, VarSet set) {
   if (table_.level(f) > sets_[set].last_level)
     return f;
   Edge result;
-  if (known_or_step(Operation::Exists, f, set, 0, result))
+  if (find_or_count_step(Operation::Exists, f, set, 0, result))
     return result;
   const Var v = table_.node_of(f).var;
   const Edge f0 = table_.low_of(f), f1 = table_.high_of(f);
@@ -163,7 +163,7 @@ Edge Operations::exists(Edge f, VarSet set) {
   return result;
 }
 
-Edge Operations::exists_both(Edge f, Edge g, VarSet set) {
+Edge Operations::and_exists(Edge f, Edge g, VarSet set) {
   if (f == bdd_false || g == bdd_false || (f ^ g) == 1)
     return bdd_false;
   if (f == g || g == bdd_true)
@@ -175,31 +175,31 @@ Edge Operations::exists_both(Edge f, Edge g, VarSet set) {
   if (l > sets_[set].last_level)
     return conjunction(f, g);
   if (f > g)
-    return exists_both(g, f, set);
+    return and_exists(g, f, set);
   Edge result;
-  if (known_or_step(Operation::ExistsBoth, f, g, set, result))
+  if (find_or_count_step(Operation::AndExists, f, g, set, result))
     return result;
   const Edge f0 = fl == l ? table_.low_of(f) : f, f1 = fl == l ? table_.high_of(f) : f;
   const Edge g0 = gl == l ? table_.low_of(g) : g, g1 = gl == l ? table_.high_of(g) : g;
   const Var v = table_.var_at(l);
-  const Edge r0 = exists_both(f0, g0, set);
+  const Edge r0 = and_exists(f0, g0, set);
   if (sets_[set].contains[v]) {
     // If r0 is f1 (or g1), it does not depend on the set and contains the high branch.
     if (r0 == bdd_true || r0 == f1 || r0 == g1)
       result = r0;
     else
-      result = disjunction(r0, exists_both(f1, g1, set));
+      result = disjunction(r0, and_exists(f1, g1, set));
   } else {
-    const Edge r1 = exists_both(f1, g1, set);
+    const Edge r1 = and_exists(f1, g1, set);
     result = table_.make(v, r0, r1);
   }
-  cache_.add(Operation::ExistsBoth, f, g, set, result);
+  cache_.add(Operation::AndExists, f, g, set, result);
   return result;
 }
 
 // The cache key of three operands has no room for the set, so the cache holds the
 // results of one set at a time.
-void Operations::announce_minus(VarSet set) {
+void Operations::select_minus_set(VarSet set) {
   if (minus_set_ == set)
     return;
   clear_cache();
@@ -208,14 +208,14 @@ void Operations::announce_minus(VarSet set) {
 
 // If the top variable is quantified, the high branches of g and h are evaluated only
 // on the part of f that remains after the low branches.
-Edge Operations::minus_exists_both(Edge f, Edge g, Edge h, VarSet set) {
+Edge Operations::minus_and_exists(Edge f, Edge g, Edge h, VarSet set) {
   assert(set == minus_set_);
   if (f == bdd_false)
     return bdd_false;
   if (g == bdd_false || h == bdd_false || (g ^ h) == 1)
     return f;
   if (f == bdd_true)
-    return exists_both(g, h, set) ^ 1;
+    return and_exists(g, h, set) ^ 1;
   if (g == h || h == bdd_true)
     return conjunction(f, exists(g, set) ^ 1);
   if (g == bdd_true)
@@ -224,9 +224,9 @@ Edge Operations::minus_exists_both(Edge f, Edge g, Edge h, VarSet set) {
   if (std::min(gl, hl) > sets_[set].last_level)
     return conjunction(f, conjunction(g, h) ^ 1);
   if (g > h)
-    return minus_exists_both(f, h, g, set);
+    return minus_and_exists(f, h, g, set);
   Edge result;
-  if (known_or_step(Operation::MinusExistsBoth, f, g, h, result))
+  if (find_or_count_step(Operation::MinusAndExists, f, g, h, result))
     return result;
   const std::uint32_t l = std::min({fl, gl, hl});
   const Edge g0 = gl == l ? table_.low_of(g) : g, g1 = gl == l ? table_.high_of(g) : g;
@@ -234,15 +234,15 @@ Edge Operations::minus_exists_both(Edge f, Edge g, Edge h, VarSet set) {
   const Var v = table_.var_at(l);
   if (sets_[set].contains[v]) {
     assert(fl > l);
-    const Edge left = minus_exists_both(f, g0, h0, set);
-    result = minus_exists_both(left, g1, h1, set);
+    const Edge left = minus_and_exists(f, g0, h0, set);
+    result = minus_and_exists(left, g1, h1, set);
   } else {
     const Edge f0 = fl == l ? table_.low_of(f) : f, f1 = fl == l ? table_.high_of(f) : f;
-    const Edge r0 = minus_exists_both(f0, g0, h0, set);
-    const Edge r1 = minus_exists_both(f1, g1, h1, set);
+    const Edge r0 = minus_and_exists(f0, g0, h0, set);
+    const Edge r1 = minus_and_exists(f1, g1, h1, set);
     result = table_.make(v, r0, r1);
   }
-  cache_.add(Operation::MinusExistsBoth, f, g, h, result);
+  cache_.add(Operation::MinusAndExists, f, g, h, result);
   return result;
 }
 
@@ -252,7 +252,7 @@ Edge Operations::shift(Edge f, Direction direction) {
   const Edge complement = f & 1;
   f ^= complement;
   Edge result;
-  if (known_or_step(Operation::Shift, f, direction, 0, result))
+  if (find_or_count_step(Operation::Shift, f, direction, 0, result))
     return result ^ complement;
   const UniqueTable::Node &n = table_.node_of(f);
   const Var v = n.var;
@@ -276,7 +276,7 @@ Edge Operations::simplify(Edge f, Edge care) {
   const Edge complement = f & 1;
   f ^= complement;
   Edge result;
-  if (known_or_step(Operation::Simplify, f, care, 0, result))
+  if (find_or_count_step(Operation::Simplify, f, care, 0, result))
     return result ^ complement;
   const std::uint32_t fl = table_.level(f), cl = table_.level(care);
   if (cl < fl) {
@@ -315,7 +315,7 @@ Edge Operations::branch(Var v, Edge low, Edge high) {
   const std::uint32_t l = table_.level_of(v);
   if (l < table_.level(low) && l < table_.level(high))
     return table_.make(v, low, high);
-  return choice(table_.make(v, bdd_false, bdd_true), high, low);
+  return ite(table_.make(v, bdd_false, bdd_true), high, low);
 }
 
 } // namespace slugs

@@ -14,8 +14,8 @@
 
 namespace slugs {
 
-// Thrown by an operation when the total work exceeds Operations::most_work.
-struct Overworked {};
+// Thrown by an operation when the total work exceeds Operations::work_limit.
+struct WorkLimitReached {};
 
 class Operations {
 public:
@@ -37,18 +37,18 @@ public:
 
   Edge conjunction(Edge f, Edge g);
   Edge disjunction(Edge f, Edge g) { return conjunction(f ^ 1, g ^ 1) ^ 1; }
-  Edge exclusive(Edge f, Edge g);
-  Edge choice(Edge f, Edge g, Edge h); // if f then g else h
+  Edge exclusive_or(Edge f, Edge g);
+  Edge ite(Edge f, Edge g, Edge h); // if f then g else h
 
   VarSet make_set(const std::vector<Var> &members);
   bool is_set(VarSet set) const { return set < sets_.size(); }
   bool is_empty(VarSet set) const { return sets_[set].empty; }
   Edge exists(Edge f, VarSet set);
-  Edge exists_both(Edge f, Edge g, VarSet set); // exists set. f & g
+  Edge and_exists(Edge f, Edge g, VarSet set); // exists set. f & g
   // f & !exists set. g & h, where f depends on no variable of the set.  The set must
-  // be that of the last call of announce_minus.
-  void announce_minus(VarSet set);
-  Edge minus_exists_both(Edge f, Edge g, Edge h, VarSet set);
+  // be that of the last call of select_minus_set.
+  void select_minus_set(VarSet set);
+  Edge minus_and_exists(Edge f, Edge g, Edge h, VarSet set);
   // Rename current to next variables or back; f must depend on one kind only.
   enum Direction : Edge { ToCurrent = 0, ToNext = 1 };
   Edge shift(Edge f, Direction direction);
@@ -64,8 +64,8 @@ public:
   static constexpr std::uint64_t unlimited_work = static_cast<std::uint64_t>(-1);
   std::uint64_t work() const { return work_; } // steps that missed the cache so far
   // Limits of work(), checked every 16384 steps.
-  std::uint64_t most_work = unlimited_work;           // else Overworked
-  std::uint64_t most_operation_work = unlimited_work; // else Outgrown
+  std::uint64_t work_limit = unlimited_work;          // else WorkLimitReached
+  std::uint64_t most_operation_work = unlimited_work; // else OperationAborted
 
   UniqueTable &table() { return table_; }
   const UniqueTable &table() const { return table_; }
@@ -77,7 +77,7 @@ private:
     bool empty = true;
   };
 
-  bool known_or_step(Operation op, Edge f, Edge g, Edge h, Edge &result);
+  bool find_or_count_step(Operation op, Edge f, Edge g, Edge h, Edge &result);
   void find_last_level(QuantifiedSet &set) const;
 
   OperationCache cache_;

@@ -17,13 +17,13 @@ public:
   explicit References(MemoryAccount &account) : counts_(account) {}
 
   // Extend the table to this many nodes; new nodes have no references.
-  void cover(std::size_t nodes) {
+  void resize_for(std::size_t nodes) {
     if (nodes > counts_.size())
       counts_.resize(nodes);
   }
   void add(Edge e) { ++counts_[e >> 1]; }
   // Remove one reference and return whether none is left.
-  bool remove_last(Edge e) {
+  bool remove(Edge e) {
     assert(counts_[e >> 1] > 0); // else a reference was not counted, or removed twice
     return --counts_[e >> 1] == 0;
   }

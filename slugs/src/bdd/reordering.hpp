@@ -37,7 +37,7 @@ public:
 
   // Sift the complete relations thoroughly; then sift only in between_steps() and when
   // an operation is aborted.
-  void settle();
+  void start_fixpoints();
 
   // Sift in a fixpoint if it is worthwhile; `step` is representative of the next steps.
   using Work = std::function<void()>;
@@ -48,26 +48,26 @@ private:
 
   // Called by the store.  The limits of live_nodes() and work() at which an operation
   // that starts now is aborted:
-  std::size_t most_nodes() const;
-  std::uint64_t most_work() const;
+  std::size_t node_limit() const;
+  std::uint64_t work_limit() const;
   void before_operation();
   // Sift after an operation was aborted for the `times`-th time.
-  void after_giving_up(unsigned times);
+  void after_abort(unsigned times);
 
   SiftingLog sift_thoroughly();
   void plan(std::size_t times);
-  std::uint64_t effort(std::size_t nodes) const;
-  std::uint64_t gamble() const;
+  std::uint64_t sifting_cost(std::size_t nodes) const;
+  std::uint64_t tentative_budget() const;
   std::uint64_t cost(const Work &step, std::uint64_t limit);
 
   BddStore &store_;
-  bool settled_ = false;
+  bool in_fixpoints_ = false;
   bool active_ = true; // false while a step is measured and during sifting itself
   std::size_t sift_at_;
-  std::size_t allowance_;        // nodes that an operation may create
-  std::uint64_t indulgence_ = 1; // work that an operation may take, as a multiple of effort()
-  std::uint64_t worked_ = 0;     // work() at the last measurement of a step
-  std::uint64_t patience_ = 0;   // work from then to the next measurement
+  std::size_t operation_node_limit_;      // nodes that an operation may create
+  std::uint64_t work_limit_factor_ = 1;   // work that an operation may take, as a multiple of sifting_cost()
+  std::uint64_t work_at_measurement_ = 0; // work() at the last measurement of a step
+  std::uint64_t work_until_measurement_ = 0; // work from then to the next measurement
 };
 
 } // namespace slugs

@@ -77,7 +77,7 @@ private:
     if (roots == Roots::Handles)
       store_.collect();
     table_.clear_marks();
-    references_.cover(table_.nodes_.size());
+    references_.resize_for(table_.nodes_.size());
     for (std::uint32_t n = 1; n < table_.used_; ++n) {
       const UniqueTable::Node &node = table_.nodes_[n];
       if (node.var == UniqueTable::free_var)
@@ -191,7 +191,7 @@ private:
     const std::size_t before = table_.live_;
     const Edge e = table_.make(v, low, high);
     if (table_.live_ != before) {
-      references_.cover(table_.nodes_.size());
+      references_.resize_for(table_.nodes_.size());
       assert(!references_.has_any(e));
       references_.add(low);
       references_.add(high);
@@ -203,7 +203,7 @@ private:
 
   void release(Edge e) {
     const std::uint32_t n = e >> 1;
-    if (!references_.remove_last(e) || n == 0)
+    if (!references_.remove(e) || n == 0)
       return;
     const Edge low = table_.nodes_[n].low, high = table_.nodes_[n].high;
     unchain(n);

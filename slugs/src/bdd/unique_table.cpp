@@ -64,7 +64,7 @@ std::uint32_t UniqueTable::allocate() {
   if ((live_ & 0xFFF) == 0) {
     account_.budget().check();
     if (live_ > most_nodes_)
-      throw Outgrown();
+      throw OperationAborted();
   }
   std::uint32_t n = free_list_;
   if (n) {

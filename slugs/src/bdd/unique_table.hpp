@@ -23,7 +23,7 @@
 namespace slugs {
 
 // Thrown by an operation that exceeds its node or work limit, see BddStore::run().
-struct Outgrown {};
+struct OperationAborted {};
 
 class UniqueTable {
 public:
@@ -73,7 +73,7 @@ public:
   std::size_t live() const { return live_; }
   std::size_t peak() const { return peak_; }
   std::size_t capacity() const { return nodes_.size(); }
-  // Let make() throw Outgrown beyond this many nodes; checked every 4096 nodes.
+  // Let make() throw OperationAborted beyond this many nodes; checked every 4096 nodes.
   void limit_nodes(std::size_t most) { most_nodes_ = most; }
   MemoryAccount &account() { return account_; }
 

@@ -89,7 +89,7 @@ Specification read(const std::string &file, const Budget &budget) try {
 }
 
 // A verdict that cannot be written is not a verdict.
-void tell(const std::string &text) {
+void report(const std::string &text) {
   std::cerr << text;
   if (!std::cerr)
     throw WriteError("cannot write to standard error");
@@ -126,7 +126,7 @@ private:
 };
 
 ExitStatus solve(const Options &options, const Budget &budget) {
-  tell("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
+  report("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
   const Specification specification = read(options.file, budget);
   // Opened first: an output that cannot be written should not cost a solution.
   StatsFile stats(options.stats_file);
@@ -145,7 +145,7 @@ ExitStatus solve(const Options &options, const Budget &budget) {
   try {
     const bool realizable = solver.verdict() == Verdict::Realizable;
     word = realizable ? "realizable" : "unrealizable";
-    tell(std::string("RESULT: Specification is ") + word + ".\n");
+    report(std::string("RESULT: Specification is ") + word + ".\n");
     if (realizable ? options.explicit_strategy : options.counter_strategy) {
       const std::unique_ptr<StrategySink> sink = sink_for(options, specification, out->stream());
       if (realizable)
@@ -166,7 +166,7 @@ ExitStatus solve(const Options &options, const Budget &budget) {
 }
 
 ExitStatus serve_moves(const Options &options, const Budget &budget) {
-  tell("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
+  report("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
   const Specification specification = read(options.file, budget);
   StatsFile stats(options.stats_file);
   OutFile out("");
@@ -179,7 +179,7 @@ ExitStatus serve_moves(const Options &options, const Budget &budget) {
   try {
     const bool realizable = solver.verdict() == Verdict::Realizable;
     word = realizable ? "realizable" : "unrealizable";
-    tell(std::string("RESULT: Specification is ") + word + ".\n");
+    report(std::string("RESULT: Specification is ") + word + ".\n");
     strategy = realizable ? &solver.on_demand() : nullptr;
   } catch (const LimitReached &limit) {
     stats.write(solver, word);

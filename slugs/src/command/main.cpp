@@ -27,7 +27,7 @@ std::size_t size_of(void *block) {
 #endif
 }
 
-void give_back(void *block) {
+void deallocate(void *block) {
   if (block)
     heap.used -= size_of(block);
   std::free(block);
@@ -63,12 +63,12 @@ void *operator new[](std::size_t bytes) { return operator new(bytes); }
 void *operator new[](std::size_t bytes, const std::nothrow_t &) noexcept {
   return operator new(bytes, std::nothrow);
 }
-void operator delete(void *block, const std::nothrow_t &) noexcept { give_back(block); }
-void operator delete[](void *block, const std::nothrow_t &) noexcept { give_back(block); }
-void operator delete(void *block) noexcept { give_back(block); }
-void operator delete[](void *block) noexcept { give_back(block); }
-void operator delete(void *block, std::size_t) noexcept { give_back(block); }
-void operator delete[](void *block, std::size_t) noexcept { give_back(block); }
+void operator delete(void *block, const std::nothrow_t &) noexcept { deallocate(block); }
+void operator delete[](void *block, const std::nothrow_t &) noexcept { deallocate(block); }
+void operator delete(void *block) noexcept { deallocate(block); }
+void operator delete[](void *block) noexcept { deallocate(block); }
+void operator delete(void *block, std::size_t) noexcept { deallocate(block); }
+void operator delete[](void *block, std::size_t) noexcept { deallocate(block); }
 
 int main(int argc, char **argv) {
   allow_deep_recursion();

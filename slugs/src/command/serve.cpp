@@ -79,9 +79,9 @@ private:
     json.end();
     const bool asks_for_move = state || inputs || goal;
     if (start && !wanted && !nodes && !asks_for_move)
-      return tell(strategy_.start(*start));
+      return write_position(strategy_.start(*start));
     if (wanted && nodes && !start && !asks_for_move)
-      return tell(strategy_.find(*wanted, *nodes));
+      return write_position(strategy_.find(*wanted, *nodes));
     if (start || wanted || nodes || !state || !inputs || !goal)
       throw BadRequest{"expected \"start\", or \"find\" and \"nodes\", or \"state\", \"goal\" and "
                        "\"inputs\""};
@@ -91,7 +91,7 @@ private:
     move(*state, static_cast<std::uint32_t>(*goal), *inputs);
   }
 
-  void tell(const std::optional<Position> &position) {
+  void write_position(const std::optional<Position> &position) {
     if (!position) {
       out_ << "{\"state\": null}";
       return;

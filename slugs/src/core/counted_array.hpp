@@ -24,7 +24,7 @@ public:
     const std::size_t used = used_ + (budget_.also_used ? *budget_.also_used : 0);
     return bytes <= budget_.memory_bytes && used <= budget_.memory_bytes - bytes;
   }
-  // Charge bytes before they are allocated; give_back() returns them.
+  // Charge bytes before they are allocated; release() returns them.
   void take(std::size_t bytes) {
     if (!has_room(bytes))
       refuse();
@@ -32,7 +32,7 @@ public:
     if (used_ > peak_)
       peak_ = used_;
   }
-  void give_back(std::size_t bytes) {
+  void release(std::size_t bytes) {
     assert(bytes <= used_);
     used_ -= bytes;
   }
@@ -41,7 +41,7 @@ public:
   std::size_t used() const { return used_; }
   std::size_t peak() const { return peak_; }
   const Budget &budget() const { return budget_; }
-  void lift_deadline() { budget_.deadline = Budget::Clock::time_point::max(); }
+  void remove_deadline() { budget_.deadline = Budget::Clock::time_point::max(); }
 
 private:
   Budget budget_;
@@ -73,19 +73,19 @@ public:
     void *moved = std::realloc(static_cast<void *>(data_), bytes);
     if (!moved) {
       if (bytes > old_bytes)
-        account_.give_back(bytes - old_bytes);
+        account_.release(bytes - old_bytes);
       MemoryAccount::refuse();
     }
     data_ = static_cast<T *>(moved);
     if (bytes > old_bytes)
       std::memset(static_cast<void *>(data_ + size_), 0, bytes - old_bytes);
     else
-      account_.give_back(old_bytes - bytes);
+      account_.release(old_bytes - bytes);
     size_ = size;
   }
   void release() {
     std::free(static_cast<void *>(data_));
-    account_.give_back(size_ * sizeof(T));
+    account_.release(size_ * sizeof(T));
     data_ = nullptr;
     size_ = 0;
   }

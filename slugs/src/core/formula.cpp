@@ -44,18 +44,18 @@ FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
   assert(left < nodes_.size() && right < nodes_.size());
   const FormulaNode node{op, left, right};
   const std::uint64_t h = hash(node);
-  Slot &slot = slots_[place_of(node, h)];
+  Slot &slot = slots_[slot_of(node, h)];
   if (slot.id)
     return slot.id;
   const FormulaId id = add(node);
   slot = {tag_of(h), id};
-  if (3 * ++remembered_ > 2 * slots_.size())
-    make_room();
+  if (3 * ++used_slots_ > 2 * slots_.size())
+    rehash();
   return id;
 }
 
 // Open addressing.  Single entries are never removed, so an empty slot ends the search.
-std::size_t FormulaPool::place_of(const FormulaNode &node, std::uint64_t hash) const {
+std::size_t FormulaPool::slot_of(const FormulaNode &node, std::uint64_t hash) const {
   const std::size_t last = slots_.size() - 1;
   const std::uint32_t tag = tag_of(hash);
   for (std::size_t place = hash & last;; place = (place + 1) & last) {
@@ -71,7 +71,7 @@ std::size_t FormulaPool::place_of(const FormulaNode &node, std::uint64_t hash) c
 }
 
 // Double the table, or clear it at its maximum size: then only later formulas are found.
-void FormulaPool::make_room() {
+void FormulaPool::rehash() {
   const bool forget = slots_.size() >= most_slots_;
   const std::size_t size = forget ? recent_slots : 2 * slots_.size();
   slots_ = std::vector<Slot>(); // free the old table before allocating the new one
@@ -79,14 +79,14 @@ void FormulaPool::make_room() {
   if (forget) {
     most_slots_ = recent_slots;
     oldest_ = static_cast<FormulaId>(nodes_.size());
-    remembered_ = 0;
+    used_slots_ = 0;
   }
   for (FormulaId id = oldest_; id < nodes_.size(); ++id) {
     const FormulaNode &node = nodes_[id];
     if (node.op < Op::Not)
       continue;
     const std::uint64_t h = hash(node);
-    slots_[place_of(node, h)] = {tag_of(h), id};
+    slots_[slot_of(node, h)] = {tag_of(h), id};
   }
 }
 
@@ -127,7 +127,7 @@ FormulaId FormulaPool::disjunction(FormulaId f, FormulaId g) {
   return intern(Op::Or, f, g);
 }
 
-FormulaId FormulaPool::exclusive(FormulaId f, FormulaId g) {
+FormulaId FormulaPool::exclusive_or(FormulaId f, FormulaId g) {
   if (f > g)
     std::swap(f, g);
   if (f == g)

@@ -50,9 +50,9 @@ public:
   FormulaId negation(FormulaId f);
   FormulaId conjunction(FormulaId f, FormulaId g);
   FormulaId disjunction(FormulaId f, FormulaId g);
-  FormulaId exclusive(FormulaId f, FormulaId g);
+  FormulaId exclusive_or(FormulaId f, FormulaId g);
   FormulaId implication(FormulaId f, FormulaId g) { return disjunction(negation(f), g); }
-  FormulaId equivalence(FormulaId f, FormulaId g) { return negation(exclusive(f, g)); }
+  FormulaId equivalence(FormulaId f, FormulaId g) { return negation(exclusive_or(f, g)); }
 
   const FormulaNode &operator[](FormulaId id) const {
     assert(id < nodes_.size());
@@ -76,8 +76,8 @@ private:
   FormulaId add(const FormulaNode &node);
 
   // Return the slot that contains the node, or the empty slot where it belongs.
-  std::size_t place_of(const FormulaNode &node, std::uint64_t hash) const;
-  void make_room();
+  std::size_t slot_of(const FormulaNode &node, std::uint64_t hash) const;
+  void rehash();
 
   // A search reads nodes only where the tags agree.
   struct Slot {
@@ -89,7 +89,7 @@ private:
   std::vector<FormulaId> variables_; // ids by 2 * index + next; 0 if not created yet
   std::vector<Slot> slots_;          // operators from oldest_ on
   FormulaId oldest_ = 0;
-  std::size_t remembered_ = 0; // number of used slots
+  std::size_t used_slots_ = 0; // number of used slots
   std::size_t most_slots_ = ordinary_slots;
 };
 

@@ -31,7 +31,7 @@ public:
     return *this;
   }
   // Write the text if the buffer is full; call it after a bounded number of insertions.
-  void pass_on() {
+  void flush_if_full() {
     if (text_.size() >= capacity)
       flush();
   }

@@ -40,15 +40,13 @@ Bdd CounterFixpoint::initial() {
   const Bdd lost = game_.env_init & game_.sys_init & won_;
   if (robotics_init_)
     return lost;
-  const Bdd all_lost =
-      game_.env_init & !game_.store.exists_both(game_.sys_init, !won_, game_.current_outputs);
+  const Bdd all_lost = game_.env_init & !game_.store.and_exists(game_.sys_init, !won_, game_.current_outputs);
   return lost & all_lost;
 }
 
 Bdd CounterFixpoint::forcing(const Bdd &targets) {
   const Bdd stuck = game_.env_trans & !game_.answerable;
-  return stuck |
-         game_.store.minus_exists_both(game_.env_trans, game_.sys_trans, !targets, game_.next_outputs);
+  return stuck | game_.store.minus_and_exists(game_.env_trans, game_.sys_trans, !targets, game_.next_outputs);
 }
 
 void CounterFixpoint::attract() {

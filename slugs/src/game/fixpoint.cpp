@@ -22,13 +22,14 @@
 #include "game/fixpoint.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace slugs {
 
 Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics)
     : game_(game), robotics_init_(robotics_init), order_(order), statistics_(statistics), z_(game.states),
-      progress_(game.guarantees.size()), settled_(game.guarantees.size()), reached_(game) {
+      progress_(game.guarantees.size()), y_converged_(game.guarantees.size()), reached_(game) {
   for (const Bdd &assumption : game.assumptions) {
     const std::vector<Var> support = game.store.support(assumption);
     decided_by_input_.push_back(std::none_of(support.begin(), support.end(), [&](Var v) {
@@ -47,8 +48,8 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::
   Bdd open = game_.narrowed(moves, x);
   const auto step = [&] {
     const Bdd unanswered =
-        store.minus_exists_both(open, game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
-    return game_.origins(unanswered);
+        store.minus_and_exists(open, game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
+    return game_.sources(unanswered);
   };
   for (;;) {
     ++iterations;
@@ -101,99 +102,139 @@ Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64
   if (!decided_by_input_[i])
     return stay(start, open, !assumption, iterations);
   // The system cannot wait where the environment can meet the assumption.
-  const Bdd x = start & !game_.origins(open, assumption);
+  const Bdd x = start & !game_.sources(open, assumption);
   if (assumption.is_true())
     return x;
   return stay(x, open & !assumption, store.constant(true), iterations);
 }
 
-Bdd Fixpoint::reach_goal(std::size_t j) {
-  BddStore &store = game_.store;
-  const GoalProgress before = std::move(progress_[j]);
-  progress_[j].clear();
-  // The waiting sets of a round are contained in those of the same round in the
-  // previous iteration, when Z was larger.  Later rounds are contained in its last
-  // round only if Y had converged there; if Y had reached Z, they have no known bound.
-  const bool settled = settled_[j];
-  settled_[j] = true;
-  // Moves of the environment that the system cannot answer by approaching the goal.
-  const Bdd moves = game_.moves_from(z_);
-  Bdd open = moves;
-  const auto answer = [&](const Bdd &targets) {
-    const auto step = [&] {
-      return store.minus_exists_both(open, game_.sys_trans, targets, game_.next_outputs);
-    };
-    open = step();
-    game_.reordering.between_steps(step);
-  };
-  answer(game_.guarantees[j] & store.to_next(z_));
-  const bool verdict_only = order_ == Steps::Fewest;
-  const Bdd last = verdict_only ? moves & !open : Bdd();
-  const auto finish = [&](const Bdd &y) {
-    if (verdict_only && y == z_)
-      reached_.add(last);
-    return y;
-  };
-  const auto covered = [&] {
-    if (!verdict_only || !reached_.covered(open))
-      return false;
-    settled_[j] = false;
-    progress_[j].clear();
-    return true;
-  };
-  Bdd y = store.constant(false);
-  for (std::size_t k = 0;; ++k) {
-    ++statistics_.y_iterations[j];
-    if (covered())
-      return finish(z_);
-    Round round;
-    Bdd larger = y;
-    // Upstream computes waiting sets from the targets at the start of the round.  With
-    // a bias for action these exclude the targets that the plain steps have just added.
-    const Bdd open_before = order_ == Steps::BiasForAction ? open : Bdd();
-    if (order_ != Steps::Plain) {
-      // Steps without assumptions are far cheaper than waiting sets.
-      for (;;) {
-        if (order_ == Steps::BiasForAction)
-          round.steps.emplace_back(store, larger);
-        const Bdd next = larger | (z_ & !game_.origins(open));
-        if (next == larger)
-          break;
-        answer(store.to_next(next & !larger));
-        larger = next;
-        if (covered())
-          return finish(z_);
-      }
-      if (verdict_only && larger == z_) {
+// The middle fixpoint (Y) for guarantee j: the states of Z from which the system meets the
+// goal or stays where an assumption is not met.
+class Fixpoint::GoalFixpoint {
+public:
+  GoalFixpoint(Fixpoint &fixpoint, std::size_t j)
+      : fixpoint_(fixpoint), game_(fixpoint.game_), store_(game_.store), z_(fixpoint.z_),
+        order_(fixpoint.order_), progress_(fixpoint.progress_[j]), converged_(fixpoint.y_converged_[j]),
+        y_iterations_(fixpoint.statistics_.y_iterations[j]),
+        x_iterations_(fixpoint.statistics_.x_iterations[j]), before_(std::exchange(progress_, {})),
+        all_bounded_(std::exchange(converged_, true)), moves_(game_.moves_from(z_)), open_(moves_) {
+    answer(game_.guarantees[j] & store_.to_next(z_));
+    if (verdict_only())
+      met_ = moves_ & !open_;
+  }
+
+  Bdd solve() {
+    Bdd y = store_.constant(false);
+    for (;;) {
+      ++y_iterations_;
+      if (covered())
+        return finish(z_);
+      Round round;
+      // Upstream computes waiting sets from the targets at the start of the round.  With
+      // a bias for action these exclude the targets that the plain steps have just added.
+      const Bdd open_before = order_ == Steps::BiasForAction ? open_ : Bdd();
+      const std::optional<Bdd> closer = order_ == Steps::Plain ? y : step_closer(round, y);
+      if (!closer)
+        return finish(z_);
+      if (verdict_only() && *closer == z_) {
         // Waiting cannot add states; Z bounds the skipped waiting sets.
         for (std::size_t i = 0; i < game_.assumptions.size(); ++i)
-          round.waiting.emplace_back(store, z_);
-        progress_[j].push_back(std::move(round));
+          round.waiting.emplace_back(store_, z_);
+        progress_.push_back(std::move(round));
+        return finish(z_);
+      }
+      const bool biased = order_ == Steps::BiasForAction;
+      const Bdd larger = *closer | wait(round, biased ? open_before : open_, biased ? y : *closer);
+      progress_.push_back(std::move(round));
+      if (larger == y || larger == z_) { // Y cannot outgrow Z.
+        converged_ = larger == y;
         return finish(larger);
       }
+      answer(store_.to_next(larger & !*closer));
+      y = larger;
     }
-    const Bdd answered = larger; // moves that can be answered into this set are not open
-    const Bdd &unanswered = order_ == Steps::BiasForAction ? open_before : open;
-    const Bdd &closer = order_ == Steps::BiasForAction ? y : answered;
-    for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
-      // States that are already closer need not wait.
-      Bdd start = z_ & !closer;
-      if (!before.empty() && (settled || k < before.size()))
-        start &= before[std::min(k, before.size() - 1)].waiting[i].thaw(store);
-      const Bdd waiting = closer | wait(unanswered, start, i, statistics_.x_iterations[j]);
-      round.waiting.emplace_back(store, waiting);
-      larger |= waiting;
-    }
-    // Y cannot outgrow Z.
-    const bool done = larger == y || larger == z_;
-    progress_[j].push_back(std::move(round));
-    if (done) {
-      settled_[j] = larger == y;
-      return finish(larger);
-    }
-    answer(store.to_next(larger & !answered));
-    y = larger;
   }
-}
+
+private:
+  bool verdict_only() const { return order_ == Steps::Fewest; }
+
+  // Leave open what the system cannot answer by moving to `targets`.
+  void answer(const Bdd &targets) {
+    const auto step = [&] {
+      return store_.minus_and_exists(open_, game_.sys_trans, targets, game_.next_outputs);
+    };
+    open_ = step();
+    game_.reordering.between_steps(step);
+  }
+
+  // Return whether the moves that are open are known to be answered; only the verdict
+  // follows from that.
+  bool covered() {
+    if (!verdict_only() || !fixpoint_.reached_.covered(open_))
+      return false;
+    converged_ = false;
+    progress_.clear();
+    return true;
+  }
+
+  Bdd finish(const Bdd &y) {
+    if (verdict_only() && y == z_)
+      fixpoint_.reached_.add(met_);
+    return y;
+  }
+
+  // Return the states that reach `y` without assumptions, which is far cheaper than
+  // waiting sets; nothing if the open moves are covered.
+  std::optional<Bdd> step_closer(Round &round, const Bdd &y) {
+    Bdd closer = y;
+    for (;;) {
+      if (order_ == Steps::BiasForAction)
+        round.steps.emplace_back(store_, closer);
+      const Bdd next = closer | (z_ & !game_.sources(open_));
+      if (next == closer)
+        return closer;
+      answer(store_.to_next(next & !closer));
+      closer = next;
+      if (covered())
+        return std::nullopt;
+    }
+  }
+
+  // Add the waiting sets of a round and return their union.  States in `closer` need not
+  // wait.
+  Bdd wait(Round &round, const Bdd &unanswered, const Bdd &closer) {
+    // The waiting sets of a round are contained in those of the same round in the
+    // previous iteration, when Z was larger.  Later rounds are contained in its last
+    // round only if Y had converged there; if Y had reached Z, they have no known bound.
+    const std::size_t k = progress_.size();
+    const bool bounded = !before_.empty() && (all_bounded_ || k < before_.size());
+    Bdd result = store_.constant(false);
+    for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
+      Bdd start = z_ & !closer;
+      if (bounded)
+        start &= before_[std::min(k, before_.size() - 1)].waiting[i].thaw(store_);
+      const Bdd waiting = closer | fixpoint_.wait(unanswered, start, i, x_iterations_);
+      round.waiting.emplace_back(store_, waiting);
+      result |= waiting;
+    }
+    return result;
+  }
+
+  Fixpoint &fixpoint_;
+  Game &game_;
+  BddStore &store_;
+  const Bdd &z_;
+  const Steps order_;
+  GoalProgress &progress_;
+  char &converged_; // whether Y has converged to a set other than Z
+  std::uint64_t &y_iterations_, &x_iterations_;
+  const GoalProgress before_; // rounds of the previous iteration
+  const bool all_bounded_;    // by its last round
+  const Bdd moves_;
+  Bdd open_; // moves of the environment that the system cannot answer by approaching the goal
+  Bdd met_;  // moves that it can answer by meeting the goal; if only the verdict is wanted
+};
+
+Bdd Fixpoint::reach_goal(std::size_t j) { return GoalFixpoint(*this, j).solve(); }
 
 } // namespace slugs

@@ -47,6 +47,8 @@ public:
   const std::vector<GoalProgress> &progress() const { return progress_; }
 
 private:
+  class GoalFixpoint;
+
   Bdd stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations);
   void leave_stuck_states();
   void close_under_safety();
@@ -60,7 +62,7 @@ private:
   std::vector<bool> decided_by_input_; // per assumption: whether it is independent of next outputs
   Bdd z_;
   std::vector<GoalProgress> progress_; // per guarantee
-  std::vector<char> settled_;          // per guarantee: whether Y converged in its last round
+  std::vector<char> y_converged_;      // per guarantee: whether Y converged in its last round
   ReachedGoals reached_;
 };
 

@@ -100,9 +100,9 @@ void Game::build(const Conjuncts &conjuncts, const Environment &environment) {
     build_parts(translate, conjuncts, environment, {answers.begin(), of_outputs});
   assumptions = goals(store, translate, specification[Section::EnvLiveness]);
   guarantees = goals(store, translate, specification[Section::SysLiveness]);
-  const std::vector<Var> nobody_reads = unread();
-  if (!nobody_reads.empty())
-    unread_ = store.make_set(nobody_reads);
+  const std::vector<Var> unread = unread_variables();
+  if (!unread.empty())
+    unread_ = store.make_set(unread);
 }
 
 void Game::build_parts(Translation &translate, const Conjuncts &conjuncts, const Environment &environment,
@@ -119,16 +119,16 @@ void Game::build_parts(Translation &translate, const Conjuncts &conjuncts, const
   }
   parts_->moves.insert(parts_->moves.end(), env_factors_.begin(), env_factors_.end());
   env_factors_.clear();
-  std::map<std::vector<std::uint32_t>, std::vector<Conjunct>> about; // keyed by next inputs
+  std::map<std::vector<std::uint32_t>, std::vector<Conjunct>> by_next_inputs; // keyed by next inputs
   for (const Conjunct &f : answers) {
     std::vector<std::uint32_t> inputs;
     for (const Read read : conjuncts.reads(f))
       if (read.next)
         inputs.push_back(read.variable);
     std::sort(inputs.begin(), inputs.end());
-    about[inputs].push_back(f);
+    by_next_inputs[inputs].push_back(f);
   }
-  for (const auto &[inputs, constraints] : about)
+  for (const auto &[inputs, constraints] : by_next_inputs)
     parts_->answerable.push_back(conjunction(constraints));
 
   const std::vector<Bdd> &moves = parts_->moves;
@@ -142,7 +142,7 @@ void Game::build_parts(Translation &translate, const Conjuncts &conjuncts, const
   parts_->step.emplace(store, all, current_vars());
 }
 
-std::vector<Var> Game::unread() {
+std::vector<Var> Game::unread_variables() {
   std::vector<bool> read(2 * specification.variables.size(), false);
   std::vector<std::vector<Bdd>> relations{env_factors_, {answerable, sys_trans}, assumptions, guarantees};
   if (parts_)
@@ -189,21 +189,21 @@ std::vector<Bdd> Game::environment(const Bdd &some) {
   return parts_ ? parts_->moves : std::vector<Bdd>{env_trans & some};
 }
 
-Bdd Game::origins(const Bdd &moves) {
+Bdd Game::sources(const Bdd &moves) {
   return parts_ ? (*parts_->undo)(moves) : store.exists(moves, next_inputs);
 }
 
-Bdd Game::origins(const Bdd &moves, const Bdd &allowed) {
-  return parts_ ? origins(moves & allowed) : store.exists_both(moves, allowed, next_inputs);
+Bdd Game::sources(const Bdd &moves, const Bdd &allowed) {
+  return parts_ ? sources(moves & allowed) : store.and_exists(moves, allowed, next_inputs);
 }
 
 Bdd Game::stuck_states() {
   if (!parts_)
-    return origins(env_trans & !answerable);
+    return sources(env_trans & !answerable);
   const Bdd moves = moves_from(states);
   Bdd stuck = store.constant(false);
   for (const Bdd &part : parts_->answerable)
-    stuck |= origins(moves & !part);
+    stuck |= sources(moves & !part);
   return stuck;
 }
 
@@ -211,15 +211,15 @@ Bdd Game::image(const Bdd &from) {
   if (parts_)
     return store.to_current((*parts_->step)(from));
   assert(!env_factors_.empty());
-  return store.to_current(store.exists_both(environment_moves(from) & answerable, sys_trans, current));
+  return store.to_current(store.and_exists(environment_moves(from) & answerable, sys_trans, current));
 }
 
-Bdd Game::with_alike(const Bdd &some) { return unread_ ? store.exists(some, *unread_) : some; }
+Bdd Game::with_equivalent(const Bdd &some) { return unread_ ? store.exists(some, *unread_) : some; }
 
 bool Game::wins_initially(const Bdd &winning, bool robotics_init) {
   if (robotics_init)
     return (env_init & sys_init & !winning).is_false();
-  return (env_init & !store.exists_both(sys_init, winning, current_outputs)).is_false();
+  return (env_init & !store.and_exists(sys_init, winning, current_outputs)).is_false();
 }
 
 std::vector<Var> Game::current_vars() const { return vars_of(specification, false, true, true); }

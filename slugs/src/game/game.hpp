@@ -9,8 +9,8 @@
 #include "bdd/bdd.hpp"
 #include "bdd/reordering.hpp"
 #include "core/specification.hpp"
-#include "game/conjuncts.hpp"
-#include "game/independent_parts.hpp"
+#include "game/analysis/conjuncts.hpp"
+#include "game/analysis/independent_parts.hpp"
 #include "game/product.hpp"
 #include "game/translation.hpp"
 
@@ -60,8 +60,8 @@ struct Game {
   Bdd narrowed(const Bdd &moves, const Bdd &some) const { return parts_ ? moves : moves & some; }
   // Return the states from which the environment has one of these moves; if it has
   // independent parts, also states outside of `states`.
-  Bdd origins(const Bdd &moves);
-  Bdd origins(const Bdd &moves, const Bdd &allowed); // origins of the intersection
+  Bdd sources(const Bdd &moves);
+  Bdd sources(const Bdd &moves, const Bdd &allowed); // sources of the intersection
   // Return relations whose conjunction is ENV_TRANS on these states.
   std::vector<Bdd> environment(const Bdd &some);
   // Return the states in which the environment has a move that deadlocks the system.
@@ -73,8 +73,8 @@ struct Game {
 
   // Add the states that differ from these only in current values that nothing reads.
   // Such states have the same successors, so they are equivalent in the game.
-  Bdd with_alike(const Bdd &some);
-  bool tells_all_apart() const { return !unread_; }
+  Bdd with_equivalent(const Bdd &some);
+  bool reads_all_variables() const { return !unread_; }
 
   // Return whether the specification is realizable if the system wins from these states.
   bool wins_initially(const Bdd &winning, bool robotics_init);
@@ -97,11 +97,11 @@ private:
   Bdd environment_moves(const Bdd &from) const;
 
   // Return the current variables that neither a relation nor a liveness condition reads.
-  std::vector<Var> unread();
+  std::vector<Var> unread_variables();
 
   std::vector<Bdd> env_factors_; // factors of ENV_TRANS
   std::optional<Parts> parts_;
-  std::optional<VarSet> unread_; // the variables returned by unread(), if any
+  std::optional<VarSet> unread_; // the variables returned by unread_variables(), if any
 };
 
 } // namespace slugs

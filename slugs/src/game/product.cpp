@@ -21,7 +21,7 @@ Product::Product(BddStore &store, const std::vector<Bdd> &relations, const std::
 Bdd Product::operator()(const Bdd &f) const {
   Bdd result = store_.exists(f, unread_);
   for (const Factor &factor : factors_)
-    result = store_.exists_both(result, factor.relation, factor.dropped);
+    result = store_.and_exists(result, factor.relation, factor.dropped);
   return result;
 }
 

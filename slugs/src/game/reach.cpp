@@ -7,18 +7,18 @@
 namespace slugs {
 
 Bdd reachable_states(Game &game) {
-  Bdd reached = game.with_alike(game.env_init & game.sys_init);
+  Bdd reached = game.with_equivalent(game.env_init & game.sys_init);
   Bdd frontier = reached;
   while (!frontier.is_false()) {
-    const Bdd image = game.with_alike(game.image(frontier));
+    const Bdd image = game.with_equivalent(game.image(frontier));
     frontier = image & !reached;
     reached |= image;
   }
   return reached;
 }
 
-Bdd without_alike(Game &game, const Bdd &reachable) {
-  if (game.tells_all_apart())
+Bdd exactly_reachable(Game &game, const Bdd &reachable) {
+  if (game.reads_all_variables())
     return reachable;
   return (game.env_init & game.sys_init) | game.image(reachable);
 }

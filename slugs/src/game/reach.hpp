@@ -7,11 +7,11 @@
 namespace slugs {
 
 // Return the states reachable from ENV_INIT & SYS_INIT under the safety constraints of
-// both players, and all equivalent states (see Game::with_alike).  No play leaves this
+// both players, and all equivalent states (see Game::with_equivalent).  No play leaves this
 // set either, and its diagrams are far smaller if variables only record past events.
 Bdd reachable_states(Game &game);
 
 // Return the states in `reachable` that are reachable themselves.
-Bdd without_alike(Game &game, const Bdd &reachable);
+Bdd exactly_reachable(Game &game, const Bdd &reachable);
 
 } // namespace slugs

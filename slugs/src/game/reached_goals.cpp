@@ -15,10 +15,10 @@ bool ReachedGoals::covered(const Bdd &open) {
     if (store_.evaluate(open.edge(), goal.uncovered))
       continue;
     const std::uint64_t work = store_.work();
-    if (spent_ > (work - begun_) / share)
+    if (check_work_ > (work - work_at_start_) / share)
       return false;
     const Bdd uncovered = goal.last.thaw(store_) & open;
-    spent_ += store_.work() - work + goal.last.size();
+    check_work_ += store_.work() - work + goal.last.size();
     if (uncovered.is_false())
       return true;
     goal.uncovered = store_.some_valuation(uncovered);

@@ -22,7 +22,7 @@ namespace slugs {
 
 class ReachedGoals {
 public:
-  explicit ReachedGoals(Game &game) : store_(game.store), begun_(game.store.work()) {}
+  explicit ReachedGoals(Game &game) : store_(game.store), work_at_start_(game.store.work()) {}
 
   // Add a goal that is reached from all of Z and met by answering the moves `last`.
   void add(const Bdd &last);
@@ -39,8 +39,8 @@ private:
   };
 
   BddStore &store_;
-  std::uint64_t begun_;     // work of the store at construction
-  std::uint64_t spent_ = 0; // work of covered()
+  std::uint64_t work_at_start_;  // work of the store at construction
+  std::uint64_t check_work_ = 0; // work of covered()
   std::vector<Goal> goals_;
 };
 

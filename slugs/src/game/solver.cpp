@@ -3,9 +3,9 @@
 
 #include "game/solver.hpp"
 
+#include "game/analysis/order.hpp"
 #include "game/fixpoint.hpp"
 #include "game/game.hpp"
-#include "game/order.hpp"
 #include "game/reach.hpp"
 #include "strategy/counter_extraction.hpp"
 #include "strategy/extraction.hpp"
@@ -91,9 +91,10 @@ void Solver::Implementation::solve() {
   });
   timed(Phase::Reach, [&] {
     const Bdd reachable = reachable_states(*game);
-    statistics.reachable_states = game->store.count(without_alike(*game, reachable), game->current_vars());
+    statistics.reachable_states =
+        game->store.count(exactly_reachable(*game, reachable), game->current_vars());
     game->restrict_to(reachable);
-    game->reordering.settle();
+    game->reordering.start_fixpoints();
   });
   timed(Phase::Solve, [&] {
     const Steps steps = options.verdict_only      ? Steps::Fewest
@@ -102,7 +103,7 @@ void Solver::Implementation::solve() {
     fixpoint.emplace(*game, options.robotics_init, steps, statistics);
     verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
     if (verdict == Verdict::Realizable) {
-      const Bdd stuck = fixpoint->winning() & !game->origins(game->moves_from(fixpoint->winning()));
+      const Bdd stuck = fixpoint->winning() & !game->sources(game->moves_from(fixpoint->winning()));
       statistics.vacuous_win = game->env_init.is_false() || !stuck.is_false();
     }
   });
@@ -138,7 +139,7 @@ OnDemandStrategy &Solver::on_demand() {
     throw std::logic_error("a strategy after solving for the verdict only");
   it.timed(Phase::Strategy, [&] {
     it.on_demand.emplace(*it.game, *it.fixpoint);
-    it.game->store.account().lift_deadline();
+    it.game->store.account().remove_deadline();
   });
   return *it.on_demand;
 }

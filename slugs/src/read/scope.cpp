@@ -76,7 +76,7 @@ const std::string &Scope::name(const Symbol &symbol) const {
 }
 
 // Where the name is, or would be.
-std::size_t Scope::place_of(std::string_view name, std::uint64_t key) const {
+std::size_t Scope::slot_of(std::string_view name, std::uint64_t key) const {
   const std::size_t last = symbols_.size() - 1;
   for (std::size_t place = static_cast<std::size_t>(key * golden_multiplier >> 32) & last;;
        place = (place + 1) & last) {
@@ -89,14 +89,14 @@ std::size_t Scope::place_of(std::string_view name, std::uint64_t key) const {
 // The first declaration counts.
 void Scope::add(Symbol symbol) {
   const std::uint64_t key = key_of(name(symbol));
-  Entry &entry = symbols_[place_of(name(symbol), key)];
+  Entry &entry = symbols_[slot_of(name(symbol), key)];
   if (!entry.key)
     entry = {key, symbol};
 }
 
 const Symbol *Scope::find(std::string_view name) const {
   const std::uint64_t key = key_of(name);
-  const Entry &entry = symbols_[place_of(name, key)];
+  const Entry &entry = symbols_[slot_of(name, key)];
   return entry.key ? &entry.symbol : nullptr;
 }
 

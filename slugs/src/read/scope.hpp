@@ -42,7 +42,7 @@ private:
     std::uint64_t key; // 0 in an empty place
     Symbol symbol;
   };
-  std::size_t place_of(std::string_view name, std::uint64_t key) const;
+  std::size_t slot_of(std::string_view name, std::uint64_t key) const;
   void add(Symbol symbol);
   const std::vector<std::string> &names() const;
   const std::string &name(const Symbol &symbol) const;

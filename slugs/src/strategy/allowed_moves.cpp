@@ -87,7 +87,7 @@ AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const Bdd &mo
   const auto take = [&] {
     if (targets.is_false())
       return;
-    const Bdd served = open & store.exists_both(game_.sys_trans, targets, game_.next_outputs);
+    const Bdd served = open & store.and_exists(game_.sys_trans, targets, game_.next_outputs);
     if (!served.is_false()) {
       numbering.add(served);
       goal.targets.push_back(targets);

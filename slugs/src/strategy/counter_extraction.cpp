@@ -27,7 +27,7 @@ public:
     BddStore &store = game_.store;
     const CollectionPause no_collection(store);
     const std::size_t collect_at = 2 * store.live_nodes() + (1u << 18);
-    meet_initial();
+    add_initial_nodes();
     sink_.begin();
     std::vector<bool> bits(game_.store.bits());
     std::vector<Word> state(words_for(store.bits()));
@@ -63,7 +63,7 @@ private:
 
   bool is_input(std::uint32_t bit) const { return game_.specification.variables[bit].owner == Owner::Input; }
 
-  void meet_initial() {
+  void add_initial_nodes() {
     Edge f = initial_.edge();
     std::vector<Word> valuation(words_for(game_.store.bits()));
     if (f == bdd_false)

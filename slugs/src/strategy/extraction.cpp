@@ -22,8 +22,8 @@ void extract_strategy(Game &game, const Fixpoint &fixpoint, std::size_t most_nod
   std::vector<bool> bits(game.store.bits());
   for (std::size_t id = 0; id < nodes.size(); ++id) {
     if ((id & 0x3FF) == 0)
-      explored.make_room();
-    const std::vector<std::uint64_t> &list = explored.leave(id);
+      explored.collect_if_due();
+    const std::vector<std::uint64_t> &list = explored.expand(id);
     limit(nodes.size() <= most_nodes);
     for (std::size_t k = 0; k < bits.size(); ++k)
       bits[k] = get_bit(nodes.state(id), k);

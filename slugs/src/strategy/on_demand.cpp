@@ -29,7 +29,7 @@ OnDemandStrategy::OnDemandStrategy(Game &game, const Fixpoint &fixpoint)
 
 std::optional<Position> OnDemandStrategy::start(const Values &values) {
   BddStore &store = game_.store;
-  make_room();
+  collect_if_due();
   // Fix the given values first; then the others can be chosen without backtracking.
   Edge f = initial_.edge();
   for (std::uint32_t bit = 0; bit < values.size(); ++bit)
@@ -51,17 +51,17 @@ std::optional<Position> OnDemandStrategy::start(const Values &values) {
 }
 
 std::optional<Position> OnDemandStrategy::find(const Values &values, std::size_t most) {
-  make_room();
+  collect_if_due();
   bool begun = true;
-  if (!listed_) {
-    listed_.emplace(game_, steps_);
-    left_ = 0;
-    begun = listed_->begin(initial_, most);
+  if (!explored_) {
+    explored_.emplace(game_, steps_);
+    expanded_ = 0;
+    begun = explored_->begin(initial_, most);
   }
-  const std::optional<std::size_t> found = place_of(values, most);
+  const std::optional<std::size_t> found = position_of(values, most);
   std::optional<Position> result;
   if (found) {
-    const NodeTable &nodes = listed_->nodes();
+    const NodeTable &nodes = explored_->nodes();
     std::vector<bool> state(values.size());
     for (std::size_t bit = 0; bit < state.size(); ++bit)
       state[bit] = get_bit(nodes.state(*found), bit);
@@ -69,15 +69,15 @@ std::optional<Position> OnDemandStrategy::find(const Values &values, std::size_t
   }
   // An incomplete set of initial nodes cannot be extended: restart next time.
   if (!begun)
-    listed_.reset();
+    explored_.reset();
   else if (!found)
-    listed_->forget();
+    explored_->forget();
   return result;
 }
 
 // Return the first node below `most` with these values, expanding nodes as needed.
-std::optional<std::size_t> OnDemandStrategy::place_of(const Values &values, std::size_t most) {
-  const NodeTable &nodes = listed_->nodes();
+std::optional<std::size_t> OnDemandStrategy::position_of(const Values &values, std::size_t most) {
+  const NodeTable &nodes = explored_->nodes();
   const auto is_wanted = [&](const Word *state) {
     for (std::size_t bit = 0; bit < values.size(); ++bit)
       if (values[bit] && *values[bit] != get_bit(state, bit))
@@ -86,11 +86,11 @@ std::optional<std::size_t> OnDemandStrategy::place_of(const Values &values, std:
   };
   for (std::size_t id = 0; id < most; ++id) {
     while (id == nodes.size()) {
-      if (left_ == nodes.size())
+      if (expanded_ == nodes.size())
         return std::nullopt;
-      if ((left_ & 0x3FF) == 0)
-        listed_->make_room();
-      listed_->leave(left_++);
+      if ((expanded_ & 0x3FF) == 0)
+        explored_->collect_if_due();
+      explored_->expand(expanded_++);
     }
     if (is_wanted(nodes.state(id)))
       return id;
@@ -103,7 +103,7 @@ std::variant<Move, Refusal> OnDemandStrategy::move(const std::vector<bool> &stat
   assert(goal < game_.guarantees.size() && state.size() == game_.store.bits() &&
          inputs.size() == state.size());
   BddStore &store = game_.store;
-  make_room();
+  collect_if_due();
   std::vector<bool> values(2 * state.size());
   for (std::uint32_t bit = 0; bit < state.size(); ++bit)
     values[current_var(bit)] = state[bit];
@@ -159,11 +159,11 @@ Edge OnDemandStrategy::input_cube(const std::vector<bool> &inputs) {
   return cube;
 }
 
-void OnDemandStrategy::make_room() {
-  if (!steps_.crowded())
+void OnDemandStrategy::collect_if_due() {
+  if (!steps_.should_collect())
     return;
-  if (listed_)
-    listed_->forget();
+  if (explored_)
+    explored_->forget();
   steps_.forget();
 }
 

@@ -57,18 +57,18 @@ public:
                                    const std::vector<bool> &inputs);
 
 private:
-  std::optional<std::size_t> place_of(const Values &values, std::size_t most);
+  std::optional<std::size_t> position_of(const Values &values, std::size_t most);
   Position position(std::vector<bool> state, std::uint32_t goal) const;
   Edge input_cube(const std::vector<bool> &inputs);
-  void make_room();
+  void collect_if_due();
 
   Game &game_;
   const Fixpoint &fixpoint_;
   Bdd initial_;
   StrategySteps steps_;
-  CollectionPause no_collection_;       // must follow the members above
-  std::optional<StrategyNodes> listed_; // since the first call of find()
-  std::size_t left_ = 0;                // number of nodes of listed_ that are expanded
+  CollectionPause no_collection_;         // must follow the members above
+  std::optional<StrategyNodes> explored_; // since the first call of find()
+  std::size_t expanded_ = 0;              // number of nodes of explored_ that are expanded
 };
 
 } // namespace slugs

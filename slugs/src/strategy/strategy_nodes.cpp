@@ -16,11 +16,12 @@ StrategyNodes::StrategyNodes(Game &game, StrategySteps &steps)
 
 bool StrategyNodes::begin(const Bdd &initial, std::size_t most) {
   std::vector<Word> valuation(state_.size());
-  return meet_initial(initial.edge(), 0, valuation, most);
+  return add_initial_nodes(initial.edge(), 0, valuation, most);
 }
 
 // Enumerate valuations in lexicographic order of the declared variables.
-bool StrategyNodes::meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &valuation, std::size_t most) {
+bool StrategyNodes::add_initial_nodes(Edge f, std::uint32_t bit, std::vector<Word> &valuation,
+                                      std::size_t most) {
   if (f == bdd_false)
     return true;
   if (bit == game_.store.bits()) {
@@ -28,21 +29,21 @@ bool StrategyNodes::meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &v
       game_.store.account().budget().check();
     return nodes_.size() <= most;
   }
-  if (!meet_initial(game_.store.edges().cofactor(f, current_var(bit), false), bit + 1, valuation, most))
+  if (!add_initial_nodes(game_.store.edges().cofactor(f, current_var(bit), false), bit + 1, valuation, most))
     return false;
   set_bit(valuation.data(), bit);
   const bool all =
-      meet_initial(game_.store.edges().cofactor(f, current_var(bit), true), bit + 1, valuation, most);
+      add_initial_nodes(game_.store.edges().cofactor(f, current_var(bit), true), bit + 1, valuation, most);
   reset_bit(valuation.data(), bit);
   return all;
 }
 
-const std::vector<std::uint64_t> &StrategyNodes::leave(std::size_t id) {
+const std::vector<std::uint64_t> &StrategyNodes::expand(std::size_t id) {
   // Copy the state, since interning successors may reallocate the table.
   state_.assign(nodes_.state(id), nodes_.state(id) + state_.size());
   const Edge f = steps_.allowed.transitions(state_.data(), nodes_.rank(id));
   const Ranks::Step step = steps_.ranks.from(state_.data(), nodes_.rank(id));
-  const auto [place, fresh] = remembered_.try_emplace(Key{f, step.rank, step.signature});
+  const auto [place, fresh] = successors_.try_emplace(Key{f, step.rank, step.signature});
   std::vector<std::uint64_t> &list = place->second;
   if (fresh) {
     const PackedStates &found = steps_.successors.of(f);
@@ -54,16 +55,16 @@ const std::vector<std::uint64_t> &StrategyNodes::leave(std::size_t id) {
   return list;
 }
 
-void StrategyNodes::make_room() {
+void StrategyNodes::collect_if_due() {
   game_.store.account().budget().check();
-  if (steps_.crowded() || !room_to_remember()) {
+  if (steps_.should_collect() || !room_to_remember()) {
     forget();
     steps_.forget();
   }
 }
 
 void StrategyNodes::forget() {
-  remembered_.clear();
+  successors_.clear();
   remembered_numbers_ = 0;
 }
 

@@ -22,15 +22,15 @@ public:
   bool begin(const Bdd &initial, std::size_t most);
   // Return the numbers of the successors of node `id`, valid until the next call.  Call
   // it for all ids in ascending order.
-  const std::vector<std::uint64_t> &leave(std::size_t id);
+  const std::vector<std::uint64_t> &expand(std::size_t id);
 
   const NodeTable &nodes() const { return nodes_; } // nodes found so far
   // Check the limits between nodes, and clear caches that have grown too large.
-  void make_room();
+  void collect_if_due();
   void forget(); // clear the cached successor lists
 
 private:
-  bool meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &valuation, std::size_t most);
+  bool add_initial_nodes(Edge f, std::uint32_t bit, std::vector<Word> &valuation, std::size_t most);
   bool room_to_remember() const;
 
   struct Key {
@@ -50,7 +50,7 @@ private:
   StrategySteps &steps_;
   NodeTable nodes_;
   std::vector<Word> state_;
-  std::unordered_map<Key, std::vector<std::uint64_t>, KeyHash> remembered_;
+  std::unordered_map<Key, std::vector<std::uint64_t>, KeyHash> successors_;
   std::size_t remembered_numbers_ = 0;
 };
 

@@ -29,7 +29,7 @@ struct StrategySteps {
     collect_at_ = store_.live_nodes() + (1u << 18);
   }
   // Return whether temporary diagrams should be collected.
-  bool crowded() const { return store_.live_nodes() > collect_at_; }
+  bool should_collect() const { return store_.live_nodes() > collect_at_; }
   void forget() {
     ranks.forget();
     cofactor.forget();

@@ -95,28 +95,28 @@ void Completions::enumerate(const Answer &answer,
                             const std::function<bool(const std::vector<bool> &)> &visit) const {
   if (answer.count == 0)
     return;
-  // An odometer: one wheel for each factor and each unconstrained variable.
-  std::vector<std::size_t> wheel(answer.factors.size() + answer.unconstrained.size(), 0);
+  // An odometer: one digit for each factor and each unconstrained variable.
+  std::vector<std::size_t> digit(answer.factors.size() + answer.unconstrained.size(), 0);
   std::vector<bool> values(remainders_.open().size());
   while (true) {
-    for (std::size_t i = 0; i < wheel.size(); ++i)
+    for (std::size_t i = 0; i < digit.size(); ++i)
       if (i < answer.factors.size()) {
         const Component &factor = *answer.factors[i];
         for (std::size_t k = 0; k < factor.positions.size(); ++k)
-          values[factor.positions[k]] = factor.solutions[wheel[i]][k];
+          values[factor.positions[k]] = factor.solutions[digit[i]][k];
       } else {
-        values[answer.unconstrained[i - answer.factors.size()]] = wheel[i] == 1;
+        values[answer.unconstrained[i - answer.factors.size()]] = digit[i] == 1;
       }
     if (!visit(values))
       return;
     std::size_t i = 0;
-    for (; i < wheel.size(); ++i) {
-      const std::size_t teeth = i < answer.factors.size() ? answer.factors[i]->solutions.size() : 2;
-      if (++wheel[i] < teeth)
+    for (; i < digit.size(); ++i) {
+      const std::size_t radix = i < answer.factors.size() ? answer.factors[i]->solutions.size() : 2;
+      if (++digit[i] < radix)
         break;
-      wheel[i] = 0;
+      digit[i] = 0;
     }
-    if (i == wheel.size())
+    if (i == digit.size())
       return;
   }
 }

@@ -92,7 +92,7 @@ template <class Settle> FormulaId Remainders::rebuild(FormulaId root, Settle set
     rewritten_[id] = node.op == Op::Not   ? pool_.negation(a)
                      : node.op == Op::And ? pool_.conjunction(a, b)
                      : node.op == Op::Or  ? pool_.disjunction(a, b)
-                                          : pool_.exclusive(a, b);
+                                          : pool_.exclusive_or(a, b);
     stamp_[id] = now_;
     open.pop_back();
   }

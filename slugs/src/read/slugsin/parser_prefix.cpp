@@ -189,7 +189,7 @@ void PrefixParser::operand(FormulaId formula) {
     } else {
       formula = top.op == Token::And  ? pool_.conjunction(top.held, formula)
                 : top.op == Token::Or ? pool_.disjunction(top.held, formula)
-                                      : pool_.exclusive(top.held, formula);
+                                      : pool_.exclusive_or(top.held, formula);
     }
     waiting_.pop_back();
   }

@@ -150,7 +150,7 @@ Value ValueAlgebra::logical(Token op, const Value &left, const Value &right) con
     result.formula = pool_.disjunction(a, b);
     break;
   case Token::Xor:
-    result.formula = pool_.exclusive(a, b);
+    result.formula = pool_.exclusive_or(a, b);
     break;
   case Token::Implies:
     result.formula = pool_.implication(a, b);

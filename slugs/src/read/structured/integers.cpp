@@ -29,8 +29,8 @@ Bits add(FormulaPool &pool, const Bits &a, const Bits &b, std::uint64_t largest)
   for (std::size_t i = 0; i < bits; ++i) {
     const FormulaId x = i < a.size() ? a[i] : pool.constant(false);
     const FormulaId y = i < b.size() ? b[i] : pool.constant(false);
-    const FormulaId half = pool.exclusive(x, y);
-    result.push_back(pool.exclusive(half, carry));
+    const FormulaId half = pool.exclusive_or(x, y);
+    result.push_back(pool.exclusive_or(half, carry));
     if (i + 1 == bits && needed <= bits)
       return result; // there is no carry
     carry = pool.disjunction(pool.conjunction(x, y), pool.conjunction(half, carry));

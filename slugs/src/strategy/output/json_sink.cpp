@@ -35,10 +35,10 @@ void JsonStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<
     if (k)
       out_ << ", ";
     out_ << successors[k];
-    out_.pass_on();
+    out_.flush_if_full();
   }
   out_ << "]\n}";
-  out_.pass_on();
+  out_.flush_if_full();
 }
 
 void JsonStrategy::end() {

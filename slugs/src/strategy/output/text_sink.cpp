@@ -21,10 +21,10 @@ void TextStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<
     if (k)
       out_ << ", ";
     out_ << successors[k];
-    out_.pass_on();
+    out_.flush_if_full();
   }
   out_ << '\n';
-  out_.pass_on();
+  out_.flush_if_full();
 }
 
 void TextStrategy::end() { out_.flush(); }

@@ -14,7 +14,7 @@ namespace slugs {
 
 Successors::Successors(Game &game, Answers answers)
     : game_(game), words_(words_for(game.store.bits())), place_(2 * std::size_t{game.store.bits()}),
-      told_before_{0}, mask_(words_), lists_(game.store.account()), list_of_(game.store.account()),
+      mask_bits_before_{0}, mask_(words_), lists_(game.store.account()), list_of_(game.store.account()),
       found_(words_) {
   const std::vector<Variable> &variables = game.specification.variables;
   bool outputs_met = false;
@@ -31,7 +31,7 @@ Successors::Successors(Game &game, Answers answers)
             [&](Var a, Var b) { return game.store.level_of(a) < game.store.level_of(b); });
   for (std::size_t k = 0; k < by_level_.size(); ++k) {
     place_[by_level_[k]] = k;
-    told_before_.push_back(told_before_[k] + (get_bit(mask_.data(), by_level_[k] / 2) ? 1 : 0));
+    mask_bits_before_.push_back(mask_bits_before_[k] + (get_bit(mask_.data(), by_level_[k] / 2) ? 1 : 0));
   }
   lists_.resize(words_ << 10);
 }
@@ -61,7 +61,7 @@ Successors::List Successors::list_below(Edge f, std::size_t k) {
   assert(at >= k);
   List list = f == bdd_true ? List{0, 1} : list_at(f, at);
   // A skipped variable takes both values; a skipped output takes its least value, 0.
-  while (told_before_[at] != told_before_[k]) {
+  while (mask_bits_before_[at] != mask_bits_before_[k]) {
     const std::uint32_t bit = by_level_[--at] / 2;
     if (get_bit(mask_.data(), bit))
       list = join(list, list, bit);

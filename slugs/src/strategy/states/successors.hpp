@@ -38,11 +38,11 @@ private:
 
   Game &game_;
   std::size_t words_;
-  std::vector<Var> by_level_;              // next variables
-  std::vector<std::size_t> place_;         // indices into by_level_, by variable
-  std::vector<std::uint32_t> told_before_; // number of mask bits in by_level_[..k)
-  std::vector<Word> mask_;                 // bits that distinguish the valuations of a list
-  bool sorted_ = true;                     // whether lists sorted by the mask are sorted
+  std::vector<Var> by_level_;                   // next variables
+  std::vector<std::size_t> place_;              // indices into by_level_, by variable
+  std::vector<std::uint32_t> mask_bits_before_; // number of mask bits in by_level_[..k)
+  std::vector<Word> mask_;                      // bits that distinguish the valuations of a list
+  bool sorted_ = true;                          // whether lists sorted by the mask are sorted
   CountedArray<Word> lists_;
   std::size_t used_ = 1; // number of valuations in lists_; the first one is all 0
   EdgeTable<List> list_of_;

@@ -1,4 +1,4 @@
-#include "game/conjuncts.hpp"
+#include "game/analysis/conjuncts.hpp"
 
 #include <utility>
 

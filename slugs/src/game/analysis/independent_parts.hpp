@@ -11,7 +11,7 @@
 
 #include "core/budget.hpp"
 #include "core/specification.hpp"
-#include "game/conjuncts.hpp"
+#include "game/analysis/conjuncts.hpp"
 
 #include <cstdint>
 #include <vector>

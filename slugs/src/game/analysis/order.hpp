@@ -4,8 +4,8 @@
 
 #include "core/budget.hpp"
 #include "core/specification.hpp"
-#include "game/conjuncts.hpp"
-#include "game/independent_parts.hpp"
+#include "game/analysis/conjuncts.hpp"
+#include "game/analysis/independent_parts.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -3,7 +3,7 @@
 // stops falling.  It is cheap, and sifting improves the result later.  Sifting the
 // declaration order instead would require building the diagrams in that order.
 
-#include "game/order.hpp"
+#include "game/analysis/order.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -76,11 +76,12 @@ std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts
   std::iota(position.begin(), position.end(), 0.0);
   std::vector<std::uint32_t> best = order;
   std::uint64_t best_span = total_span(edges, position, pacer);
-  constexpr int most_rounds = 60, patience = 5;
+  constexpr int most_rounds = 60, max_stale_rounds = 5;
   // A round visits all pins, so millions of constraints allow few rounds.
   constexpr std::size_t most_pins = std::size_t{1} << 26;
   std::size_t pins = 0;
-  for (int round = 0, stale = 0; round < most_rounds && stale < patience && pins < most_pins; ++round) {
+  for (int round = 0, stale = 0; round < most_rounds && stale < max_stale_rounds && pins < most_pins;
+       ++round) {
     budget.check();
     pins += edges.pins();
     std::vector<double> pull(n, 0.0);

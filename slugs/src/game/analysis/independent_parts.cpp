@@ -1,4 +1,4 @@
-#include "game/independent_parts.hpp"
+#include "game/analysis/independent_parts.hpp"
 
 #include <algorithm>
 #include <map>
@@ -54,29 +54,29 @@ Environment independent_parts(const Specification &specification, const Conjunct
   }
 
   // Variables whose current values are read outside of their own group.
-  std::vector<bool> asked_for(n, false);
+  std::vector<bool> read_elsewhere(n, false);
   for (std::size_t i = 0; i < environment.shared.size(); ++i)
     for (const Read read : conjuncts.reads(environment.shared[i])) {
       pacer.step();
       if (!read.next && (first_next[i] == none || groups.of(read.variable) != groups.of(first_next[i])))
-        asked_for[read.variable] = true;
+        read_elsewhere[read.variable] = true;
     }
   for (const Section section : {Section::SysTrans, Section::EnvLiveness, Section::SysLiveness})
     for (const Conjunct &constraint : conjuncts[section]) {
       const Conjuncts::Reads reads = conjuncts.reads(constraint);
-      const bool asks =
+      const bool reads_state =
           section != Section::SysTrans ||
           std::any_of(reads.begin(), reads.end(), [&](Read read) { return read.next && !is_input(read); });
       for (const Read read : reads) {
         pacer.step();
-        if (asks && !read.next)
-          asked_for[read.variable] = true;
+        if (reads_state && !read.next)
+          read_elsewhere[read.variable] = true;
       }
     }
 
   std::map<std::uint32_t, IndependentPart> parts; // keyed by group
   for (std::uint32_t v = 0; v < n; ++v)
-    if (specification.variables[v].owner == Owner::Input && !asked_for[v])
+    if (specification.variables[v].owner == Owner::Input && !read_elsewhere[v])
       parts[groups.of(v)].own.push_back(v);
   for (auto part = parts.begin(); part != parts.end();)
     part = part->second.own.size() < least_own ? parts.erase(part) : std::next(part);
