@@ -2,11 +2,12 @@
 
 import pytest
 
+from audit.broken_live_traces import CASES_OF_LIVE
 from audit.broken_plans import CASES_OF_PLANS
 from audit.broken_traces import CASES as CASES_OF_RUNS
 from audit.broken_traces import Case
+from audit.good_live_traces import GOOD_LIVE
 from audit.good_traces import GOOD as GOOD_IN_TICKS
-from audit.live_traces import CASES_OF_LIVE, GOOD_LIVE
 from audit.living import living
 from audit.trace_script import Line, Script, both, obstacle, robot, text
 from safenav.audit.check import check_trace

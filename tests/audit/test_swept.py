@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from audit.live_traces import Live
+from audit.good_live_traces import Live
 from audit.trace_script import Line, obstacle, robot, text
 from safenav.audit.check import check_trace
 

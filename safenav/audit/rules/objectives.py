@@ -116,7 +116,7 @@ class RoundsRule(Rule):
         self._own: dict[str, int] = {}  # the last round of the robot's own objective
         self._steps: dict[str, list[int]] = {}
         self._unsure: set[str] = set()
-        self._pushed: list[dict[str, int]] = []
+        self._pushed: list[tuple[dict[str, int], bool]] = []  # and whether any is resolved since
 
     def opening(self, now: Situation) -> Iterable[Said]:
         self._last = {name: done.rounds or 0 for name, done in now.done.items()}
@@ -127,16 +127,18 @@ class RoundsRule(Rule):
         told = record.type == "met" and now.header.coordination == "assignable"
         if told or record.type in ("resolved", "blocked", "push", "pop"):
             self._unsure.update(now.header.robots)
-        if record.type == "push":
-            self._pushed.append(dict(self._last))
+        if record.type == "resolved" and now.restarts(record):  # rounds before count no more
+            self._pushed = [(before, True) for before, _ in self._pushed]
+        elif record.type == "push":
+            self._pushed.append((dict(self._last), False))
         elif record.type == "pop" and self._pushed:
-            before = self._pushed.pop()
+            before, since = self._pushed.pop()
             for robot, objective in record.objectives.items():
                 if objective == now.own[robot] != now.objectives[robot]:
                     self._last[robot] = self._own.get(robot, 0)
                 elif objective != now.objectives[robot]:
                     self._last[robot] = before.get(robot, 0)
-                elif objective == now.own[robot]:  # its duty read as that, and restarted
+                elif objective == now.own[robot] and not since:  # its duty read as that
                     self._last[robot] = max(self._last.get(robot, 0), before.get(robot, 0))
         elif record.type == "told":
             self._unsure.add(record.robot)

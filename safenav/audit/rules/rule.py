@@ -38,10 +38,12 @@ Said = str | tuple[str | None, str] | Wrong | Finding
 
 class Postponed:
     """Lines missing in a turn of a live run, which may follow when the strategies for them arrive:
-    they are missing permanently if no robot waits for a strategy, or acts."""
+    they are missing permanently if no robot waits for a strategy, or acts. A robot that was busy
+    as they were due may wait for one as well: it shows that once it stands still, and has not
+    waited if it departs again."""
 
     def __init__(self) -> None:
-        self._open: list[tuple[Wrong, Callable[[], bool]]] = []
+        self._open: list[tuple[Wrong, Callable[[], bool], dict[str, int | None]]] = []
 
     @property
     def is_empty(self) -> bool:
@@ -56,12 +58,29 @@ class Postponed:
         if not now.live:
             yield from (wrong for wrong, _ in found)
             return
-        self._open = [one for one in (*self._open, *found) if not one[1]()]
+        busy = {*now.under_way, *now.acting}
+        commands = {n: now.under_way[n].command if n in now.under_way else None for n in busy}
+        fresh = [(*one, dict(commands)) for one in found]
+        self._open = [one for one in (*self._open, *fresh) if not one[1]()]
+        for _, _, waits in self._open:
+            for name, command in [*waits.items()]:
+                if _has_not_waited(name, command, now):
+                    del waits[name]
         if now.awaiting or now.acting:  # who acts may wait for a strategy as well
             return
-        late = [one for one in self._open if now.turn.tick > one[0][2].tick + 1]
+        late = [one for one in self._open if not one[2] and now.turn.tick > one[0][2].tick + 1]
         self._open = [one for one in self._open if one not in late]
-        yield from (wrong for wrong, _ in late)
+        yield from (wrong for wrong, _, _ in late)
+
+
+def _has_not_waited(name: str, command: int | None, now: Situation) -> bool:
+    """Return whether a robot that was busy, with that command if it was in transit, has begun
+    another step since, or stands still without waiting for a strategy."""
+    if name in now.under_way:
+        return bool(now.under_way[name].command != command)
+    if name in now.acting or name in now.awaiting or now.turn.robot != name:
+        return False
+    return not now.turn.on_the_way and now.turn.first("acted") is None
 
 
 class Rule:

@@ -1,9 +1,8 @@
-"""Traces of runs in time, written by hand, and broken on purpose."""
+"""Traces of runs in time, written by hand."""
 
 from collections.abc import Callable
 from typing import Any, Self
 
-from audit.broken_traces import Case
 from audit.good_plans import given_up
 from audit.living import living
 from audit.trace_script import (
@@ -11,10 +10,6 @@ from audit.trace_script import (
     Line,
     Script,
     closure,
-    drop,
-    edit,
-    find,
-    insert_after,
     obstacle,
     robot,
 )
@@ -297,15 +292,20 @@ def reopened_meanwhile() -> list[Line]:
     return [*lines, served, reopened, holds, outcome]
 
 
-def meets_a_ghost() -> list[Line]:
-    """A robot's duty reads as its own objective, and its rounds restart; with the pop of an
-    obstacle that was never there, the rounds before continue."""
+def _helps_a_ghost(*others: Line, rounds: int = 1) -> Live:
+    """A robot's duty for an obstacle that is not there reads as its own objective; it has done some
+    rounds."""
     quad = robot("air", ["sense"], 8, {"visit": [10]})
     digit = robot("ground", ["push"], 15, {"visit": [9, 15]})
-    s = Live({"quad": quad, "digit": digit}, [], "external")
+    s = Live({"quad": quad, "digit": digit}, [*others], "external")
     s.at(0).depart("digit", 9).hold("quad", "strategy")
-    s.at(1).arrive("digit").goal("digit", 0, 0).at(1).depart("digit", 15)
-    s.at(2).arrive("digit").goal("digit", 1, 1).at(2).depart("quad", 9)
+    for done in range(rounds):
+        t = 0.6 * done
+        if done:
+            s.at(t).depart("digit", 9)
+        s.at(t + 0.3).arrive("digit").goal("digit", 0, done).at(t + 0.3).depart("digit", 15)
+        s.at(t + 0.6).arrive("digit").goal("digit", 1, done + 1)
+    s.at(2).depart("quad", 9)
     s.at(2.6).arrive("quad", "blocked")
     door = obstacle("door", 9, "push", [9], ["digit", "quad"])
     s.obstacles["door@9"] = door
@@ -313,7 +313,13 @@ def meets_a_ghost() -> list[Line]:
     _meets(s, "quad", 8)
     s.request("quad", "door@9", {"digit": 1}, "digit")
     s.push("quad", "door@9", "digit", quad={"hold": 8}, digit={"visit": [9, 15]})
-    s.synthesize("request", "quad", "digit")
+    return s.synthesize("request", "quad", "digit")
+
+
+def meets_a_ghost() -> list[Line]:
+    """A robot's duty reads as its own objective, and its rounds restart; with the pop of an
+    obstacle that was never there, the rounds before continue."""
+    s = _helps_a_ghost()
     s.at(2.6).depart("digit", 9).hold("quad", "strategy")
     s.at(4).arrive("digit").goal("digit", 0, 0).add("gone", obstacle="door@9", cause="world")
     s.pop().synthesize("gone", "quad", "digit")
@@ -321,6 +327,30 @@ def meets_a_ghost() -> list[Line]:
     s.at(5).arrive("digit").goal("digit", 1, 2).arrive("quad")
     s.at(5).depart("quad", 10).at(6).arrive("quad").goal("quad", 0, 1)
     return s.end("completed", {"quad": 1, "digit": 2})
+
+
+def gone_in_transit() -> list[Line]:
+    """An obstacle is gone while its helper is in transit: the pop awaits a strategy for it, which
+    shows only when it has arrived."""
+    s = _helps_a_ghost().at(2.6).depart("digit", 9).hold("quad", "strategy")
+    s.at(3).add("gone", obstacle="door@9", cause="world").at(4).at(5).arrive("digit")
+    s.goal("digit", 0, 0).at(5).hold("digit", "synthesis").at(6).pop()
+    s.synthesize("gone", "quad", "digit").at(6).depart("digit", 15).depart("quad", 9)
+    s.at(7).arrive("digit").goal("digit", 1, 2)
+    return s.end("interrupted", {"quad": 0, "digit": 2})
+
+
+def resolved_before_pop() -> list[Line]:
+    """Rounds restart with a resolution between the push and the pop of another obstacle."""
+    s = _helps_a_ghost(obstacle("crate", 14, "push", [15], ["digit"]), rounds=3)
+    s.at(2.6).act("digit", on="crate@14").hold("digit", "acting").hold("quad", "strategy")
+    s.at(3).acted("digit", crate_14="done").resolve("digit", "crate@14", requested=False)
+    s.at(3).depart("digit", 9).at(4).arrive("digit").goal("digit", 0, 0)
+    s.at(4).depart("digit", 15).at(5).arrive("digit").goal("digit", 1, 1)
+    s.at(5).depart("digit", 9).at(6).arrive("digit").goal("digit", 0, 1)
+    s.add("gone", obstacle="door@9", cause="world").pop().synthesize("gone", "quad", "digit")
+    s.at(6).depart("digit", 15).at(7).arrive("digit").goal("digit", 1, 2)
+    return s.end("interrupted", {"quad": 0, "digit": 2})
 
 
 GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
@@ -338,71 +368,10 @@ GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
         fails_at_once,
         entered,
         meets_a_ghost,
+        gone_in_transit,
+        resolved_before_pop,
         met_meanwhile,
         met_while_waiting,
         reopened_meanwhile,
     )
 }
-
-
-def second_resolution(lines: list[Line]) -> None:
-    """The door is opened twice."""
-    at = find(lines, "resolved")
-    lines[at + 1 : at + 1] = [{**lines[at], "requested": False}]
-
-
-def all_earlier(lines: list[Line]) -> None:
-    """The second robot enters a region of the lost one."""
-    b = {"robot": "b", "command": 2}
-    edit("depart", b, to=9)(lines)
-    edit("arrive", {"robot": "a", "result": "lost"}, regions=[7, 8, 9])(lines)
-
-
-def passes_again(lines: list[Line]) -> None:
-    """The other robot has a region ahead that is entered."""
-    lines[find(lines, "plan")]["robots"]["b"] += [[15, None], [14, None]]
-    edit("plan_end", {}, reason="changed")(lines)
-
-
-def resolved_later(lines: list[Line]) -> None:
-    """The robot has departed a second before the action ends."""
-    at = find(lines, "acted")
-    for line in lines[at:]:
-        line["tick"] += 1
-        line["t"] += 1.0
-
-
-ACTING = ("act", "acted", "resolved")
-ACTS: Line = {"type": "act", "robot": "a", "command": 9, "robots": ["a"], "obstacles": [], "t": 4.0}
-A_BACKS_UP: Line = {"type": "backtrack", "robot": "a", "to": 7}
-B_HOLDS: Line = {"robot": "b", "why": "strategy"}
-CASES_OF_LIVE: list[Case] = [
-    ("clock delayed 4 -", edit("arrive", {"robot": "a", "command": 1}, t=0.5)),
-    ("clock delayed 6 -", edit("goal", {"robot": "b", "goal": 1}, t=None)),
-    ("collision lost 2 b 5", all_earlier),
-    ("command delayed 2 b", edit("arrive", {"robot": "b"}, command=9)),
-    ("command delayed 9 a", drop("arrive", nth=3)),
-    ("command delayed 5 a 2", edit("depart", {"robot": "a", "command": 4}, command=1)),
-    ("command opened 8 digit", edit("acted", {"command": 4}, results={})),
-    ("command opened 8 digit", edit("acted", {"command": 4}, barred=["door@9"])),
-    ("command delayed 10 a", edit("arrive", {"result": "elsewhere"}, result="blocked")),
-    ("act opened 5 digit 2", edit("act", {}, robots=["quad"]), drop("hold", why="acting")),
-    ("holds delayed 7 b", insert_after("hold", B_HOLDS)),
-    ("holds delayed 7 b", edit("hold", B_HOLDS, why="operator")),
-    ("holds lost 2 a", edit("hold", {"robot": "a"}, why="acting")),
-    ("backtrack lost_around 2 a", drop("backtrack")),
-    ("order lost_around 2 a 2", insert_after("backtrack", A_BACKS_UP)),
-    ("unresolved-obstacle entered 2 a", resolved_later),
-    ("late opened 10 -", edit("late", {}, at=4.5)),
-    ("late opened 10 -", edit("late", {}, reason="")),
-    ("waiting lost 4 -", edit("waiting", {}, outcome="completed")),
-    ("waiting lost 4 -", edit("waiting", {}, outcome="time_limit")),
-    ("waiting lost 7 -", drop("operator", intervention="put_back")),
-    ("waiting waits 3 -", drop("operator")),
-    ("proof waits 2 -", edit("waiting", {}, proof=None)),
-    ("outcome simulated 6 -", insert_after("goal", {}, **ACTS)),
-    ("missed-resolution simulated 5 a", *map(drop, ACTING), drop("synthesis", reason="resolved")),
-    ("command simulated 4 a", edit("acted", {}, reason="it jams")),  # it did not fail
-    ("resolution opened 8 digit", second_resolution),
-    ("follows-plan released 3 a", passes_again),
-]
