@@ -10,6 +10,7 @@ from once import SCENARIOS
 from runtime.played import loaded, play
 from safenav.report.terminal.worst_cases import worst_lines
 from safenav.runtime.deadlines.worst import Times, Worst
+from safenav.world.moves import Pose
 
 
 def test_case_study_3_can_lock_itself(safenav: Command) -> None:
@@ -73,6 +74,18 @@ def test_what_was_not_compared_is_not_claimed(
     obstacle = loaded(NEEDS.replace("LIMIT", "")).obstacles[0]
     case = Worst(obstacle, None, Times(best, worst, {}, {}, whole), None)
     assert list(worst_lines([case], str)) == [f"{obstacle.name}: {said} ()"]
+
+
+def test_only_the_nearest_of_many_helpers_are_named() -> None:
+    obstacle = loaded(NEEDS.replace("LIMIT", "")).obstacles[0]
+    bids = {"a": 9, "b": None, "d": 2, "e": 5, "f": 7}
+    moment = {name: Pose(k, None) for k, name in enumerate(["c", *bids])}
+    times = Times(1, 8, moment, bids, True)
+    (line,) = worst_lines([Worst(obstacle, None, times, None)], str)
+    assert line.endswith(
+        "(c at 0, d at 3 needs 2 ticks, e at 4 needs 5 ticks, f at 5 needs 7 ticks, "
+        "2 robots farther away)"
+    )
 
 
 NEEDS = """

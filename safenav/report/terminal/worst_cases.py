@@ -12,6 +12,9 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word
 from safenav.trace.words import counted, obstacle_words
 
+MOST_SHOWN = 3
+"""Robots with the action of an obstacle that a line names."""
+
 
 def worst_lines(cases: Sequence[Worst], word: Word) -> Iterator[str]:
     """``door@47: at best 2, at worst 9 ticks after its request (digit at 28 needs 9 ticks)``."""
@@ -60,16 +63,22 @@ def _worst(times: Times) -> str:
 
 
 def _moment(times: Times, word: Word) -> str:
-    """Where the robots are then, and how long the way of each is that has the action."""
+    """Where the robots are then, and how long the ways of those are that have the action: of the
+    nearest, if there are many."""
+    bids = times.bids
+    helpers = [name for name in times.moment if name in bids]
+    helpers.sort(key=lambda name: (bids[name] is None, bids[name] or 0))
     told = []
-    for name, pose in times.moment.items():
+    for name in (*(n for n in times.moment if n not in bids), *helpers[:MOST_SHOWN]):
+        pose = times.moment[name]
         facing = "" if pose.heading is None else f" facing {pose.heading.label}"
         told.append(f"{name} at {word(pose.region)}{facing}")
-        if name in times.bids:
-            bid = times.bids[name]
+        if name in bids:
+            bid = bids[name]
             way = "cannot reach it" if bid is None else f"needs {counted(bid, 'tick')}"
             told[-1] += f" {way}"
-    return ", ".join(told)
+    far = len(helpers[MOST_SHOWN:])
+    return ", ".join((*told, f"{counted(far, 'robot')} farther away") if far else told)
 
 
 MISSION = "mission"
