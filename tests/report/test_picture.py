@@ -223,6 +223,10 @@ def test_a_long_list_of_robots_stands_in_columns() -> None:
     team = tuple(Placed(f"r{i}", "digit", "ground", 1.0, i, None, None) for i in range(30))
     root = ElementTree.fromstring(svg_of(Scene("team", "tick 1", world, team, ())))
     assert float(root.attrib["height"]) < 2 * float(root.attrib["width"])
+    texts = [text for text in root.iter(f"{SVG}text") if text.text is not None]
+    titles = [text.attrib["x"] for text in texts if "objectives" in str(text.text)]
+    assert len(titles) == len({*titles}) > 1, "a column has the title once"
+    assert "wall" not in [text.text for text in texts], "a mark of what is not drawn"
 
 
 def _cell(root: ElementTree.Element, cols: int) -> float:

@@ -48,6 +48,9 @@ class Row(Struct, frozen=True):
             page.text(x + indent, baseline - size * 0.28, words, size, bold=bold, fill=colour)
 
 
+CONTINUED = ", continued"
+
+
 class Block(Struct, frozen=True):
     """A heading and its rows; never broken over columns."""
 
@@ -77,18 +80,18 @@ class Legend(Struct):
         empty.
 
         Returns the width it takes, and whether it stands beside the map."""
-        alone = sum(block.height for block in self.blocks)
-        below = self._flow(max(1, int((width + GAP) // (WIDTH + GAP))))
-        tallest = max(sum(b.height for b in column) for column in below)
-        paper_beside = (width + GAP + WIDTH) * max(height, alone)
+        alone = _joined(self.blocks)
+        below = [*map(_joined, self._flow(max(1, int((width + GAP) // (WIDTH + GAP)))))]
+        tallest = max(map(_height, below))
+        paper_beside = (width + GAP + WIDTH) * max(height, _height(alone))
         paper_below = max(width, WIDTH) * (height + 20 + tallest)
         beside = paper_beside <= paper_below * 1.1
-        self.columns = [list(self.blocks)] if beside else below
+        self.columns = [alone] if beside else below
         return (GAP + WIDTH if beside else len(below) * (WIDTH + GAP) - GAP), beside
 
     @property
     def height(self) -> float:
-        return max(sum(block.height for block in column) for column in self.columns)
+        return max(map(_height, self.columns))
 
     def _flow(self, count: int) -> list[list[Block]]:
         """Return the blocks in reading order over at most ``count`` columns of similar height."""
@@ -96,7 +99,7 @@ class Legend(Struct):
         while True:
             columns: list[list[Block]] = [[]]
             for block in self.blocks:
-                if columns[-1] and sum(b.height for b in columns[-1]) + block.height > limit:
+                if columns[-1] and _height(columns[-1]) + block.height > limit:
                     columns.append([])
                 columns[-1].append(block)
             if len(columns) <= count:
@@ -121,7 +124,7 @@ def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
     if told:
         rows = tuple(Row(None, lines_of(event.text, 12, WIDTH)) for event in told[:6])
         blocks.append(Block("At this moment", rows))
-    blocks.append(_marks(scene, style, more))
+    blocks += _parts(_marks(scene, style, more))
     return Legend(tuple(blocks))
 
 
@@ -130,8 +133,22 @@ def _parts(block: Block) -> list[Block]:
     rows = block.rows
     size = len(rows) if len(rows) <= _ROWS else _ROWS // 2
     parts = [rows[first : first + size] for first in range(0, len(rows), max(1, size))]
-    later = f"{block.title}, continued"
-    return [Block(later if i else block.title, part) for i, part in enumerate(parts)]
+    return [Block(block.title + CONTINUED * (i > 0), part) for i, part in enumerate(parts)]
+
+
+def _joined(column: Sequence[Block]) -> list[Block]:
+    """Return the blocks of a column; parts of one that follow each other have one title."""
+    found: list[Block] = []
+    for block in column:
+        if found and block.title.removesuffix(CONTINUED) == found[-1].title.removesuffix(CONTINUED):
+            found[-1] = Block(found[-1].title, found[-1].rows + block.rows)
+        else:
+            found.append(block)
+    return found
+
+
+def _height(column: Sequence[Block]) -> float:
+    return sum(block.height for block in column)
 
 
 class KeyRow(Struct, frozen=True):
@@ -253,14 +270,16 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
         line = {"stroke": style[0].colour, "stroke_width": 2, "fill": "none"}
         page.rect(x - 9, y - 9, 18, 18, stroke_dasharray="2 4", **line)
 
-    rows = [Row(wall, lines_of("wall", 12))]
+    rows = []
+    if scene.map.walls:
+        rows.append(Row(wall, lines_of("wall", 12)))
     if scene.map.areas:
         rows.append(Row(area, lines_of("area", 12)))
     if style:
         rows.append(Row(target, lines_of("target of the robot with this shape and colour", 12)))
     if any(robot.objective and robot.objective.avoid for robot in scene.robots):
         rows.append(Row(shunned, lines_of("regions that the robot of this colour avoids", 12)))
-    if any(len(robot.trail) > 1 for robot in scene.robots):
+    if any(len({*robot.trail}) > 1 for robot in scene.robots):
         rows.append(Row(trail, lines_of("path of a robot, newest part strongest", 12)))
     if any(robot.heading is not None for robot in scene.robots):
         rows.append(Row(nose, lines_of("where a robot faces", 12)))
