@@ -6,11 +6,12 @@ A shell starts background jobs with SIGINT ignored, and programs pass that on to
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import signal
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,18 @@ def pytest_configure(config: pytest.Config) -> None:
     settings.register_profile("busy machine", untimed)
     settings.load_profile("busy machine")
     os.environ["SAFENAV_CACHE"] = str(Path(os.environ[FOLDER]) / "cache")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without the garbage collector: nearly everything stays, and searching it for what
+    does not takes two fifths of the time, in each worker."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.hookimpl(trylast=True)
