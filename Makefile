@@ -89,10 +89,11 @@ slugs: install ## build the synthesizer alone: slugs/build/slugs
 	$(CMAKE) -S slugs -B $(SLUGS_BUILD) -DCMAKE_BUILD_TYPE=Release -DSLUGS_WERROR=ON -DCMAKE_UNITY_BUILD=ON
 	$(CMAKE) --build $(SLUGS_BUILD) --parallel $(JOBS)
 
-# One build for unit tests, fuzzers and tests/slugs, with assertions and sanitizers. It is optimized
-# a little, so that it is not too slow, and compiles many sources at once: a third of the time.
+# One build for unit tests, fuzzers and tests/slugs, with assertions and sanitizers. It compiles many
+# sources at once: a third of the time. -Og takes 57 s of a processor where -O1 takes 88, and the tests
+# 48 s instead of 37; at -O0 they take three times as long.
 slugs-test: $(if $(shell command -v cmake 2>/dev/null),toolchain,install) ## unit tests of the synthesizer, with assertions and sanitizers
-	$(CMAKE) -S slugs -B $(SLUGS_TESTED) -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 -DSLUGS_WERROR=ON \
+	$(CMAKE) -S slugs -B $(SLUGS_TESTED) -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-Og -DSLUGS_WERROR=ON \
 	  -DSLUGS_SANITIZE=ON -DSLUGS_TESTS=ON -DSLUGS_FUZZ=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=33
 	MAKEFLAGS=--no-print-directory nice -n 4 $(CMAKE) --build $(SLUGS_TESTED) --parallel $(JOBS)
 	nice -n 4 $$(command -v ctest || echo $(BIN)/ctest) --test-dir $(SLUGS_TESTED) --output-on-failure --parallel $(JOBS)
