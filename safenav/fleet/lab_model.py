@@ -95,8 +95,8 @@ STEP = 0.005
 """Seconds of a step of the simulation."""
 LEAF_MASS, LEAF_DAMPING, LEAF_FRICTION = 8.0, 3.0, 4.0
 """A leaf of a door: kg, N m s/rad, N m: more than a drone's thrust moves."""
-HEIGHT, TALL = 1.2, 3.0
-"""Metres of a robot on the ground without its round ends; of walls and doors."""
+HEIGHT, TALL = 1.8, 3.0
+"""Metres of a robot on the ground, unless it is wider; of walls and doors."""
 
 
 class SimulatedBody(Struct):
@@ -200,7 +200,8 @@ def _door(places: Places, one: LabObstacle) -> str:
 def _robot(body: SimulatedBody, bit: int) -> str:
     slides = f'<joint name="{body.name}.x" type="slide" axis="1 0 0"/>'
     slides += f'<joint name="{body.name}.y" type="slide" axis="0 1 0"/>'
-    shape, z = f'type="capsule" size="{body.radius} {HEIGHT / 2}"', HEIGHT / 2 + body.radius
+    half = max(HEIGHT / 2 - body.radius, 0.01)
+    shape, z = f'type="capsule" size="{body.radius} {half}"', half + body.radius
     if body.flies:
         slides += f'<joint name="{body.name}.z" type="slide" axis="0 0 1"/>'
         shape, z = f'type="sphere" size="{body.radius}"', 0.0

@@ -69,6 +69,19 @@ def test_a_robot_stops_in_the_middle_of_a_region() -> None:
     assert physics.log()["contacts"] == {}
 
 
+def test_a_wide_robot_passes_below_a_drone() -> None:
+    """A husky was 2.2 m high, as wide as it is, and pushed drones out of their regions."""
+    text = HALL.format(obstacles="[]").replace("digit, start: 8, heading: east", "husky, start: 8")
+    scenario = load_scenario_text(text, "hall.yaml")
+    assert scenario.map.frame is not None
+    places = Places(scenario.map, scenario.map.frame)
+    physics = Physics(places, scenario.robots, ())
+    physics.send("digit", *places.centre(12), None)
+    assert ended(physics, "digit", "end") == "succeeded"
+    assert places.region(*(physics.state("quad")[key] for key in "xy")) == 12
+    assert physics.log()["contacts"] == {}
+
+
 def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     physics, places = hall("[{type: door, region: 10}]")
     assert gone(physics, places, "quad", 11) == "succeeded"
