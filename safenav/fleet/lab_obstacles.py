@@ -71,6 +71,7 @@ class Standing:
         self._waits = [o for o in obstacles if o.obstacle.appears is not None]
         self._goes = [o for o in obstacles if o.obstacle.goes is not None]
         self._shapes: dict[str, list[tuple[Any, int, int, float, int]]] = {}
+        self._listed = frozenset(one.obstacle.name for one in obstacles)
         self.stages: dict[str, int] = {}
         self.now: dict[str, LabObstacle] = {}
         for one in obstacles:
@@ -119,6 +120,14 @@ class Standing:
             for geom, contype, conaffinity, height, group in self._shapes[one.key]:
                 geom.contype, geom.conaffinity, geom.group = contype, conaffinity, group
                 self._model.geom_pos[geom.id][2] = height
+
+    def bring(self, obstacle: Obstacle) -> None:
+        """Let an obstacle without a body stand that is not listed: the team itself has made it, as
+        an operator's order or of a robot whose battery is empty."""
+        if obstacle.name not in self._listed and obstacle.name not in self.now:
+            self.now[obstacle.name] = LabObstacle(obstacle, obstacle.name, 0)
+            self._shapes[obstacle.name] = []
+            self.stages.pop(obstacle.name, None)
 
     def remove(self, obstacle: Obstacle) -> None:
         """Take an obstacle away."""

@@ -97,6 +97,12 @@ class Physics(Dynamics):
                 self._begin(body, [*way, (*home, yaw)])
                 body.acts.until = inf
 
+    def bring(self, obstacle: Obstacle) -> None:
+        """Let an obstacle stand that the team has made, if it has no body."""
+        with self.lock:
+            if obstacle.type.blocks == frozenset():
+                self._obstacles.bring(obstacle)
+
     def state(self, name: str) -> dict[str, Any]:
         """Return a robot's position, and the end of its goal or action, each reported once."""
         with self.lock:

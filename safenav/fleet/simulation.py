@@ -14,7 +14,7 @@ from safenav.fleet import transport
 from safenav.fleet.place import Places
 from safenav.fleet.stations import SimulationUse, Station
 from safenav.runtime.worlds.world import draw_truths
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.trace.vocabulary import ActResult
 
 RATE = 50.0
@@ -49,7 +49,7 @@ class SimulationTransport:
             if stations[robot.name].follow is not None
         }
         self.physics = Physics(places, scenario.robots, hidden, begin)
-        self._stations = stations
+        self._stations, self._types = stations, scenario.catalogue.obstacles
         self._pace = use.pace
         self._goals: dict[str, int] = {}
         self._acts: dict[str, int] = {}
@@ -74,7 +74,9 @@ class SimulationTransport:
         self.physics.stop(robot)
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
-        del obstacle
+        kind, region, which = name_parts(obstacle)
+        brought = Obstacle(self._types[kind], int(region), number=which)
+        self.physics.bring(brought)
         actions = {service: name for name, service in self._stations[robot].act.items()}
         with self.physics.lock:
             self._acts[robot] = number

@@ -64,6 +64,39 @@ def test_a_robot_opens_the_door_that_it_found_alone(goals: tuple[str, ...]) -> N
     assert check_trace(drive.lines).findings == () and drive.judged() == []
 
 
+FLAT = """\
+safenav: 1
+name: flat
+map: {resolution: 2.0, grid: ["#######", "#.....#", "#.....#", "#######"]}
+catalogue:
+  robots:
+    tired: {mobility: free, layer: ground, capabilities: [], size: 0.5, speed: 1, motion: disc,
+            battery: {capacity: 20, start: 2, charge: 5}}
+  obstacles: {empty: {needs: [{action: sense, at: neighbours}], blocks: []}}
+flat: empty
+robots:
+  cart: {model: tired, start: [2, 1], objective: {visit: [[2, 4]]}}
+  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 2]]}}
+until: {rounds: 1}
+"""
+SWAPS = """\
+safenav-fleet: 1
+transport: simulation
+simulation: {pace: 1000}
+defaults: {speed: 1.0}
+robots: {quad: {act: {sense: swap}}}
+"""
+
+
+def test_a_robot_gets_a_battery_in_a_drive() -> None:
+    """Obstacles of flat robots were made in simulated worlds only, and in rehearsals."""
+    drive = driven(FLAT, SWAPS)
+    assert drive.trace.outcome is not None and drive.trace.outcome.outcome == "completed"
+    (swap,) = [line for line in drive.motion.lines if isinstance(line, Action)]
+    assert (swap.robot, swap.action, swap.obstacle) == ("quad", "sense", "empty@17")
+    assert check_trace(drive.lines).findings == () and drive.judged() == []
+
+
 def test_the_motion_of_a_drive_that_is_over_at_once_is_clean() -> None:
     drive = driven(CORRIDOR.replace("[[1, 6]]", "[[1, 1]]"), CLOSED)
     assert drive.trace.outcome is not None and drive.trace.outcome.outcome == "completed"

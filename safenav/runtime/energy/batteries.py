@@ -319,16 +319,19 @@ class Batteries:
         """Represent a flat robot by an obstacle, which it requests to resolve; without an obstacle
         type the robot is out of service until the run ends."""
         kind, world, region = self.team.scenario.flat, self.world, robot.pose.region
-        if kind is None or world is None or region in world.standing():
-            yield from self.relocation.serve(robot, active=False, cause=ChangeCause.BATTERY)
-            return  # nothing can be brought here
-        obstacle = Obstacle(kind, region, appears=int(self.team.time))
-        if world.stands(obstacle):  # it was brought back, and nobody has come
+        known = self.team.knowledge.obstacles
+        there = known if world is None else {n: w.obstacle for n, w in world.works.open.items()}
+        obstacle = None if kind is None else Obstacle(kind, region, appears=int(self.team.time))
+        if obstacle is None or any(
+            one.region == region and (not one.ordered or one.name == obstacle.name)
+            for one in there.values()
+        ):  # nothing can be brought here, or it was brought back, and nobody has come
             yield from self.relocation.serve(robot, active=False, cause=ChangeCause.BATTERY)
             return
         self._flat[obstacle.name] = robot.name
         yield from self.relocation.leave_plan()
-        world.place(obstacle)
+        if world is not None:
+            world.place(obstacle)
         self.team.introduce(obstacle)
         yield ServiceChanged(robot.name, False, ChangeCause.BATTERY, obstacle)
 
