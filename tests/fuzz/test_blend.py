@@ -229,6 +229,10 @@ ELSEWHERE = {
     "a world that does not tell what appears": (mixed_mission, 115021, True, True, True, 72),
     "a world in which a truth was not known": (mixed_mission, 115004, True, True, True, 4),
     "a robot is stopped by what it meets": (mixed_mission, 116030, True, True, True, 19),
+    "it ends at once, and a request is open": (mixed_mission, 147830, *LOCK, 39),
+    "a robot waits where it holds": (mixed_mission, 148591, *LIVE, 33),
+    "stopped by what it meets, it goes elsewhere": (mixed_mission, 152563, True, True, True, 38),
+    "an operator has put it where it should not go": (mixed_mission, 154495, True, True, True, 23),
 }
 
 

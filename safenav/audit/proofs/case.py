@@ -72,11 +72,13 @@ def case_of(
     if lifted:
         team = Team({**team.members, **lifted}, newest_first=team.newest_first)
     at = {name: now.pose(name) for name in team.names}
+    first = not now.helping  # requests of the run before are decided after its first strategies
+    later = (now.begun.asked or {}) if first else {}
     known = [
         name
         for name in now.obstacles
         if now.status[name].unmet and name in now.discovered
-        if name not in never
+        if name not in never and name not in later
     ]
     return Case(
         team,

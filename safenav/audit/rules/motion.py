@@ -104,14 +104,13 @@ def known_obstacle(record: Line, now: Situation) -> Iterator[Said]:
 class AlwaysRule(Rule):
     """A robot never enters a region that its own objective avoids, and each of its steps keeps the
     formulas that stand beside it, whatever it does (D 3). A robot of an external world may be
-    taken elsewhere."""
+    taken elsewhere, and before a run is continued an operator may have put it anywhere."""
 
     name, kinds = "always", ("move",)
 
     def opening(self, now: Situation) -> Iterator[Said]:
-        for robot, region in now.region.items():
-            led = now.header.robots[robot].when  # by an input, before the rest of a run began
-            if region in now.own[robot].avoid and not led:
+        for robot, region in now.region.items() if now.header.begun is None else ():
+            if region in now.own[robot].avoid:
                 yield robot, f"{robot} starts in {now.show(region)}, which it avoids"
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:

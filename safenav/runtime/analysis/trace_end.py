@@ -59,8 +59,9 @@ class Pursued(Struct):
         known, counted = self.pursuit, goal.round > self.rounds
         self.begun, self.rounds = True, goal.round
         self.seen.add(goal.goal)
-        if counted:
+        if counted or (known.settles and self.rounds):  # it stays where it has met all
             self.seen.clear()
+        if counted:
             self.clock.restart(goal.tick)
         if known.in_turn:
             last = len(known.targets) - 1
@@ -202,6 +203,8 @@ class TraceEnd(Struct):
             case records.Arrive():
                 self._step(record.robot, Pose.of(record.at, record.heading), decided=False)
                 self.moved = record.robot, record.at
+                if self.backs_up is not None and record.robot == self.backs_up[0]:
+                    self._waits(record.at)
             case records.Depart() | records.Held():
                 if isinstance(record, records.Depart):
                     self._sets_out()
