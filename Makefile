@@ -59,7 +59,7 @@ install: $(VENV)/.installed
 
 # Editable: Python files are used from the tree; the C++ side is rebuilt when it changes. A first run
 # needs no tools of developers; in a full environment there is nothing to add. For developers, a
-# warning of the optimizing compiler is an error.
+# warning of the optimizing compiler is an error, unless they say WERROR=OFF.
 INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*) $(wildcard slugs/include/*)
 $(VENV)/.runs: EXTRAS := motion,studio
 $(VENV)/.runs: WERROR := OFF
@@ -118,7 +118,7 @@ format: install ## reformat Python and C++
 FUZZ ?= 5000
 FUZZ_SECONDS ?= 60
 
-fuzz: slugs-test ## long campaigns: games, proofs, missions; with clang the readers, too
+fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang the readers, too
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_PROOF=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
 	  tests/fuzz tests/campaigns tests/live tests/certify tests/fleet/test_pyrobosim.py tests/motion/test_random_missions.py tests/motion/test_pushes.py \
 	  tests/motion/test_requirements.py \
