@@ -1,4 +1,4 @@
-/* sources 068b427adbf080cff4a078eb7609deadd2a69816341cce2acb51b2cb3c040d00 */
+/* sources f180c50da618e39b05aaa18b13ab416466004f25856c6327682fbe23849196ea */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -13,8 +13,10 @@ import { Player } from "../run/player";
 import { applyTheme, nextTheme, storedTheme } from "../settings";
 import { useDrawingHand } from "./hand";
 import { idOf, type Chosen, type Doc, type Drawing, type Pen, type Verdict } from "./model";
-import { NEW_AREA, Problems, Selection, Tools } from "./panels";
+import { Selection } from "./selection";
 import { Text } from "./text";
+import { NEW_AREA, Tools } from "./tools";
+import { Problems } from "./verdicts";
 
 interface DrawProps {
   doc: Doc;

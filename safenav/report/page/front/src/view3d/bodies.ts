@@ -9,7 +9,6 @@ import {
   Group,
   Mesh,
   MeshBasicMaterial,
-  MeshLambertMaterial,
   SphereGeometry,
   TorusGeometry,
   Vector3,
@@ -17,6 +16,10 @@ import {
   type Material,
 } from "three";
 import type { Kind, Sample } from "./motion";
+import { DARK, axles, paint, shade, solid } from "./solids";
+import { Vehicle, buggy, carrier, manipulator, mast, rover, truck, turtlebot } from "./vehicles";
+
+const UP = new Vector3(0, 0, 1);
 
 /** What a robot does with its hands or its sensor right now; 0 to 1 as it begins and ends. */
 export interface Doing {
@@ -81,29 +84,10 @@ export function bodyOf(model: string, kind: Kind, size: number, colour: string, 
     case "flyer":
       return new Quadrotor(size, colour, likeness(FLYERS, model) ?? { hub: "ball", rings: true, legs: 0 });
     case "rover":
-      return new Rover(size, colour);
+      return new Vehicle(Math.max(0.3, size), colour, rover, 0.17, axles(0.32, 0.33), [-0.1, 0.43, 0.7]);
     case "disc":
       return new Disc(size, colour, turns);
   }
-}
-
-const DARK = 0x2b3038;
-const UP = new Vector3(0, 0, 1);
-
-function solid(geometry: BufferGeometry, material: Material, x = 0, y = 0, z = 0): Mesh {
-  const mesh = new Mesh(geometry, material);
-  mesh.position.set(x, y, z);
-  return mesh;
-}
-
-function paint(colour: string | number): MeshLambertMaterial {
-  return new MeshLambertMaterial({ color: new Color(colour) });
-}
-
-/** A round shade on the ground, which tells where something that flies is. */
-function shade(radius: number): Mesh {
-  const material = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.22, depthWrite: false });
-  return solid(new CircleGeometry(radius, 24), material, 0, 0, 0.012);
 }
 
 /** A limb between two points: a cylinder of unit length along z, stretched and turned. */
@@ -293,148 +277,6 @@ class Quadrotor implements Body {
     this.cone.quaternion.setFromUnitVectors(new Vector3(0, -1, 0), way.normalize());
   }
 }
-
-/** A box on four wheels. */
-class Rover implements Body {
-  readonly group = new Group();
-  readonly top = 0.85;
-  readonly hold: [number, number];
-  readonly room: number;
-  private readonly wheels: Mesh[];
-  private previous: [x: number, y: number] | null = null;
-  private rolled = 0;
-
-  constructor(size: number, colour: string) {
-    const length = Math.max(0.3, size);
-    const width = length * 0.72;
-    const wheel = length * 0.17;
-    this.hold = [-length * 0.1, wheel + length * 0.26];
-    this.room = length * 0.7;
-    this.group.add(
-      solid(new BoxGeometry(length, width * 0.8, length * 0.26), paint(colour), 0, 0, wheel + length * 0.13),
-      solid(new BoxGeometry(length * 0.3, width * 0.5, length * 0.16), paint(DARK), length * 0.22, 0, wheel + length * 0.34),
-    );
-    this.wheels = [1, -1].flatMap((x) =>
-      [1, -1].map((y) =>
-        solid(new CylinderGeometry(wheel, wheel, width * 0.16, 14), paint(DARK), x * length * 0.32, y * width * 0.46, wheel),
-      ),
-    );
-    this.group.add(...this.wheels, shade(length * 0.6));
-  }
-
-  pose(sample: Sample): void {
-    const radius = this.wheels[0]!.position.z;
-    if (this.previous !== null) this.rolled += Math.hypot(sample.x! - this.previous[0], sample.y! - this.previous[1]) / radius;
-    this.previous = [sample.x!, sample.y!];
-    this.group.position.set(sample.x!, sample.y!, 0);
-    this.group.rotation.z = sample.yaw ?? 0;
-    for (const wheel of this.wheels) wheel.rotation.y = this.rolled;
-  }
-}
-
-type Builder = (add: (mesh: Mesh) => void, skin: Material, dark: Material) => void;
-
-/** A body that drives: what the builder adds, and wheels that roll. x is ahead, z up, in metres. */
-class Vehicle implements Body {
-  readonly group = new Group();
-  readonly top: number;
-  readonly hold: [number, number];
-  readonly room: number;
-  private readonly wheels: Mesh[] = [];
-  private previous: [x: number, y: number] | null = null;
-  private rolled = 0;
-
-  constructor(scale: number, colour: string, build: Builder, private readonly radius: number, places: [x: number, y: number][], [ahead, up, room]: [number, number, number]) {
-    [this.hold, this.room] = [[ahead * scale, up * scale], room * scale];
-    const inner = new Group();
-    let high = 0;
-    build(
-      (mesh) => {
-        mesh.geometry.computeBoundingBox();
-        high = Math.max(high, mesh.position.z + mesh.geometry.boundingBox!.max.z);
-        inner.add(mesh);
-      },
-      paint(colour),
-      paint(DARK),
-    );
-    for (const [x, y] of places) this.wheels.push(solid(new CylinderGeometry(radius, radius, radius * 0.6, 14), paint(DARK), x, y, radius));
-    for (const wheel of this.wheels) inner.add(wheel);
-    inner.scale.setScalar(scale);
-    this.group.add(inner, shade(0.3 * scale + 0.1));
-    this.top = high * scale + 0.3;
-  }
-
-  pose(sample: Sample): void {
-    if (this.previous !== null) this.rolled += Math.hypot(sample.x! - this.previous[0], sample.y! - this.previous[1]) / this.radius;
-    this.previous = [sample.x!, sample.y!];
-    this.group.position.set(sample.x!, sample.y!, 0);
-    this.group.rotation.z = sample.yaw ?? 0;
-    for (const wheel of this.wheels) wheel.rotation.y = this.rolled;
-  }
-}
-
-function axles(x: number, y: number): [number, number][] {
-  return (x === 0 ? [0] : [x, -x]).flatMap((at): [number, number][] => [[at, y], [at, -y]]);
-}
-
-function upright(radius: number, height: number, material: Material, x: number, y: number, z: number): Mesh {
-  return solid(new CylinderGeometry(radius, radius, height, 24).rotateX(Math.PI / 2), material, x, y, z);
-}
-
-/** A low chassis between four wheels, with a raised deck. */
-function buggy(length: number, width: number, height: number, wheel: number): Builder {
-  return (add, skin, dark) => {
-    add(solid(new BoxGeometry(length, width * 0.58, height * 0.5), skin, 0, 0, wheel + height * 0.2));
-    add(solid(new BoxGeometry(length * 0.86, width * 0.7, height * 0.12), dark, 0, 0, height * 0.92));
-    add(solid(new BoxGeometry(length * 0.06, width * 0.5, height * 0.2), paint(0x8fd3ff), length * 0.49, 0, wheel + height * 0.2));
-  };
-}
-
-const turtlebot: Builder = (add, skin, dark) => {
-  add(upright(0.17, 0.09, dark, 0, 0, 0.06));
-  for (const [x, y] of axles(0.1, 0.1)) add(upright(0.008, 0.2, dark, x, y, 0.2));
-  add(upright(0.16, 0.012, skin, 0, 0, 0.19));
-  add(upright(0.16, 0.012, skin, 0, 0, 0.3));
-  add(upright(0.045, 0.05, dark, 0, 0, 0.33));
-};
-
-/** A flat box with a strip of light around it. */
-const carrier: Builder = (add, skin, dark) => {
-  add(solid(new BoxGeometry(0.8, 0.58, 0.2), skin, 0, 0, 0.16));
-  add(solid(new BoxGeometry(0.81, 0.59, 0.03), paint(0x8fd3ff), 0, 0, 0.2));
-  add(solid(new BoxGeometry(0.74, 0.52, 0.04), dark, 0, 0, 0.28));
-};
-
-/** A pallet truck: cab behind, mast and two forks ahead. */
-const truck: Builder = (add, skin, dark) => {
-  add(solid(new BoxGeometry(0.8, 0.8, 0.7), skin, -0.5, 0, 0.5));
-  add(solid(new BoxGeometry(0.06, 0.7, 0.9), dark, -0.84, 0, 1.2));
-  add(solid(new BoxGeometry(0.8, 0.7, 0.06), dark, -0.5, 0, 1.66));
-  for (const y of [0.28, -0.28]) {
-    add(solid(new BoxGeometry(0.1, 0.08, 2), dark, 0, y, 1));
-    add(solid(new BoxGeometry(0.95, 0.13, 0.05), paint(0x7b828c), 0.52, y, 0.12));
-  }
-  add(solid(new BoxGeometry(0.05, 0.66, 0.3), dark, 0.06, 0, 0.28));
-};
-
-/** A round base, a torso, a head and an arm ahead. */
-const manipulator: Builder = (add, skin, dark) => {
-  add(upright(0.27, 0.3, dark, 0, 0, 0.2));
-  add(solid(new BoxGeometry(0.2, 0.3, 0.7), skin, -0.08, 0, 0.7));
-  add(solid(new BoxGeometry(0.16, 0.24, 0.12), dark, 0, 0, 1.1));
-  add(solid(new BoxGeometry(0.02, 0.18, 0.05), paint(0x8fd3ff), 0.09, 0, 1.1));
-  add(solid(new CapsuleGeometry(0.055, 0.32, 4, 10).rotateZ(Math.PI / 2), skin, 0.22, 0, 0.78));
-  add(solid(new CapsuleGeometry(0.045, 0.26, 4, 10).rotateZ(Math.PI / 2), dark, 0.5, 0, 0.78));
-};
-
-/** A small base, a mast and an arm to the side. */
-const mast: Builder = (add, skin, dark) => {
-  add(solid(new BoxGeometry(0.34, 0.33, 0.15), dark, 0, 0, 0.1));
-  add(upright(0.03, 1.2, paint(0x7b828c), -0.06, 0.05, 0.75));
-  add(solid(new BoxGeometry(0.08, 0.1, 0.1), dark, -0.04, 0.05, 1.38));
-  add(solid(new BoxGeometry(0.06, 0.5, 0.06), skin, -0.02, -0.22, 0.8));
-  add(solid(new BoxGeometry(0.12, 0.06, 0.06), dark, 0.02, -0.48, 0.8));
-};
 
 /** Four legs whose knees bend backwards; they trot as far as it moves. */
 class Quadruped implements Body {

@@ -1,0 +1,74 @@
+/** Problems of the scenario, and verdicts on its robots with repairs. */
+
+import type { Say } from "../live/player";
+import type { Chosen, DrawnRobot, Problem, Verdict } from "./model";
+/** Why a robot has no strategy, and repairs. */
+export function Judged({ verdict, say }: { verdict: Verdict; say: Say }) {
+  if (verdict.verdict === "realizable") return <p class="judged good">Realizable: it can meet this objective{verdict.allows && ` (${verdict.allows})`}.</p>;
+  return (
+    <div class="judged bad">
+      <p>
+        <b>{verdict.verdict === "limit" ? "Not checked: " : "Unrealizable: "}</b>
+        {verdict.because}
+      </p>
+      {(verdict.repairs ?? []).slice(0, 5).map((repair) => (
+        <button type="button" onClick={() => say("edit", { op: "repair", change: repair.change })}>
+          {repair.change.map(([item, value]) => wordsOf(item, value)).join("; ")}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+function wordsOf(item: string, value: string): string {
+  if (item === "map" || item === "partition") return value;
+  if (item === "obstacles") return `an obstacle there: ${value.replace(/[{}]/g, "")}`;
+  return `${item.split(".").slice(1).join(" ")}: ${value}`;
+}
+
+interface ProblemsProps {
+  problems: Problem[];
+  verdicts: Record<string, Verdict>;
+  robots: DrawnRobot[];
+  go(line: number): void;
+  choose(chosen: Chosen): void;
+  say: Say;
+}
+
+export function Problems({ problems, verdicts, robots, go, choose, say }: ProblemsProps) {
+  const judged = robots.map((robot) => verdicts[robot.name]).filter((v): v is Verdict => v !== undefined);
+  return (
+    <section class="panel problems" aria-labelledby="problems-title">
+      <h2 id="problems-title">
+        {problems.length === 0 ? "No problems" : "Problems"} {problems.length > 0 && <span class="count">{problems.length}</span>}
+      </h2>
+      <ul>
+        {problems.map((problem) => (
+          <li class="problem">
+            <button type="button" class="event" onClick={() => go(problem.line)}>
+              <span class="tick">{problem.line || ""}</span>
+              <span>
+                {problem.found}
+                {problem.hint && <small class="quiet">{problem.hint}</small>}
+              </span>
+            </button>
+          </li>
+        ))}
+        {judged.map((verdict) => (
+          <li class={`verdict ${verdict.verdict}`} data-robot={verdict.robot} data-verdict={verdict.verdict}>
+            <button type="button" class="event" onClick={() => choose({ robot: verdict.robot })}>
+              <b>{verdict.robot}</b>
+              <span>{verdict.verdict === "realizable" ? "realizable" : verdict.because}</span>
+            </button>
+            {verdict.verdict === "unrealizable" &&
+              (verdict.repairs ?? []).slice(0, 3).map((repair) => (
+                <button type="button" class="repair" onClick={() => say("edit", { op: "repair", change: repair.change })}>
+                  {repair.change.map(([item, value]) => wordsOf(item, value)).join("; ")}
+                </button>
+              ))}
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
