@@ -8,13 +8,17 @@ from __future__ import annotations
 
 import logging
 import os
+import socket
 import sys
+import xmlrpc.client
 from collections.abc import Callable, Mapping
+from http.client import HTTPException
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
 from types import SimpleNamespace
 from typing import Any
+from xml.parsers.expat import ExpatError
 
 from safenav.errors import UsageError
 from safenav.fleet import ros
@@ -48,6 +52,10 @@ _ENDS = {2: GoalEnd.CANCELED, 3: GoalEnd.SUCCEEDED, 4: GoalEnd.ABORTED, 5: GoalE
 """Final states of actionlib_msgs/GoalStatus; the others count as aborted."""
 
 
+SILENT = 5.0
+"""Seconds in which a ROS master has to answer."""
+OTHERS = (HTTPException, xmlrpc.client.Error, ExpatError)
+"""Errors of servers that are not a ROS master."""
 NOT_AN_ERROR = "on a goal handle that we're not tracking"
 """Part of the error that actionlib logs when the last news of a goal come after the next goal."""
 
@@ -62,6 +70,22 @@ def importable() -> bool:
     if find_spec("rospy") is None and Path(DEBIAN, "rospy").is_dir() and DEBIAN not in sys.path:
         sys.path.append(DEBIAN)
     return all(find_spec(name) is not None for name in MODULES)
+
+
+def find_master(uri: str) -> None:
+    """Raises UsageError if no ROS master answers there."""
+    import rosgraph
+
+    before = socket.getdefaulttimeout()
+    socket.setdefaulttimeout(SILENT)
+    try:
+        rosgraph.Master("/safenav", uri).getPid()
+    except (OSError, ValueError, *OTHERS, rosgraph.MasterException) as error:
+        said = f"no ROS master at {uri} ({error})"
+        hint = "start one (roscore), or set 'master' of network"
+        raise UsageError(f"{said}\n    {hint}") from error
+    finally:
+        socket.setdefaulttimeout(before)
 
 
 class Ros1Transport(ros.RosTransport):
@@ -86,13 +110,13 @@ class Ros1Transport(ros.RosTransport):
     def open(self, post: Callable[[Message], None]) -> None:
         os.environ["ROS_MASTER_URI"] = self._network.master
         os.environ["ROS_IP"] = self._network.address
+        find_master(self._network.master)
         import rospy
         from nav_msgs.msg import Odometry
         from sensor_msgs.msg import LaserScan
         from std_msgs.msg import Bool, String
 
         self._ros, self._post = rospy, post
-        self._find_master()
         rospy.init_node("safenav", anonymous=True, disable_signals=True)
         logging.getLogger("rosout").addFilter(relevant)
         for name, station in self._stations.items():
@@ -100,16 +124,6 @@ class Ros1Transport(ros.RosTransport):
         kinds = {"Bool": Bool, "Odometry": Odometry, "LaserScan": LaserScan, "String": String}
         for topic, kind, take in self._topics():
             self._heard.append(rospy.Subscriber(topic, kinds[kind], take, queue_size=5))
-
-    def _find_master(self) -> None:
-        import rosgraph
-
-        try:
-            rosgraph.Master("/safenav").getPid()
-        except (OSError, ValueError, rosgraph.MasterException) as error:
-            said = f"no ROS master at {self._network.master} ({error})"
-            hint = "start one (roscore), or set 'master' of network"
-            raise UsageError(f"{said}\n    {hint}") from error
 
     def _join(self, name: str, station: Station) -> None:
         import actionlib

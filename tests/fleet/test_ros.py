@@ -1,7 +1,10 @@
 """What ROS messages mean, whichever of both ROS sends them."""
 
+import contextlib
 import logging
+import socket
 from math import cos, inf, nan, pi, sin
+from threading import Thread
 from types import SimpleNamespace as Message
 
 import pytest
@@ -104,6 +107,39 @@ def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
     listener.on_data_available(None)
     listener.on_data_available(reader)
     assert heard == ["on"]
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [None, b"HTTP/1.0 404 Not Found\r\n\r\n", b"HTTP/1.0 200 OK\r\n\r\nhello", b"hello\r\n", b""],
+    ids=["silent", "404", "a page", "not HTTP", "closed"],
+)
+def test_what_answers_for_a_ros_master_is_refused(
+    answer: bytes | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A web server at that port ended the drive with an internal error, a silent one held it."""
+    if not ros1.importable():
+        pytest.skip("rospy is missing")
+    monkeypatch.setattr(ros1, "SILENT", 0.1)
+    clients: list[socket.socket] = []
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            with contextlib.suppress(OSError):
+                while True:  # xmlrpc tries twice
+                    clients.append(server.accept()[0])
+                    clients[-1].recv(4096)
+                    if answer is not None:
+                        clients[-1].sendall(answer)
+                        clients[-1].close()
+
+        Thread(target=serve, daemon=True).start()
+        uri = f"http://127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(UsageError, match=f"no ROS master at {uri}"):
+            ros1.find_master(uri)
+    for client in clients:
+        client.close()
+    assert socket.getdefaulttimeout() is None
 
 
 @pytest.mark.parametrize(
