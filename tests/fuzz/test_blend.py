@@ -108,6 +108,7 @@ PLAIN = {
     "no charge suffices for its last target forever, but it gets there": (104862, False),
     "out of service where it might charge, it helps no more": (102006, False),
     "whatever it is sent to, its strategy enters an obstacle": (158436, True),
+    "it continues from a node with the same values": (163243, False),
     "it charges in a helper's way before it makes way": (146245, True),
 }
 CAUSES = [

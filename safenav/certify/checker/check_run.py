@@ -49,6 +49,7 @@ class Robot:
         self.task: Any = None
         self.nodes, self.came_from = set[int](), set[int]()  # where its strategy may be, and was
         self.answers: set[int] | None = None  # of its strategy, in its last turn
+        self.row: tuple[Any, ...] = ()  # the inputs by which it answered
         self.knowledge, self.signal = dict[str, int](), dict[str, Any]()  # its last inputs
         self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
 
@@ -362,7 +363,8 @@ class Evidence(Rule):
 
     def step(self, record: Line, robot: Robot, now: Situation) -> None:
         """Refuse unless a move agrees with the strategy. If the node is unknown, all nodes in its
-        pose are possible: from each the strategy keeps its guarantees."""
+        pose are possible: from each the strategy keeps its guarantees. One with assignable goals
+        may continue from a node with the same values."""
         name, task, before, by = robot.name, robot.task, robot.pose, record.by or "strategy"
         if record.signal is not None:
             robot.signal = vars(record.signal)
@@ -397,6 +399,9 @@ class Evidence(Rule):
         elif by == EITHER:
             fits |= robot.nodes
         else:
+            if not fits and task.told:
+                others = task.following(task.alike(robot.nodes), robot.row)
+                fits = {n for n in others if task.poses[n] == after}
             said = sorted({str(task.poses[n]) for n in answers})
             require(fits, f"{name} goes to {after}, but its strategy answers {said}")
             self.answered += by != "backtrack" and not (self.live and after == before)

@@ -285,9 +285,22 @@ class Task:
                 require(hidden or lenient, f"{name} is outside every possible belief")
                 there = max(hidden or found)
             seen[f"at_{name}"] = robot.knowledge[name] = there
-        row, graph = tuple(seen[name] for name in self.graph.spec.inputs), self.graph
-        following = chain(*(graph.next[node] for node in robot.nodes))
-        return {node for node in following if graph.inputs[node] == row}
+        robot.row = tuple(seen[name] for name in self.graph.spec.inputs)
+        return self.following(robot.nodes, robot.row)
+
+    def following(self, nodes: Iterable[int], row: Row) -> set[int]:
+        """Return the nodes after some, by inputs."""
+        graph = self.graph
+        return {n for n in chain(*map(graph.next.__getitem__, nodes)) if graph.inputs[n] == row}
+
+    def alike(self, nodes: Iterable[int]) -> set[int]:
+        """Return the nodes that runs reach with all values of some of these: a robot that is sent
+        elsewhere may continue from each, which pursues another goal first."""
+        there = set[int]().union(*(self.of_pose.get(self.poses[node], ()) for node in nodes))
+        columns = [*self.graph.columns.values()]
+        values = {node: tuple(column[node] for column in columns) for node in there.union(nodes)}
+        same = {values[node] for node in nodes}
+        return {node for node in there if values[node] in same}
 
     def knows(self, node: int, values: Json) -> bool:
         columns = self.graph.columns
