@@ -23,6 +23,9 @@ from safenav.trace.words import counted, seconds_words, shortened
 from safenav.world.map import HEADINGS, Heading, Region
 
 Echo = Callable[[str], None]
+ObstacleLine = (
+    records.Violation | records.Resolved | records.Gone | records.KnownObstacle | records.Reopened
+)
 
 _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
@@ -98,9 +101,6 @@ class Story:
             case records.Discovered():
                 self._obstacles[event.obstacle.name] = event.obstacle.region
                 self._actions[event.obstacle.name] = [n.action for n in event.obstacle.all_needs]
-            case records.Violation():
-                self._closed[event.proposed] = self._wording.obstacle(event.obstacle)
-                self._say(event)
             case records.Request():
                 self._say(event)
                 self._map()
@@ -112,20 +112,6 @@ class Story:
                     if self._doing.get(name) != words:
                         self._echo(f"             {self._name(name)}: {words}")
                     self._doing[name] = words
-            case records.Resolved() | records.Gone():
-                self._closed.pop(self._obstacles[event.obstacle], None)
-                self._barred.pop(self._obstacles[event.obstacle], None)
-                self._rounds.clear()  # they are counted from the last resolution on
-                self._say(event)
-                self._map()
-            case records.KnownObstacle():
-                region = self._obstacles[event.obstacle]
-                self._closed.pop(region, None)
-                self._barred[region] = self._wording.obstacle(event.obstacle)
-                self._say(event)
-            case records.Reopened():
-                self._barred.pop(self._obstacles[event.obstacle], None)
-                self._say(event)
             case records.NewObjective() | records.Told():
                 if not isinstance(event, records.NewObjective) or event.at_once:
                     self._doing[event.robot] = self._wording.objective(event.objective)
@@ -138,6 +124,8 @@ class Story:
                 pass
             case records.Act(obstacles=()) | records.ActionEnd(reason=None | ""):
                 pass
+            case _ if isinstance(event, ObstacleLine):
+                self._obstacle(event)
             case _:
                 self._say(event)
 
@@ -157,6 +145,23 @@ class Story:
     def _moved(self, event: records.Move | records.Arrive, region: Region) -> None:
         facing = None if event.heading is None else HEADINGS[event.heading]
         self._poses[event.robot] = (region, facing)
+
+    def _obstacle(self, event: ObstacleLine) -> None:
+        """An obstacle closes its region, until it is resolved, or bars it permanently."""
+        if isinstance(event, records.Violation):
+            self._closed[event.proposed] = self._wording.obstacle(event.obstacle)
+            return self._say(event)
+        region = self._obstacles[event.obstacle]
+        if not isinstance(event, records.Reopened):
+            self._closed.pop(region, None)
+        if isinstance(event, records.KnownObstacle):
+            self._barred[region] = self._wording.obstacle(event.obstacle)
+        else:
+            self._barred.pop(region, None)
+        self._say(event)
+        if isinstance(event, records.Resolved | records.Gone):
+            self._rounds.clear()  # they are counted from the last resolution on
+            self._map()
 
     def _goal(self, event: records.Goal) -> None:
         """Print each completed round once, but none of robots that wait, help, charge, or make
