@@ -53,7 +53,7 @@ def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, word
 
 @pytest.fixture(scope="module")
 def wheel() -> Path:
-    """The wheel, with a program that is not optimized: half of the compiler's time.
+    """The wheel, with a program that is not optimized: that compiles faster.
     `make install` demands that the optimized one gives no warning."""
 
     def make(folder: Path) -> None:
