@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
@@ -40,6 +41,20 @@ With the extras 'motion' and 'pictures':
 Exit codes:
   0  done   2  invalid trace or usage
 """
+
+
+_STILL = {"svg": "--svg", "png": "--png"}
+_FILM = {"gif": "--gif", "terminal": "--terminal"}
+_FORMS = {
+    "motion": {"solid": "--3d"},
+    "width": {"png": "--png", "gif": "--gif"},
+    "ticks": _FILM,
+    "speed": _FILM,
+    "sight": {**_STILL, "gif": "--gif"},
+    "legend": _STILL,
+    "hidden": _STILL,
+}
+"""Options that only some forms of a replay read, by parameter."""
 
 
 @click.command(epilog=EPILOG)
@@ -87,10 +102,7 @@ def command(
     (the default), as a picture of one moment, an animated GIF, or on the terminal."""
     if sum((svg is not None, png is not None, gif, terminal, solid)) > 1:
         raise UsageError("choose one of --svg, --png, --gif, --terminal and --3d")
-    if motion is not None and not solid:
-        raise UsageError("--motion goes with --3d")
-    if sight is not None and svg is None and png is None and not gif:
-        raise UsageError("--sight goes with --svg, --png or --gif; the page lets you choose")
+    _refuse_unread(click.get_current_context())
     run = read_trace(trace)
     if solid:
         write_out(output or trace.with_suffix(".3d.html"), _page3d(run, trace, motion))
@@ -123,6 +135,20 @@ def command(
         return ExitCode.OK
     write_out(output or trace.with_suffix(".html"), page_of_trace(run, trace.name))
     return ExitCode.OK
+
+
+def _refuse_unread(context: click.Context) -> None:
+    """Raises UsageError for an option that the chosen form of a replay does not read."""
+    given = {
+        name
+        for name in context.params
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+    }
+    for name, forms in _FORMS.items():
+        if name in given and not given & forms.keys():
+            raise UsageError(f"--{name} goes with {' or '.join(forms.values())}")
+    if {"terminal", "output"} <= given:
+        raise UsageError("--terminal writes no file; leave out --output")
 
 
 def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
