@@ -10,7 +10,8 @@ from safenav.audit.formulas import Formulas, rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import HEADINGS, Pose, RefusedError
 from safenav.audit.lines import Objective
-from safenav.audit.members import FAR, Member, OpenObstacle, Poses
+from safenav.audit.members import FAR, Member, OpenObstacle
+from safenav.audit.poses import PoseGraph, Poses
 from safenav.audit.situation import Situation
 from safenav.audit.team import Team
 from safenav.audit.turn import Status
@@ -77,20 +78,25 @@ def _member(name: str, now: Situation, stays: Collection[str], out: Collection[s
     most = FAR if robot.carries is None else robot.carries
     room = most - sum(name in now.carriers(one) for one in stays)
     if name in out:
-        return Member({here: ()}, (frozenset([here]),), rivals, timing, room)
-    everywhere = poses_in(now.grid.free, name, now)
-    steps = {pose: tuple(now.grid.steps(robot.mobility, pose)) for pose in everywhere}
+        return Member(PoseGraph({here: ()}), (frozenset([here]),), rivals, timing, room)
+    steps = now.grid.graph(robot.mobility)
     targets = own.targets[-1 if shape_of(own.kind).ends else 0 :]
     aims = tuple(frozenset(p for p in steps if p[0] in target) for target in targets)
     if own.kind == "ltl" or own.always:
         formulas = rules_of(own)
-        steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
+        steps = PoseGraph(
+            (a, tuple(b for b in to if formulas.allows(a, b))) for a, to in steps.items()
+        )
         if own.kind == "ltl":
             aims = tuple(_met(formulas, k, steps) for k in range(len(formulas.goals)))
     sealed = own.avoid | {now.obstacles[one].region for one in stays if name in now.stopped_by(one)}
-    steps = {a: tuple(b for b in to if b[0] not in sealed) for a, to in steps.items()}
-    kept = {a: to for a, to in steps.items() if a[0] not in sealed or a == here}
-    return Member(kept, aims, rivals, timing, room)
+    if sealed:
+        steps = PoseGraph(
+            (a, tuple(b for b in to if b[0] not in sealed))
+            for a, to in steps.items()
+            if a[0] not in sealed or a == here
+        )
+    return Member(steps, aims, rivals, timing, room)
 
 
 def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) -> Poses:

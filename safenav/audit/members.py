@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from itertools import takewhile
 from typing import NamedTuple
 
 from safenav.audit.language import Pose
-
-Poses = frozenset[Pose]
-
+from safenav.audit.poses import PoseGraph, Poses
 
 FAR = 1 << 30
 
@@ -105,7 +103,7 @@ class Member(NamedTuple):
     each of its targets the poses where it is met; ``ticks``: of its slowest step; ``room``: the
     most loads that it can carry."""
 
-    steps: Mapping[Pose, tuple[Pose, ...]]
+    steps: PoseGraph
     aims: tuple[Poses, ...]
     rivals: frozenset[str] = frozenset()
     ticks: int = 1

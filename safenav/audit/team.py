@@ -6,11 +6,10 @@ of the code that decides in a run."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import combinations, product
 
-from safenav.audit.language import Pose, closure, distance
+from safenav.audit.language import Pose, distance
 from safenav.audit.members import (
     FAR,
     Act,
@@ -18,11 +17,11 @@ from safenav.audit.members import (
     Member,
     OpenObstacle,
     OpenObstacles,
-    Poses,
     Sets,
     Settlement,
     Step,
 )
+from safenav.audit.poses import Poses
 
 MOST_NODES = 20_000
 
@@ -36,17 +35,10 @@ class TrappedError(Exception):
 
 
 class Team:
-    """The robots' possibilities, whatever the order of their moves; searches for reachable poses
-    are cached."""
+    """The robots' possibilities, whatever the order of their moves."""
 
     def __init__(self, members: Mapping[str, Member], *, newest_first: bool = False) -> None:
         self.members, self.names, self.newest_first = members, [*members], newest_first
-        self._before: dict[str, dict[Pose, list[Pose]]] = {name: {} for name in members}
-        for name, member in members.items():
-            for pose, steps in member.steps.items():
-                for to in steps:
-                    self._before[name].setdefault(to, []).append(pose)
-        self._reach, self._live = cache(self._reached), cache(self._lively)
 
     @staticmethod
     def walls(name: str, obstacles: OpenObstacles) -> frozenset[int]:
@@ -54,24 +46,22 @@ class Team:
 
     def reach(self, name: str, poses: Poses, obstacles: OpenObstacles) -> Poses:
         """Return the poses that a robot can reach from some poses."""
-        return self._reach(name, poses, self.walls(name, obstacles))
+        return self.members[name].steps.reach(poses, self.walls(name, obstacles))
 
     def around(self, name: str, pose: Pose, obstacles: OpenObstacles) -> Poses:
         """Return the poses that a robot can go back and forth between."""
-        there, walls = self.reach(name, frozenset([pose]), obstacles), self.walls(name, obstacles)
-        back = closure({pose}, lambda p: (q for q in self._before[name].get(p, ()) if q in there))
-        return frozenset(p for p in back if p == pose or p[0] not in walls)
+        return self.members[name].steps.spread(pose, self.walls(name, obstacles)).around
 
     def goes_on(self, name: str, poses: Poses, obstacles: OpenObstacles) -> bool:
         """Return whether a robot can meet each of its targets infinitely often from some of the
         poses."""
-        return bool(
-            self.reach(name, poses, obstacles) & self._live(name, self.walls(name, obstacles))
-        )
+        member = self.members[name]
+        return member.steps.goes_on(poses, member.aims, self.walls(name, obstacles))
 
     def is_live(self, name: str, pose: Pose, obstacles: OpenObstacles) -> bool:
         """Return whether a robot can meet each of its targets infinitely often from a pose."""
-        return pose in self._live(name, self.walls(name, obstacles))
+        shut = pose[0] in self.walls(name, obstacles)
+        return not shut and self.goes_on(name, frozenset([pose]), obstacles)
 
     def ticks(self, name: str, poses: Poses, there: Poses, obstacles: OpenObstacles) -> int | None:
         """Return an upper bound on the ticks to the nearest of some poses; None if there is no
@@ -79,25 +69,6 @@ class Team:
         walls, steps = self.walls(name, obstacles), self.members[name].steps
         ways = distance(poses, lambda p: (q for q in steps.get(p, ()) if q[0] not in walls), there)
         return None if ways is None else ways * self.members[name].ticks
-
-    def _reached(self, name: str, poses: Poses, walls: frozenset[int]) -> Poses:
-        steps = self.members[name].steps
-        ways = closure(poses, lambda p: (q for q in steps.get(p, ()) if q[0] not in walls))
-        return frozenset(ways)
-
-    def _lively(self, name: str, walls: frozenset[int]) -> Poses:
-        before = self._before[name]
-        kept = frozenset(p for p in self.members[name].steps if p[0] not in walls)
-
-        def back(pose: Pose) -> Iterator[Pose]:
-            return (one for one in before.get(pose, ()) if one in kept)
-
-        while True:
-            size = len(kept)
-            for aim in self.members[name].aims:
-                kept = frozenset(closure(aim & kept, back))
-            if len(kept) == size:
-                return kept
 
     def full(self, obstacles: Iterable[OpenObstacle]) -> frozenset[str]:
         """Return the robots that carry as many loads as they can."""
@@ -139,7 +110,7 @@ class Team:
                 shut = {region} if one in self.members[name].rivals else set()
                 walls = self.walls(one, obstacles) | shut
                 goal = duties.get(one, duty).regions - shut
-                reached = self._reach(one, frozenset([at[one]]), walls)
+                reached = self.members[one].steps.reach([at[one]], walls)
                 places[one] = frozenset(pose for pose in reached if pose[0] in goal)
             together = stood.left[0].together
             if not all(places.values()) or (together and not self.fits(duty.group, places)):
@@ -192,8 +163,7 @@ class Team:
                     stranger = name not in present.get(obstacle.name, ())
                     ticks = self.ticks(name, origins[i], there, obstacles) or 0
                     for further in obstacle.chain():
-                        steps = self.members[name].steps
-                        goal = frozenset(p for p in steps if p[0] in further.regions)
+                        goal = frozenset(self.members[name].steps.on(further.regions))
                         more = self.ticks(name, there, goal, obstacles)
                         far = FAR * self.members[name].ticks
                         ticks, there = ticks + (far if more is None else more), goal
@@ -355,7 +325,8 @@ class Team:
     def _spots(self, name: str, sets: Sets, obstacles: OpenObstacles, k: int) -> Poses:
         """Return the poses where a robot can meet the next need of an obstacle."""
         reached = self.reach(name, sets[self.names.index(name)], obstacles)
-        return frozenset(p for p in reached if p[0] in obstacles[k].left[0].regions)
+        there = self.members[name].steps.on(obstacles[k].left[0].regions)
+        return frozenset(pose for pose in there if pose in reached)
 
     def _lasting(
         self, name: str, there: Poses, sets: Sets, obstacles: OpenObstacles, served: frozenset[str]

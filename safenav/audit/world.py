@@ -12,6 +12,7 @@ from itertools import chain, product
 from typing import Any
 
 from safenav.audit.language import HEADINGS, Pose, require
+from safenav.audit.poses import PoseGraph
 
 
 class World:
@@ -41,6 +42,7 @@ class World:
         many = {"north": rows, "south": rows, "east": cols, "west": cols}
         self.sides = [heading for heading in HEADINGS if many[heading] > 1]
         self._beside, self._steps = cache(self._regions_beside), cache(self._steps_of)
+        self._graphs = cache(self._graph_of)
 
     @classmethod
     def of(cls, data: Mapping[str, Any], *, live: bool = False) -> World:
@@ -120,6 +122,14 @@ class World:
     def steps(self, mobility: str, pose: Pose) -> tuple[Pose, ...]:
         """Return the poses after one step."""
         return self._steps(mobility == "free", pose)
+
+    def graph(self, mobility: str) -> PoseGraph:
+        """Return the steps from each pose on a free region, made once."""
+        return self._graphs(mobility == "free")
+
+    def _graph_of(self, free: bool) -> PoseGraph:
+        poses = product(self.free, (None,) if free else HEADINGS)
+        return PoseGraph((pose, self._steps(free, pose)) for pose in poses)
 
     def _steps_of(self, free: bool, pose: Pose) -> tuple[Pose, ...]:
         back = None if free or pose[1] is None else opposite(pose[1])

@@ -10,7 +10,8 @@ from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Objective
-from safenav.audit.members import OpenObstacle, OpenObstacles, Poses
+from safenav.audit.members import OpenObstacle, OpenObstacles
+from safenav.audit.poses import Poses
 from safenav.audit.proofs.states import Recalled, with_memory
 from safenav.audit.situation import Situation
 from safenav.audit.team import Team

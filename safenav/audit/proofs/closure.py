@@ -19,7 +19,8 @@ from itertools import combinations
 from typing import Any
 
 from safenav.audit.language import Pose
-from safenav.audit.members import OpenObstacle, OpenObstacles, Poses
+from safenav.audit.members import OpenObstacle, OpenObstacles
+from safenav.audit.poses import Poses
 from safenav.audit.proofs.case import Case
 from safenav.audit.team import TooManyError
 

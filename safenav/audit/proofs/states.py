@@ -3,11 +3,10 @@ the goals that the step into it has met where staying at neither end does."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from safenav.audit.formulas import Formulas
 from safenav.audit.language import Pose
 from safenav.audit.members import Member
+from safenav.audit.poses import PoseGraph
 
 
 class Recalled(str):
@@ -40,12 +39,13 @@ def with_memory(member: Member, formulas: Formulas) -> Member:
                 met = goals - formulas.met_by_staying(here, i) - formulas.met_by_staying(there, j)
                 edges.setdefault((here, i), set()).add((there, j, met))
     states = {(*state, frozenset[int]()) for state in edges}.union(*edges.values())
-    steps: Mapping[Pose, tuple[Pose, ...]] = {
-        Recalled.of(pose, i, met): tuple(
-            Recalled.of(*after) for after in edges.get((pose, i), ()) if after != (pose, i, met)
+    steps = PoseGraph(
+        (
+            Recalled.of(pose, i, met),
+            tuple(Recalled.of(*to) for to in edges.get((pose, i), ()) if to != (pose, i, met)),
         )
         for pose, i, met in states
-    }
+    )
     aims = tuple(
         frozenset(
             Recalled.of(pose, i, met)

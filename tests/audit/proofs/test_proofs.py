@@ -10,6 +10,7 @@ import pytest
 
 from safenav.audit.language import HEADINGS, Pose
 from safenav.audit.members import Member, Need, OpenObstacle
+from safenav.audit.poses import PoseGraph
 from safenav.audit.proofs.case import Case, Wish
 from safenav.audit.proofs.joint import can_be_served
 from safenav.audit.rules.proofs import problems_of
@@ -66,7 +67,7 @@ def moment(robots: list[Robot], *obstacles: tuple[Any, ...], together: bool = Fa
         steps = corridor(one.pose[1])
         aims = tuple(frozenset(p for p in steps if p[0] == target) for target in one.targets)
         rivals = frozenset(everybody - {one.name} if together else ())
-        members[one.name], wishes[one.name] = Member(steps, aims, rivals), Wish(aims)
+        members[one.name], wishes[one.name] = Member(PoseGraph(steps), aims, rivals), Wish(aims)
     opens = tuple(
         OpenObstacle(
             name,
