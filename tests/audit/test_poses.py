@@ -9,9 +9,13 @@ from safenav.audit.language import Pose
 from safenav.audit.poses import PoseGraph
 
 
-@pytest.mark.parametrize("seed", range(150))
-def test_reach_and_return_are_those_of_the_graph(seed: int) -> None:
-    rng = random.Random(seed)
+@pytest.mark.parametrize("first", range(0, 150, 50))
+def test_reach_and_return_are_those_of_the_graph(first: int) -> None:
+    for seed in range(first, first + 50):
+        _compare(random.Random(seed))
+
+
+def _compare(rng: random.Random) -> None:
     poses: list[Pose] = [(k, None) for k in range(rng.randint(1, 9))]
     graph = PoseGraph(
         (p, tuple(rng.sample(poses, min(len(poses), rng.randint(0, 2))))) for p in poses

@@ -33,9 +33,13 @@ def test_a_long_way_is_no_cycle() -> None:
     assert fair_cycle(edges, (1 << count) - 1, ()) is None
 
 
-@pytest.mark.parametrize("seed", range(300))
-def test_classes_of_nodes_change_no_verdict(seed: int) -> None:
-    rng = random.Random(seed)
+@pytest.mark.parametrize("first", range(0, 300, 100))
+def test_classes_of_nodes_change_no_verdict(first: int) -> None:
+    for seed in range(first, first + 100):
+        _compare(random.Random(seed))
+
+
+def _compare(rng: random.Random) -> None:
     count, conditions = rng.randint(1, 8), rng.randint(0, 2)
     successors = [rng.sample(range(count), rng.randint(0, min(3, count))) for _ in range(count)]
     edges = Edges(range(count), successors)
