@@ -74,7 +74,7 @@ class SynthesisResult(Struct, frozen=True):
 
 
 class SynthesisProgress(Struct, frozen=True):
-    """A synthesis that finished with a ``result``, or that still runs (reported once per second).
+    """A synthesis that finished with a ``result``, or that still runs (reported twice per second).
     ``index``: which of the specifications it belongs to."""
 
     index: int

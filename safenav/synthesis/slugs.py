@@ -38,12 +38,12 @@ from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
 
 _GOOD = Verdict.REALIZABLE
-_HEARTBEAT_SECONDS = 1.0
+_HEARTBEAT_SECONDS = 0.5
 
-Verifier = Callable[[Specification, Strategy, bool], str | None]
+Verifier = Callable[[Specification, Strategy, bool, Callable[[], None]], str | None]
 """Checks an automaton against its specification (the flag: it is a counterstrategy); what is
-wrong with it in words, None if nothing is. Handed in, so that this package and the check know
-nothing of each other."""
+wrong with it in words, None if nothing is. It calls the last argument now and then, which raises
+to end it. Handed in, so that this package and the check know nothing of each other."""
 
 
 class Synthesizer:
@@ -137,7 +137,7 @@ class Synthesizer:
             job = Job(index, spec, spec.to_structuredslugs(), kind, most)
             self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
             begun = time.monotonic()
-            remembered = self._remembered(job)
+            remembered = self._remembered(job, tell)
             if remembered is None:
                 jobs.append(job)
                 continue
@@ -169,7 +169,7 @@ class Synthesizer:
                 done, _ = wait(left, _HEARTBEAT_SECONDS, FIRST_COMPLETED)
                 for future in done:
                     job = left.pop(future)
-                    results[job.index] = result = self._result(job, future.result())
+                    results[job.index] = result = self._result(job, future.result(), tell)
                     tell(SynthesisProgress(job.index, job.robot, result.seconds, result))
                 now, running = time.monotonic(), [job for job in left.values() if not done]
                 for job in (job for job in running if job.index in begun):
@@ -179,43 +179,43 @@ class Synthesizer:
             pool.shutdown(cancel_futures=True)
         return results
 
-    def _remembered(self, job: Job) -> SynthesisResult | None:
+    def _remembered(self, job: Job, tell: Listener) -> SynthesisResult | None:
         """The cached result, if it is there and stands every check that a fresh one stands."""
         if self.cache.directory is None or job.kind is RequestKind.MOVES:
             return None
         if job.most_nodes is not None and job.kind is RequestKind.STRATEGY:
             entry = self.cache.load(self._too_large_key(job))
             if entry is not None:
-                return self._checked(job, entry, cached=True)
+                return self._checked(job, entry, tell, cached=True)
         key = self._key(job)
         entry = self.cache.load(key)
         if entry is None:
             return None
         try:
-            result = self._checked(job, entry, cached=True)
+            result = self._checked(job, entry, tell, cached=True)
         except SynthesizerError:
             self.cache.drop(key)
             return None
         if job.most_nodes is not None and (result.states or 0) > job.most_nodes:
-            return self._checked(job, replace(entry, strategy_json=None), cached=True)
+            return self._checked(job, replace(entry, strategy_json=None), tell, cached=True)
         return result
 
-    def _result(self, job: Job, finished: Brought) -> SynthesisResult:
+    def _result(self, job: Job, finished: Brought, tell: Listener) -> SynthesisResult:
         if not isinstance(finished, Finished):
             found, seconds = finished
             verdict, served = (found, None) if isinstance(found, Verdict) else (_GOOD, found)
-            result = self._checked(job, CacheEntry(verdict, seconds, None), cached=False)
+            result = self._checked(job, CacheEntry(verdict, seconds, None), tell, cached=False)
             return replace(result, served=served)
         if too_large(finished) and job.most_nodes is not None:
             entry = CacheEntry(_GOOD, finished.seconds, None)
             self.cache.store(self._too_large_key(job), entry)
-            return self._checked(job, entry, cached=False)
+            return self._checked(job, entry, tell, cached=False)
         verdict = verdict_of(finished, self.binary, job.robot)
         wanted = job.kind is not RequestKind.REALIZABILITY
         automaton = wanted and verdict is job.kind.ending
         entry = CacheEntry(verdict, finished.seconds, finished.stdout if automaton else None)
         try:
-            result = self._checked(job, entry, cached=False, detail=finished.explanation)
+            result = self._checked(job, entry, tell, cached=False, detail=finished.explanation)
         except SynthesizerError as error:
             raise failure(
                 f"gave a wrong result: {error}", finished, self.binary, job.robot
@@ -225,7 +225,7 @@ class Synthesizer:
         return result
 
     def _checked(
-        self, job: Job, entry: CacheEntry, *, cached: bool, detail: str = ""
+        self, job: Job, entry: CacheEntry, tell: Listener, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
         """Return the result of an answer. Raises SynthesizerError if its automaton is malformed, or
         is verified and fails."""
@@ -234,7 +234,7 @@ class Synthesizer:
         verified = None
         if strategy is not None and self.verifier is not None:
             counter = job.kind is RequestKind.COUNTERSTRATEGY
-            failure_found = self.verifier(job.spec, strategy, counter)
+            failure_found = self.verifier(job.spec, strategy, counter, _heard_by(tell, job))
             if failure_found is not None:
                 raise SynthesizerError(f"the strategy is wrong: {failure_found}")
             verified = True
@@ -258,3 +258,17 @@ class Synthesizer:
         """Return the key of the verdict where a strategy has more nodes than may be listed."""
         limit = ("more nodes than", str(job.most_nodes))
         return key_of(job.text, self.binary.digest, (job.kind, *job.options, *limit))
+
+
+def _heard_by(tell: Listener, job: Job) -> Callable[[], None]:
+    """Return what tells that a job still runs, at most once per heartbeat."""
+    begun = last = time.monotonic()
+
+    def alive() -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= _HEARTBEAT_SECONDS:
+            last = now
+            tell(SynthesisProgress(job.index, job.robot, now - begun))
+
+    return alive

@@ -6,7 +6,7 @@ the first fault found is also one of the nearest.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import count
 
@@ -28,6 +28,12 @@ _POWERS = [bytes.maketrans(b"\x01", bytes([1 << k])) for k in range(8)]
 
 _parse = lru_cache(maxsize=1 << 15)(parse)
 
+Alive = Callable[[], None]
+
+
+def quiet() -> None:
+    """Do nothing when a check reports that it is alive."""
+
 
 Against = list[tuple[Clause, int]]
 """Clauses, each with the plane of the edges that do not satisfy it."""
@@ -35,9 +41,17 @@ _OF_MOVES = (Section.ENV_TRANS, Section.SYS_TRANS, Section.ENV_LIVENESS, Section
 
 
 class Automaton:
-    """The part of ``strategy`` that is reachable from ``starts``."""
+    """The part of ``strategy`` that is reachable from ``starts``. ``alive`` is called now and then
+    by what takes long."""
 
-    def __init__(self, spec: Specification, strategy: Strategy, starts: Sequence[int]) -> None:
+    def __init__(
+        self,
+        spec: Specification,
+        strategy: Strategy,
+        starts: Sequence[int],
+        alive: Alive = quiet,
+    ) -> None:
+        self.alive = alive
         self.spec = spec
         self.strategy = strategy
         self.starts = tuple(starts)
@@ -72,6 +86,7 @@ class Automaton:
         self, fault: Fault, allowed: int, unmet: Sequence[int], clause: Clause | None = None
     ) -> Iterator[Failure]:
         """A cycle of the ``allowed`` edges on which each condition is met (see ``fair_cycle``)."""
+        self.alive()
         cycle = fair_cycle(self.edges, allowed, unmet, self._outputs)
         if cycle is not None:
             yield self.failure(fault, cycle[0], clause=clause, cycle=cycle)
@@ -114,6 +129,7 @@ class Automaton:
         """Return for each formula the plane of the edges that violate it."""
         found = [0] * len(formulas)
         for start in range(0, len(self.edges), _BLOCK_EDGES):
+            self.alive()
             evaluator = self._evaluator(slice(start, start + _BLOCK_EDGES))
             for k, formula in enumerate(formulas):
                 wrong = evaluator.everywhere ^ evaluator.holds(formula)

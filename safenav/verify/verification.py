@@ -18,41 +18,46 @@ from collections.abc import Iterator, Sequence
 
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton
+from safenav.verify.automaton import Alive, Automaton, quiet
 from safenav.verify.completions import Clause, Completions, Slot
 from safenav.verify.counterstrategy import counterstrategy_failures, counterstrategy_starts
 from safenav.verify.failures import Failure, Fault, Verification
 
 
-def verify_strategy(spec: Specification, strategy: Strategy) -> Verification:
-    """Check a strategy of the system.
+def verify_strategy(spec: Specification, strategy: Strategy, alive: Alive = quiet) -> Verification:
+    """Check a strategy of the system. ``alive`` is called now and then; it may raise.
 
     Raises InputError if the specification cannot be read, ResourceLimitError if its
     assumptions tie so many inputs together that they cannot be counted.
     """
-    automaton = Automaton(spec, strategy, strategy.initial())
+    automaton = Automaton(spec, strategy, strategy.initial(), alive)
     failures = tuple(_strategy_failures(automaton))
     vacuous = not _starts(automaton).count([()])[0]
     return Verification(failures, len(automaton.nodes), len(automaton.edges), vacuous)
 
 
-def verify_counterstrategy(spec: Specification, counterstrategy: Strategy) -> Verification:
+def verify_counterstrategy(
+    spec: Specification, counterstrategy: Strategy, alive: Alive = quiet
+) -> Verification:
     """Check a strategy of the environment: the proof that no strategy of the system exists."""
     starts = counterstrategy_starts(spec, counterstrategy)
-    automaton = Automaton(spec, counterstrategy, starts)
+    automaton = Automaton(spec, counterstrategy, starts, alive)
     failures = tuple(counterstrategy_failures(automaton))
     return Verification(failures, len(automaton.nodes), len(automaton.edges))
 
 
 def first_failure(
-    spec: Specification, automaton: Strategy, is_counterstrategy: bool = False
+    spec: Specification,
+    automaton: Strategy,
+    is_counterstrategy: bool = False,
+    alive: Alive = quiet,
 ) -> str | None:
     """The first defect of an automaton, in words; None if it satisfies the specification.
 
     A synthesizer takes this as its ``verifier``. Raises as ``verify_strategy`` does.
     """
     check = verify_counterstrategy if is_counterstrategy else verify_strategy
-    return next(map(str, check(spec, automaton).failures), None)
+    return next(map(str, check(spec, automaton, alive).failures), None)
 
 
 def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:

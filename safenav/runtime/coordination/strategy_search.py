@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
@@ -185,7 +186,8 @@ class StrategySearch(Struct, eq=False):
         new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._asked}
         if new:
             self._pool = self._pool or ThreadPoolExecutor(1)
-            future = self._pool.submit(self._synthesizer.synthesize_all, [*new.values()])
+            ends = partial(self._synthesizer.synthesize_all, progress=lambda _: self._stop.check())
+            future = self._pool.submit(ends, [*new.values()])
             self._asked |= {text: (future, index) for index, text in enumerate(new)}
         if not all(self._asked[text][0].done() for text in texts):
             self._awaited = True
