@@ -11,12 +11,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from safenav.errors import UsageError
 from safenav.outfile import try_folder, try_out
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario
+
+
+def given(context: click.Context) -> set[str]:
+    """Return the names of the parameters that are on the command line."""
+    source = context.get_parameter_source
+    return {name for name in context.params if source(name) is ParameterSource.COMMANDLINE}
 
 
 class FiniteRange(click.FloatRange):

@@ -8,7 +8,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import click
-from click.core import ParameterSource
 
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
@@ -139,11 +138,7 @@ def command(
 
 def _refuse_unread(context: click.Context) -> None:
     """Raises UsageError for an option that the chosen form of a replay does not read."""
-    given = {
-        name
-        for name in context.params
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE
-    }
+    given = options.given(context)
     for name, forms in _FORMS.items():
         if name in given and not given & forms.keys():
             raise UsageError(f"--{name} goes with {' or '.join(forms.values())}")

@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import click
-from click.core import ParameterSource
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
@@ -139,10 +138,10 @@ def command(
 
 def _refuse_beside_live(context: click.Context) -> None:
     """Raises UsageError for options that a run in the browser does not read."""
+    unread = options.given(context) - {"scenario", "live", "trace", "seed", "clock", "maps"}
     for option in context.command.params:
-        given = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
-        if given and option.name not in ("scenario", "live", "trace", "seed", "clock", "maps"):
-            off = context.params[option.name or ""] is False
+        if option.name in unread:
+            off = context.params[option.name] is False
             name = max(option.secondary_opts if off else option.opts, key=len)
             raise UsageError(
                 f"{name} has no effect with --live\n"

@@ -198,26 +198,27 @@ def released() -> list[Line]:
     return s.end("completed", {"a": 1, "b": 1})
 
 
-def ended_early() -> list[Line]:
-    """The run ends in the pass in which a robot has begun a step of a plan."""
+def _second_step_of_a_plan() -> Live:
+    """A live run up to the second step of a plan for one of two robots."""
     a, b = robot("ground", [], 7, {"visit": [9]}), robot("ground", [], 10, {"visit": [16]})
     s = Live({"a": a, "b": b}, [], "external")
     ways = {"a": [[7, None], [8, None], [9, None]], "b": [[10, None]]}
     s.at(0).add("plan", reason="starvation", robots=ways, orders=[])
     s.depart("a", 8).lines[-1]["by"] = "plan"
     s.at(1).arrive("a").at(1).depart("a", 9).lines[-1]["by"] = "plan"
+    return s
+
+
+def ended_early() -> list[Line]:
+    """The run ends in the pass in which a robot has begun a step of a plan."""
+    s = _second_step_of_a_plan()
     s.add("plan_end", reason="changed")
     return s.end("interrupted", {"a": 0, "b": 0})
 
 
 def fails_at_once() -> list[Line]:
     """A step of a plan fails as it is commanded, and with it the plan."""
-    a, b = robot("ground", [], 7, {"visit": [9]}), robot("ground", [], 10, {"visit": [16]})
-    s = Live({"a": a, "b": b}, [], "external")
-    ways = {"a": [[7, None], [8, None], [9, None]], "b": [[10, None]]}
-    s.at(0).add("plan", reason="starvation", robots=ways, orders=[])
-    s.depart("a", 8).lines[-1]["by"] = "plan"
-    s.at(1).arrive("a").at(1).depart("a", 9).lines[-1]["by"] = "plan"
+    s = _second_step_of_a_plan()
     s.arrive("a", "failed", at=8, reason="no route").add("plan_end", reason="changed")
     return s.end("interrupted", {"a": 0, "b": 0})
 

@@ -136,6 +136,15 @@ def _safenav(*arguments: str) -> None:
     group.main([*arguments], standalone_mode=False)
 
 
+def _page_of(folder: Path, scenario: str) -> Path:
+    """The page in three dimensions of a run of a scenario."""
+    file, trace, page = (folder / f"run.{kind}" for kind in ("yaml", "jsonl", "html"))
+    file.write_text(scenario)
+    _safenav("run", str(file), "--trace", str(trace), "--no-map")
+    _safenav("replay", str(trace), "--3d", "-o", str(page))
+    return page
+
+
 @pytest.fixture(scope="module")
 def ward(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The trace of a clinic's run."""
@@ -226,11 +235,7 @@ robots:
 def test_a_flight_above_a_small_map_is_in_view_and_so_are_the_tools(
     tmp_path: Path, browser: Browser
 ) -> None:
-    (tmp_path / "flight.yaml").write_text(FLIGHT)
-    trace = tmp_path / "flight.jsonl"
-    _safenav("run", str(tmp_path / "flight.yaml"), "--trace", str(trace), "--no-map")
-    _safenav("replay", str(trace), "--3d", "-o", str(tmp_path / "flight.html"))
-    browser.open(tmp_path / "flight.html", "#t=0", width=1000, height=700)
+    browser.open(_page_of(tmp_path, FLIGHT), "#t=0", width=1000, height=700)
     browser.wait(lambda: browser.all(".stage3d canvas"))
     dark = """
         const canvas = document.querySelector(".stage3d canvas");
@@ -278,11 +283,7 @@ chargers: [[1, 4]]
 def test_walls_chargers_and_the_heading_of_a_disc_are_seen(
     tmp_path: Path, browser: Browser
 ) -> None:
-    (tmp_path / "ring.yaml").write_text(RING)
-    trace = tmp_path / "ring.jsonl"
-    _safenav("run", str(tmp_path / "ring.yaml"), "--trace", str(trace), "--no-map")
-    _safenav("replay", str(trace), "--3d", "-o", str(tmp_path / "ring.html"))
-    browser.open(tmp_path / "ring.html")
+    browser.open(_page_of(tmp_path, RING))
     browser.wait(lambda: browser.all(".stage3d canvas"))
     choose(browser, "top")
     pixels = """

@@ -1,4 +1,4 @@
-/* sources f180c50da618e39b05aaa18b13ab416466004f25856c6327682fbe23849196ea */
+/* sources 4b47ff5c2a0194cb954dfc53f0f602bef08597397d4b7a75aa9a3a59660c25c7 */
 /* Contains Preact:
 The MIT License (MIT)
 

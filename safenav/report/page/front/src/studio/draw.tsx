@@ -15,7 +15,7 @@ import { useDrawingHand } from "./hand";
 import { idOf, type Chosen, type Doc, type Drawing, type Pen, type Verdict } from "./model";
 import { Selection } from "./selection";
 import { Text } from "./text";
-import { NEW_AREA, Tools } from "./tools";
+import { NEW_AREA, Tools, type Drawn } from "./tools";
 import { Problems } from "./verdicts";
 
 interface DrawProps {
@@ -154,14 +154,7 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
   );
 }
 
-interface StageProps {
-  doc: Doc;
-  drawing: Drawing;
-  pen: Pen;
-  setPen(pen: Pen): void;
-  chosen: Chosen;
-  choose(chosen: Chosen): void;
-  say: Say;
+interface StageProps extends Drawn {
   verdict: Verdict | null;
 }
 

@@ -2,21 +2,15 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
-import type { Say } from "../live/player";
 import { isWall } from "../map/floor";
 import type { Hand } from "../map/stage";
 import { notice } from "../panels/notice";
 import { label } from "../run/run";
-import { idOf, type Chosen, type DrawnObstacle, type DrawnRobot, type Drawing, type Pen, type Problem, type Target, type Verdict } from "./model";
+import { idOf, type DrawnObstacle, type DrawnRobot, type Drawing, type Problem, type Target, type Verdict } from "./model";
 import { choose as chooseTarget, targetsOf } from "./objective";
+import type { Drawn } from "./tools";
 
-interface HandArgs {
-  drawing: Drawing;
-  pen: Pen;
-  setPen(pen: Pen): void;
-  chosen: Chosen;
-  choose(chosen: Chosen): void;
-  say: Say;
+interface HandArgs extends Omit<Drawn, "doc"> {
   problems: Problem[];
   verdict: Verdict | null;
 }

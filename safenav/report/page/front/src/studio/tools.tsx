@@ -4,6 +4,7 @@ import type { Say } from "../live/player";
 import { Field } from "./field";
 import type { Chosen, Doc, Drawing, Pen } from "./model";
 import { Parts } from "./parts";
+
 export interface Drawn {
   doc: Doc;
   drawing: Drawing;
