@@ -267,7 +267,7 @@ def families(draws: int) -> dict[str, Iterable[tuple[str, int]]]:
 def main(draws: int, only: str | None, long_plans: bool) -> None:
     """Print a line for each team."""
     if long_plans:
-        patch.object(planning, "shortened", lambda _, states, __: states).start()
+        patch.object(planning, "shortened", lambda _, states, *__: states).start()
     rows = []
     for name, cases in families(draws).items():
         if only is not None and only not in name:

@@ -8,10 +8,11 @@ one, and begins as soon as the plan's order allows. Nothing here is a test: it r
 """
 
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
+from typing import Any
 from unittest.mock import patch
 
 import click
@@ -41,11 +42,9 @@ def plans(count: int) -> list[Shortened]:
     found: list[Shortened] = []
     original = shortening.shortened
 
-    def measured(
-        course: Course, states: Sequence[JointState], fixed: Collection[int]
-    ) -> Sequence[JointState]:
+    def measured(course: Course, states: Sequence[JointState], *rest: Any) -> Sequence[JointState]:
         begun = time.process_time()
-        new = original(course, states, fixed)
+        new = original(course, states, *rest)
         spent = 1000 * (time.process_time() - begun)
         (a, b), (c, d) = (_size(course, plan) for plan in (states, new))
         found.append(Shortened((a, c), (b, d), spent))

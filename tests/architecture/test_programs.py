@@ -40,3 +40,18 @@ def test_a_benchmark_with_options_starts(program: Path) -> None:
     command = [sys.executable, str(program), "--help"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("plans.py", "--plans", "1"),
+        ("one_clock.py", "--only", "rooms", "--draws", "1", "--long-plans"),
+    ],
+    ids=lambda arguments: str(arguments[0]),
+)
+def test_a_benchmark_that_replaces_a_function_measures(arguments: tuple[str, ...]) -> None:
+    """The replacement is called as the function is."""
+    command = [sys.executable, str(ROOT / "benchmarks" / arguments[0]), *arguments[1:]]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
