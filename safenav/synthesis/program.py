@@ -73,20 +73,17 @@ class Program(Struct, frozen=True):
         # Imported here: it is slow, and our own binary needs no files.
         import tempfile
 
-        text, suffix = self._translated(crew, job)
+        text, suffix = job.text.encode(), ".structuredslugs"
+        own = find_own_binary()
+        if own is not None and own.native:  # it can translate
+            translated = crew.run([str(own.path), "--translate", "-"], text, self.seconds)
+            if translated.timed_out:
+                return translated
+            if translated.status != 0:
+                raise failure("does not translate the specification", translated, own, job.robot)
+            text, suffix = translated.stdout, ".slugsin"
         with tempfile.TemporaryDirectory(prefix="safenav-") as directory:
             file = Path(directory) / f"specification{suffix}"
             file.write_bytes(text)
             command = [str(self.binary.path), *job.options, str(file)]
             return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
-
-    def _translated(self, crew: ProcessGroup, job: Job) -> tuple[bytes, str]:
-        """Return the specification as slugsin if our own binary is there to translate it."""
-        own = find_own_binary()
-        given = job.text.encode()
-        if own is None or not own.native:
-            return given, ".structuredslugs"
-        translated = crew.run([str(own.path), "--translate", "-"], given, self.seconds)
-        if translated.timed_out or translated.status != 0:
-            raise failure("does not translate the specification", translated, own, job.robot)
-        return translated.stdout, ".slugsin"

@@ -98,6 +98,14 @@ def test_a_failed_translation_is_an_error(
         ask(script(UPSTREAM), patrol)
 
 
+def test_a_translation_that_takes_too_long_is_a_timeout(
+    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = script(NATIVE + "sleep 60")
+    monkeypatch.setattr("safenav.synthesis.program.find_own_binary", lambda: own)
+    assert Synthesizer(script(UPSTREAM), seconds=0.3).synthesize(patrol).verdict is Verdict.TIMEOUT
+
+
 @pytest.mark.parametrize(
     ("words", "verdict"),
     [
