@@ -83,14 +83,14 @@ class Passes(Algorithm):
     def _apply_changes(self) -> None:
         """Apply the changes by users, the scenario and the world before the turns. Raises
         RunEnded."""
-        team, given_up = self.team, self.interventions.given_up
+        team, given_up, together = self.team, self.interventions.given_up, self._together
+        begun = team.scenario.begun if team.tick == 1 else None
+        goes_on = begun is not None and bool(begun.asked or begun.stays)
+        self._together |= goes_on
         self.guarded(lambda: self.settle(self.batteries.tick_begins()))
         waited, self.interventions.took_effect = team.waiting is not None, False
         self.interventions.ends_wait = False
-        begun = team.scenario.begun if team.tick == 1 else None
-        goes_on = begun is not None and bool(begun.asked or begun.stays)
-        finds = self.interventions.finds_lost
-        together, self._together = self._together, self._together or waited or goes_on or finds
+        self._together |= waited or self.interventions.finds_lost
         while not self.guarded(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
         if waited:  # whatever it was, nothing of it is decided yet

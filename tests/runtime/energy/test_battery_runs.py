@@ -215,6 +215,37 @@ def test_a_robot_without_charge_for_its_first_step_is_flat_from_the_start() -> N
     assert [line["tick"] for line in played.all("appeared", cause="battery")] == [1]
 
 
+FLAT_BESIDE_A_REQUEST = """
+map: {grid: ["#############", "#...........#", "######.######", "#...........#", "#############"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [],
+           battery: {capacity: 20, charge: 3, start: 3}}
+    walker: {mobility: free, layer: ground, capabilities: []}
+    pusher: {mobility: free, layer: ground, capabilities: [push]}
+    drone: {mobility: free, layer: air, capabilities: [bring]}
+  obstacles:
+    empty: {needs: [{action: bring, at: neighbours}], blocks: []}
+robots:
+  cart: {model: cart, start: [1, 1], objective: {visit: [[1, 4], [1, 1]]}}
+  walker: {model: walker, start: [1, 7], objective: {visit: [[3, 8], [1, 7]]}}
+  pusher: {model: pusher, start: [3, 1], objective: {hold: [3, 1]}}
+  drone: {model: drone, start: [1, 11], objective: {hold: [1, 11]}}
+flat: empty
+obstacles: [{type: door, region: [2, 6]}]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+
+
+def test_a_resumed_run_decides_about_open_requests_and_empty_batteries_together() -> None:
+    played = play(FLAT_BESIDE_A_REQUEST)
+    upto = played.upto("appeared", cause="battery")
+    rest = play(resumed(read_lines(upto[:-2]), loaded(FLAT_BESIDE_A_REQUEST)))
+    assert rest.outcome["outcome"] == played.outcome["outcome"] == "completed"
+    assert [line["tick"] for line in rest.all("request")] == [1, 1]
+
+
 def test_the_audit_refuses_other_charges() -> None:
     run = play(FLAT)
     battery = run.records[0]["scenario"]["robots"]["cart"]["battery"]
