@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from once import SCENARIOS
 from report.browser import Browser
 from runtime.deadlines.test_timed_runs import LATE
 from runtime.played import play
@@ -32,6 +33,17 @@ def test_a_round_begins_as_long_before_it_is_due_as_it_may_take(replay: Replay) 
     assert all(due - begin == 14 for _, _, begin, due, _ in rounds)
     (mission,) = (line for line in lines if line[1] == "mission")
     assert mission[2:] == [0, 60, "kept"]
+
+
+def test_deadlines_that_are_missed_are_events(tmp_path: Path) -> None:
+    path = tmp_path / "late.jsonl"
+    text = (SCENARIOS / "case_study_1.yaml").read_text()
+    path.write_text(play(text.split("expect:")[0] + "resolve_within: 2\n").text)
+    told = [event.text for event in read_replay(path).events if event.kind.value == "deadline"]
+    assert told == [
+        "door@47 cannot be resolved before tick 16, and is due at tick 13",
+        "door@47 is late: it was due at tick 13",
+    ]
 
 
 def test_the_page_shows_the_slack(browser: Browser, replay: Replay, tmp_path: Path) -> None:

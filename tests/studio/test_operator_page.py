@@ -115,6 +115,8 @@ def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) 
         browser.one('[role="switch"][aria-label="alarm"]').click()
         browser.one('[aria-label="Next tick"]').click()
         browser.wait(lambda: browser.all('[role="switch"][aria-checked="true"]'))
+        orders = [b.text for b in browser.all("button") if b.text.startswith("Order: ")]
+        assert orders == ["Order: parcel"]  # no robot can swap a flat battery
         board.choose("Order: parcel")
         board.click(10)
         browser.one('[role="switch"][aria-label="alarm"]').click()

@@ -44,6 +44,7 @@ _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
     StoryKind.VIOLATION: _WARN,
     StoryKind.BLOCKED: _WARN,
+    StoryKind.DEADLINE: _WARN,
     StoryKind.ASSUMPTION: _ERROR,
 }
 

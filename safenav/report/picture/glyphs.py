@@ -86,6 +86,11 @@ EVENT_MARKS = {
     StoryKind.PLAN_END: Mark("M-0.9,0.4H0.9V0.75H-0.9Z", BLUE),
     StoryKind.REOPENED: Mark(_RING, VERMILLION),
     StoryKind.FAILURE: Mark("M0.35,-0.95L-0.65,0.2H-0.05L-0.35,0.95L0.65,-0.25H0.05Z", VERMILLION),
+    StoryKind.DEADLINE: Mark(  # a clock
+        "M0,-0.95A0.95,0.95 0 1 1 0,0.95A0.95,0.95 0 1 1 0,-0.95Z"
+        "M-0.12,-0.65H0.12V-0.05L0.5,0.33L0.33,0.5L-0.12,0.05Z",
+        VERMILLION,
+    ),
     StoryKind.WAITING: Mark(_HOURGLASS, VERMILLION),
     StoryKind.PAUSED: Mark(_HOURGLASS, GREY),
     StoryKind.OPERATOR: Mark(

@@ -37,7 +37,7 @@ from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd
 from safenav.trace.wording import Wording, objective_of
 from safenav.world.map import RegionMap
 
-STORY = frozenset(StoryKind)
+STORY = frozenset(StoryKind) - {StoryKind.DEADLINE}
 
 
 def read_replay(path: Path) -> Replay:
@@ -248,6 +248,8 @@ class ReplayBuilder:
             begin = next(begun, 0)
         slack = Slack(line.tick, of, begin, line.due, line.verdict.value)
         self.replay.deadlines.append(slack)
+        if line.verdict in (DeadlineVerdict.LATE, DeadlineVerdict.LOST):
+            self._event(line, StoryKind.DEADLINE)
 
     def _objective(self, name: str) -> Objective | None:
         return self.replay.objectives[name].now

@@ -74,6 +74,8 @@ class StoryKind(StrEnum):
     PAUSED = "paused"
     OPERATOR = "operator"
     FAILURE = "failure"
+    DEADLINE = "deadline"
+    """One that is missed, or can no longer be met."""
     INPUTS = "inputs"
     OBJECTIVE = "objective"
     SERVICE = "service"

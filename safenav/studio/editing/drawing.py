@@ -110,7 +110,7 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
             {
                 "name": kind.name,
                 "shape": obstacle_pictogram(kind.name),
-                "action": " and ".join(dict.fromkeys(need.action for need in kind.needs)),
+                "actions": [*dict.fromkeys(need.action for need in kind.needs)],
                 "truth": kind.has_truth,
                 "blocks": kind.blocks is None or len(kind.blocks) > 0,
             }

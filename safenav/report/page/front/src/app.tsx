@@ -20,6 +20,7 @@ const TOLD: ReadonlySet<EventKind> = new Set([
   "blocked",
   "assumption",
   "failure",
+  "deadline",
   "waiting",
   "operator",
   "outcome",

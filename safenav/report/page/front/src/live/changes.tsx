@@ -6,7 +6,7 @@ import { isWall } from "../map/floor";
 import { notice, unless } from "../panels/notice";
 import { at, label, type EventKind, type Obstacle, type Robot, type Run } from "../run/run";
 import type { Hand } from "../map/stage";
-import type { Palette } from "../studio/model";
+import { isOrder, resolving, type Palette } from "../studio/model";
 import type { Say } from "./player";
 
 /** A kind of objective about targets: how many it takes (`most` null: any number), and its words. */
@@ -99,7 +99,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
           Look
         </button>
         {types
-          .filter((type) => !type.blocks)
+          .filter((type) => isOrder(type, run.robots))
           .map((type) => (
             <button
               type="button"
@@ -108,7 +108,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
               {...unless(
                 off,
                 () => choose({ does: "order", type: type.name }),
-                `Order ${type.name} in a region; '${type.action}' delivers it`,
+                `Order ${type.name} in a region; ${resolving(type)} delivers it`,
               )}
             >
               Order: {type.name}
@@ -123,7 +123,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
               {...unless(
                 off,
                 () => choose({ does: "close", type: type.name, truth }),
-                `Close a free region with ${type.name}; '${type.action}' resolves it`,
+                `Close a free region with ${type.name}; ${resolving(type)} resolves it`,
               )}
             >
               {type.truth ? `${type.name}, ${truth ? "passable" : "impassable"}` : `Close: ${type.name}`}

@@ -144,7 +144,7 @@ function LinkButton({ player }: { player: Player }) {
 /** The story, which always has marks of its own; everything else takes the room that is left. */
 const STORY: EventKind[] = [
   ...(["outcome", "waiting", "operator", "violation", "blocked", "resolved", "request"] as const),
-  ...(["failure", "assumption"] as const),
+  ...(["failure", "deadline", "assumption"] as const),
 ];
 const REST: EventKind[] = [
   "paused",

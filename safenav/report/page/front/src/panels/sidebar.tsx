@@ -210,6 +210,7 @@ const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" |
   paused: "waits for a change",
   operator: "operator intervenes",
   failure: "failure",
+  deadline: "deadline missed",
   inputs: "inputs changed",
   objective: "objective changed",
   service: "in or out of service",

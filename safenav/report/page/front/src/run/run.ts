@@ -24,6 +24,7 @@ export type EventKind =
   | "paused"
   | "operator"
   | "failure"
+  | "deadline"
   | "objective"
   | "inputs"
   | "service"

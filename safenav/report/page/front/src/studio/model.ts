@@ -55,11 +55,29 @@ export interface Problem {
   hint: string;
 }
 
+export interface Kind {
+  name: string;
+  shape: string;
+  actions: string[];
+  truth: boolean;
+  blocks: boolean;
+}
+
+/** What resolves it, in words. */
+export function resolving(kind: Kind): string {
+  return `'${kind.actions.join(" and ")}'`;
+}
+
+/** Whether the robots have the actions of a type that is ordered. */
+export function isOrder(kind: Kind, robots: readonly { can: readonly string[] }[]): boolean {
+  return !kind.blocks && kind.actions.every((action) => robots.some(({ can }) => can.includes(action)));
+}
+
 export interface Palette {
   objectives: ObjectiveKind[];
   robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
   /** Those that block no robot are ordered, also where a robot stands. */
-  obstacles: { name: string; shape: string; action: string; truth: boolean; blocks: boolean }[];
+  obstacles: Kind[];
   keys: Record<"scenario" | "robot" | "objective" | "obstacle" | "order" | "model" | "type", KeyAbout[]>;
 }
 

@@ -4,7 +4,7 @@ import type { Say } from "../live/player";
 import { unless } from "../panels/notice";
 import { label } from "../run/run";
 import { Field } from "./field";
-import { idOf, type Doc, type Verdict } from "./model";
+import { idOf, resolving, type Doc, type Verdict } from "./model";
 import { choose as chooseTarget } from "./objective";
 import { Parts } from "./parts";
 import { NEW_AREA, type Drawn } from "./tools";
@@ -151,7 +151,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             Remove
           </button>
         </h2>
-        <p class="quiet">{kind ? `'${kind.action}' resolves it` : "unknown type"}</p>
+        <p class="quiet">{kind ? `${resolving(kind)} resolves it` : "unknown type"}</p>
         {kind?.truth && (
           <label>
             turns out

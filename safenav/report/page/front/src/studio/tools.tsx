@@ -2,7 +2,7 @@
 
 import type { Say } from "../live/player";
 import { Field } from "./field";
-import type { Chosen, Doc, Drawing, Pen } from "./model";
+import { isOrder, resolving, type Chosen, type Doc, type Drawing, type Pen } from "./model";
 import { Parts } from "./parts";
 
 export interface Drawn {
@@ -30,15 +30,15 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
   );
   const types = (blocks: boolean) =>
     doc.palette.obstacles
-      .filter((type) => type.blocks === blocks)
-      .map(({ name, shape, action }) =>
+      .filter((type) => (blocks ? type.blocks : isOrder(type, drawing.run.robots)))
+      .map((type) =>
         tool(
-          `obstacle ${name}`,
-          (pen.does === "obstacle" || pen.does === "order") && pen.type === name,
-          name,
-          { does: blocks ? "obstacle" : "order", type: name },
-          blocks ? `unknown to the robots; '${action}' resolves it` : `an order of the scenario; '${action}' resolves it`,
-          shape,
+          `obstacle ${type.name}`,
+          (pen.does === "obstacle" || pen.does === "order") && pen.type === type.name,
+          type.name,
+          { does: blocks ? "obstacle" : "order", type: type.name },
+          `${blocks ? "unknown to the robots" : "an order of the scenario"}; ${resolving(type)} resolves it`,
+          type.shape,
         ),
       );
   return (
