@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import SAFENAV, environment, safenav, started, wait_until
+from safenav.batch.cases.case import file_name
 from safenav.synthesis.cache import Cache
 
 pytestmark = pytest.mark.usefixtures("slugs")
@@ -104,6 +105,15 @@ def test_results_of_another_batch_are_not_wiped(write: Write) -> None:
     assert {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()} == before
     write("c.yaml")
     assert "2 passed, 1 different" in safenav(".", "--out", "out").stdout
+
+
+def test_a_long_name_of_a_failure_keeps_both_ends() -> None:
+    settings = ", ".join(f"robots.cart{n}.vision={n}" for n in range(9))
+    name = file_name(f"maps/door.yaml[{settings}]", "0" * 64)
+    assert name.startswith("maps_door.yaml_robots") and name.endswith(
+        "robots.cart8.vision=8-00000000"
+    )
+    assert len(name) < 140 and file_name("lab/door.yaml", "1" * 64) == "lab_door.yaml-11111111"
 
 
 def test_resuming_removes_what_is_told_of_failures_that_are_none_any_more(write: Write) -> None:

@@ -15,6 +15,8 @@ import safenav
 
 Settings = Mapping[str, Any]
 """Dotted path into the scenario (``limits.ticks``) -> the value that replaces the present one."""
+_HALF = 60
+"""Characters at each end of a name that are kept."""
 
 
 class CaseVerdict(StrEnum):
@@ -58,9 +60,11 @@ class Case(Struct, frozen=True):
 
 
 def file_name(name: str, digest: str) -> str:
-    """A name for files of the case of that name. The digest distinguishes names that are equal once
-    they are fit for this."""
-    fit = re.sub(r"[^A-Za-z0-9._=-]+", "_", name)[-80:].strip("._")
+    """A name for files of the case of that name; a long one lacks its middle. The digest
+    distinguishes names that are equal once they are fit for this."""
+    fit = re.sub(r"[^A-Za-z0-9._=-]+", "_", name).strip("._")
+    if len(fit) > 2 * _HALF:
+        fit = f"{fit[:_HALF]}...{fit[-_HALF:]}"
     return f"{fit}-{digest[:8]}"
 
 
