@@ -102,6 +102,8 @@ def command(
     if sum((svg is not None, png is not None, gif, terminal, solid)) > 1:
         raise UsageError("choose one of --svg, --png, --gif, --terminal and --3d")
     _refuse_unread(click.get_current_context())
+    form = next((f for f, chosen in (("svg", svg), ("png", png)) if chosen is not None), "html")
+    _refuse_ending(output, "gif" if gif else form)
     run = read_trace(trace)
     if solid:
         write_out(output or trace.with_suffix(".3d.html"), _page3d(run, trace, motion))
@@ -144,6 +146,14 @@ def _refuse_unread(context: click.Context) -> None:
             raise UsageError(f"--{name} goes with {' or '.join(forms.values())}")
     if {"terminal", "output"} <= given:
         raise UsageError("--terminal writes no file; leave out --output")
+
+
+def _refuse_ending(output: Path | None, form: str) -> None:
+    """Raises UsageError for a file whose name is that of another form of a replay."""
+    ending = "" if output is None else output.suffix.lower().removeprefix(".")
+    if output is not None and ending in ("html", "svg", "png", "gif") and ending != form:
+        name = output.with_suffix(f".{form}").name
+        raise UsageError(f"{output}: the replay is {form.upper()}; choose a name such as {name}")
 
 
 def _page3d(run: Trace, trace: Path, file: Path | None) -> str:

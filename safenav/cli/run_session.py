@@ -23,7 +23,7 @@ from safenav.report.terminal.story import Story
 from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, RunResult
 from safenav.scenario.model import Scenario
-from safenav.scenario.settings import Clock
+from safenav.scenario.settings import Clock, Expect
 from safenav.trace.records import Record
 from safenav.trace.writing import Listener, TraceWriter, next_part
 
@@ -99,19 +99,24 @@ class RunSession:
         differences found before); the exit code."""
         assert self.mission.result is not None
         plan, outcome = self.mission.scenario, self.mission.result.outcome
-        wrong = [*differences(plan.expect, self.ledger, plan.map.word), *unmet]
+        expected, interrupted = plan.expect, outcome is Outcome.INTERRUPTED
+        compares = not interrupted or expected.outcome is outcome
+        wrong = [*differences(expected, self.ledger, plan.map.word), *unmet] if compares else []
         if self._as_json:
-            compared = {"as_expected": not wrong, "differences": wrong}
+            as_expected = not wrong if compares else None
+            compared = {"as_expected": as_expected, "differences": wrong}
             click.echo(json.dumps(self.record() | compared, indent=2))
         for difference in wrong:
             click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
         if outcome is Outcome.COMPLETED and not self._as_json:
             for line in _not_reached(plan, self.mission.result):
                 click.echo(f"note: {line}", err=True)
+        if expected != Expect() and not compares and not self._as_json:
+            click.echo("note: interrupted: not compared with 'expect'", err=True)
         status = exit_code_of(outcome)
-        if outcome is not Outcome.INTERRUPTED and wrong:
+        if not interrupted and wrong:
             status = status or ExitCode.NEGATIVE
-        elif outcome is not Outcome.INTERRUPTED and plan.expect.outcome is not None:
+        elif not interrupted and expected.outcome is not None:
             status = ExitCode.OK
         if status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT) and not self._as_json:
             for line in self._next_steps(outcome, scenario, html):

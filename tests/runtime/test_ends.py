@@ -118,9 +118,10 @@ def test_a_signal_ends_a_run_with_its_outcome(number: signal.Signals, tmp_path: 
     while not trace.exists() or not trace.read_text():
         time.sleep(0.05)
     run.send_signal(number)
-    run.communicate(timeout=300)
+    said = run.communicate(timeout=300)[1]
     assert run.returncode == 130
     assert outcome(trace) == "interrupted"
+    assert "not as expected" not in said and "not compared with 'expect'" in said
 
 
 def test_a_signal_that_comes_within_a_library_is_no_error(tmp_path: Path) -> None:
