@@ -83,7 +83,7 @@ class Interventions(Struct):
             case user_changes.AssignObjective():
                 self._may_give(wanted)
             case user_changes.SetService(name, active):
-                if active and self._is_lost(self._robot(name).name):
+                if active and self._is_lost(self._robot(name).name) and not self._comes_back(name):
                     raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
             case user_changes.SetInput(name):
                 if name not in self.state.inputs:
@@ -155,6 +155,10 @@ class Interventions(Struct):
         """Whether an operator puts a lost robot back: all regions where it may have been open."""
         back = (wanted for wanted in self._asked if isinstance(wanted, user_changes.PutBack))
         return any(self._is_lost(wanted.robot) for wanted in back)
+
+    def _comes_back(self, name: str) -> bool:
+        """Whether an operator has put the robot back, before anything of it is applied."""
+        return any(isinstance(w, user_changes.PutBack) and w.robot == name for w in self._asked)
 
     def _orders(self) -> Iterator[events.Event]:
         """Announce the scenario's due orders to the team, in a world without orders."""
@@ -310,7 +314,7 @@ class Interventions(Struct):
     def _may_close(self, wanted: user_changes.AddObstacle) -> None:
         world = self.state.scenario.map
         if not world.is_free(wanted.region):
-            raise UsageError(f"region {wanted.region} is a wall: close a free one")
+            raise UsageError(f"{self._closed(wanted.region)}: close a free one")
         standing = self._simulation().standing().get(wanted.region)
         if standing is not None:
             raise UsageError(f"{standing.name} already exists there: remove it first")
@@ -327,7 +331,7 @@ class Interventions(Struct):
 
     def _may_order(self, wanted: user_changes.PlaceOrder) -> None:
         if not self.state.scenario.map.is_free(wanted.region):
-            raise UsageError(f"region {wanted.region} is a wall: place the order in a free one")
+            raise UsageError(f"{self._closed(wanted.region)}: place the order in a free one")
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
 
@@ -357,6 +361,9 @@ class Interventions(Struct):
             raise UsageError(f"the team knows of no obstacle '{missing}'; known: {listed}")
         return known[name]
 
+    def _closed(self, region: Region) -> str:
+        return f"region {region} is {self.state.scenario.map.closed_words(region)}"
+
     def _is_lost(self, name: str) -> bool:
         known = self.state.knowledge.obstacles.values()
         return any(obstacle.type.name == f"lost_{name}" for obstacle in known)
@@ -372,7 +379,7 @@ class Interventions(Struct):
         if robot.transit is not None or robot.acting is not None:
             raise UsageError(f"{robot.name} has a command: wait for its end")
         if not world.is_free(region):
-            raise UsageError(f"region {region} is a wall: put {robot.name} into a free one")
+            raise UsageError(f"{self._closed(region)}: put {robot.name} into a free one")
         if (robot.robot.model.mobility is Mobility.HEADING) is (heading is None):
             said = "needs a heading" if heading is None else "has no heading"
             raise UsageError(f"{robot.name} {said}")

@@ -275,7 +275,8 @@ class Wording(Struct, frozen=True):
         return chosen or "no deadline determines the next acts any longer"
 
     def _operator(self, line: records.Operator) -> str:
-        what = line.intervention.value.replace("_", " ")
+        back = line.intervention is vocabulary.OperatorIntervention.ADDED
+        what = "back in service" if back else line.intervention.value.replace("_", " ")
         words = [self.obstacle(line.obstacle)] if line.obstacle else []
         words += [self.robot(line.robot)] if line.robot else []
         words += [f"at {self._at(line.region)}"] if line.region is not None else []

@@ -125,6 +125,10 @@ class RegionMap(Struct, frozen=True, dict=True):
     def is_free(self, region: Region) -> bool:
         return 0 <= region < self.size and region not in self.walls
 
+    def closed_words(self, region: Region) -> str:
+        """The reason why a region is not free: ``a wall``, or ``off the map``."""
+        return "a wall" if 0 <= region < self.size else "off the map"
+
     def step(self, region: Region, heading: Heading) -> Region | None:
         """The region one step that way, wall or not; None beyond the edge of the map."""
         row, col = self.position(region)

@@ -409,9 +409,17 @@ def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost(
         (lambda at: Elsewhere(at, "a", Pose(12)), {12}),
         (lambda at: Failed(at, "a", Pose(12), "no way"), {12}),
         (lambda at: Lost(at, "a", frozenset({0, 12})), {12}),
+        (lambda at: Lost(at, "a", frozenset({999})), set()),
         (lambda at: Acted(at, "a", []), set()),
     ],
-    ids=["a wall", "far away", "failed far away", "lost in a wall", "no end of a step"],
+    ids=[
+        "a wall",
+        "far away",
+        "failed far away",
+        "lost in a wall",
+        "off the map",
+        "no end of a step",
+    ],
 )
 def test_a_robot_that_cannot_be_where_it_says_is_lost(
     event: Callable[[float], WorldEvent], also: set[int]

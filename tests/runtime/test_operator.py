@@ -191,6 +191,7 @@ def test_robots_that_no_order_of_moves_brings_past_one_out_of_service_need_an_op
     [
         ("resolved door@9", "the team knows of no obstacle 'door@9'; known: gate@27"),
         ("put_back cart [0, 0]", "is a wall"),
+        ("put_back cart 999", "region 999"),
         ("put_back cart [1, 1] north", "cart has no heading"),
         ("put_back rover [1, 1]", "no robot rover"),
         ("service cart away", "expected: service ROBOT out|back"),
@@ -355,7 +356,10 @@ def test_a_lost_robot_is_put_back() -> None:
         mission.step()
     assert "lost_cart@26" in mission.waiting.explanation
     assert mission.state.failures.out == {"cart": "lost: no signal"}
+    with pytest.raises(UsageError, match="give its position"):
+        mission.intervene(line_read("service cart back", scenario))
     mission.intervene(line_read("put_back cart [3, 2]", scenario))
+    mission.intervene(line_read("service cart back", scenario))
     while mission.result is None:
         mission.step()
     assert mission.result.outcome is Outcome.COMPLETED

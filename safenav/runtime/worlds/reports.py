@@ -103,7 +103,9 @@ def wrong_step(
             return None
         case protocol.Lost(regions=regions):
             wrong = [region for region in regions if not world.is_free(region)]
-            return f"it cannot be lost in region {wrong[0]}, a wall" if wrong else None
+            if not wrong:
+                return None
+            return f"it cannot be lost in region {wrong[0]}, {world.closed_words(wrong[0])}"
         case protocol.Blocked(pose=pose) if pose.region != here.region:
             return f"blocked, but not back in region {here.region}"
         case protocol.Blocked(obstacle=Obstacle(name=name, region=region)) if (
