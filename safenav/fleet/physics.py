@@ -138,12 +138,19 @@ class Physics(Dynamics):
                 found.append(float(far) if 0 <= far <= FAR else inf)
             return self.now, found
 
-    def noticed(self, name: str) -> list[str]:
-        """The uncertain regions beside a robot, as names of obstacles."""
+    def noticed(self, name: str, *, lidar: bool) -> dict[Region, str | None]:
+        """The regions beside a robot, with the name of what it sees there: an uncertain region, or
+        a body unless a ``lidar`` detects those."""
         with self.lock:
             here = self._places.region(*self._at(self._bodies[name])[:2])
             near = () if here is None else self._places.world.neighbours(here)
-            return [o.name for o in self._obstacles if o.type.has_truth and o.region in near]
+            found: dict[Region, str | None] = dict.fromkeys(near)
+            for one in self._obstacles.now.values():
+                closed = one.touches and not (one.is_door and self._is_open(one))
+                seen = one.obstacle.type.has_truth or (closed and not lidar)
+                if seen and one.obstacle.region in found:
+                    found[one.obstacle.region] = one.obstacle.name
+            return found
 
     def log(self) -> dict[str, Any]:
         """The time, contacts, doors that are closed, and where robots are."""

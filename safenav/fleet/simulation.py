@@ -16,6 +16,7 @@ from safenav.fleet.stations import SimulationUse, Station
 from safenav.runtime.worlds.world import draw_truths
 from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Region
 
 RATE = 50.0
 """Odometry per second of simulated time."""
@@ -53,6 +54,7 @@ class SimulationTransport:
         self._pace = use.pace
         self._goals: dict[str, int] = {}
         self._acts: dict[str, int] = {}
+        self._beside: dict[str, dict[Region, str | None]] = {}
         self._post: Callable[[transport.Message], None] = print  # until it is open
         self._due, self._steps = 0.0, 0
 
@@ -100,13 +102,24 @@ class SimulationTransport:
         post = self._post
         post(transport.Located(name, state["now"], state["x"], state["y"], state["yaw"]))
         if state["end"] is not None:
+            self._report(name)  # what it sees where it arrives
             post(transport.GoalEnded(name, self._goals[name], transport.GoalEnd(state["end"])))
         if state["acted"] is not None:
             post(transport.Performed(name, self._acts[name], ActResult(state["acted"])))
         if not looks or state["goal"] is not None:
             return
-        for found in self.physics.noticed(name):
-            post(transport.Reported(name, found))
+        self._report(name)
         if self._stations[name].scan is not None:
             stamp, ranges = self.physics.scan(name)
             post(transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
+
+    def _report(self, name: str) -> None:
+        """Report what is beside a robot; one without a lidar reports also what has left since."""
+        lidar = self._stations[name].scan is not None
+        found, before = self.physics.noticed(name, lidar=lidar), self._beside.get(name, {})
+        self._beside[name] = found
+        for region, each in found.items():
+            if each is not None:
+                self._post(transport.Reported(name, each))
+            elif not lidar and (gone := before.get(region)) is not None:
+                self._post(transport.Reported(name, f"-{gone}"))

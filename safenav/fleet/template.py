@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from safenav.scenario.model import Scenario
+from safenav.trace.words import listed
 
 
 def template_text(scenario: Scenario) -> str:
@@ -25,7 +26,10 @@ def template_text(scenario: Scenario) -> str:
     if scenario.inputs:
         topics = ", ".join(f"{each.name}: /{each.name}" for each in scenario.inputs)
         lines.insert(-1, f"inputs: {{{topics}}}  # topics, std_msgs/Bool")
-    seen = next((o.type.name for o in scenario.obstacles), None)
+    stop = {o.type.name for o in scenario.obstacles if o.type.blocks != frozenset()}
+    solid = sorted(stop - {o.type.name for o in scenario.obstacles if o.type.has_truth})
+    if len(solid) > 1:
+        lines.insert(-1, f"# no 'scan': a lidar cannot distinguish {listed(solid)}; 'report' does")
     for robot in scenario.robots:
         acts = ", ".join(f"{action}: {action}" for action in sorted(robot.capabilities))
         speed = 0.5 if robot.model.speed is None else robot.model.speed
@@ -35,8 +39,8 @@ def template_text(scenario: Scenario) -> str:
             f"    speed: {speed:g}",
             "    report: obstacles    # std_msgs/String: 'door@47', or '-door@47' when it is gone",
         ]
-        if seen is not None:
-            lines.append(f"    scan: {{topic: scan, obstacle: {seen}}}")
+        if len(solid) == 1:
+            lines.append(f"    scan: {{topic: scan, obstacle: {solid[0]}}}")
         if acts:
             lines.append(f"    act: {{{acts}}}   # std_srvs/Trigger")
     return "\n".join(lines) + "\n"

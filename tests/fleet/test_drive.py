@@ -24,6 +24,8 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 from fleet.driving import ALARMED, FIRST, NO_ROS1, ROOT, SECOND, STREAMED, THIRD, Lab
 from fleet.sockets import addresses, confined, is_loopback
 from safenav.audit.check import check_trace
+from safenav.fleet.template import template_text
+from safenav.scenario.reading.loader import load_scenario
 from warm import safenav
 
 stem = operator.attrgetter("stem")
@@ -304,6 +306,22 @@ def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
     assert lines[-1]["outcome"] == "completed"
     assert safenav("check-trace", rest, "--after", first).returncode == 0
     assert "no robot moves" in safenav("resume", first).stderr
+
+
+def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path) -> None:
+    """A lidar would take the gate for a pulled door, which nobody opens by pulling."""
+    scenario, fleet, trace = (tmp_path / name for name in ("night.yaml", "fleet.yaml", "t.jsonl"))
+    night = (ROOT / "scenarios" / "night_round.yaml").read_text()
+    scenario.write_text(night.replace("map:\n", "map:\n  resolution: 2.0\n"))
+    template = template_text(load_scenario(scenario))
+    assert "scan:" not in template and "cannot distinguish gate and pulled_door" in template
+    told = template.replace("transport: ros2 ", "simulation: {pace: 1000}\ntransport: simulation ")
+    fleet.write_text(re.sub(r"^network:\n(  .*\n)+", "", told, flags=re.MULTILINE))
+    done = safenav("drive", scenario, "--fleet", fleet, "--trace", trace, "--json")
+    assert done.returncode == 0, done.stderr
+    resolved = {line["obstacle"] for line in lines_of(trace) if line["type"] == "resolved"}
+    assert resolved == {"pulled_door@43", "gate@47"}
+    assert check_trace(trace.read_text().splitlines()).findings == ()
 
 
 ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"

@@ -92,7 +92,7 @@ def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
     assert loaded(HEAD, tmp_path).network == stations.Network(0, "lo", ("127.0.0.1",))
 
 
-@pytest.mark.parametrize("name", ["case_study_1", "team_of_six", "beam", "hello"])
+@pytest.mark.parametrize("name", ["case_study_1", "team_of_six", "beam", "hello", "flying_lab"])
 def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> None:
     scenario = load_scenario(ROOT / "scenarios" / f"{name}.yaml")
     text = template_text(scenario)
@@ -103,6 +103,9 @@ def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> No
     for robot in scenario.robots:
         assert set(fleet.stations[robot.name].act) == set(robot.capabilities)
     jsonschema.validate(yaml.safe_load(text), SCHEMA)
+    scans = {station.scan and station.scan.obstacle for station in fleet.stations.values()}
+    expected = {"case_study_1": "door", "beam": "beam", "flying_lab": "elevator"}
+    assert scans == {expected.get(name)}
 
 
 MISTAKES = [
