@@ -152,7 +152,7 @@ def measure(text: str, draw: int) -> Draw | None:
     for robot in scenario.robots:
         shared = robot.objective
         if isinstance(shared, Patrol) and any(
-            scenario.conflict(robot, other) for other in scenario.robots if other is not robot
+            robot.conflicts(other) for other in scenario.robots if other is not robot
         ):
             shared = Visit(shared.targets, avoid=shared.avoid, always=shared.always)
         robot = replace(robot, objective=shared)

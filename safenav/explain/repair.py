@@ -226,14 +226,10 @@ def _avoids(problem: RepairProblem) -> Iterator[Repair]:
     """Yield repairs after which two robots may share a region after all (one of them can step over
     the other, say)."""
     scenario, robot = problem.scenario, problem.robot
-    dangers = [o for o in scenario.robots if o is not robot and scenario.conflict(robot, o)]
+    dangers = scenario.in_conflict(robot)
     for other in dangers:
         mine = frozenset(o.name for o in dangers if o is not other)
-        theirs = frozenset(
-            o.name
-            for o in scenario.robots
-            if o is not other and o is not robot and scenario.conflict(other, o)
-        )
+        theirs = frozenset(o.name for o in scenario.in_conflict(other) if o is not robot)
         changed = [replace(robot, avoids=mine), replace(other, avoids=theirs)]
         yield _with_robots(
             K.AVOIDS,

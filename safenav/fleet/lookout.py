@@ -39,13 +39,13 @@ class Lookout:
         left its way, or a person has moved it."""
         for body in self._bodies.values():
             at = body.place
-            if at is None or not self._scenario.conflict(robot, body.robot):
+            if at is None or not robot.conflicts(body.robot):
                 continue
             held = body.regions
             off = min(self._places.outside(one, at.x, at.y) for one in held)
             if off > body.station.tolerance and self._places.region(at.x, at.y) == region:
                 team = self._scenario.robots
-                rivals = [o.name for o in team if self._scenario.conflict(o, body.robot)]
+                rivals = [o.name for o in team if o.conflicts(body.robot)]
                 found = lost(body.robot, frozenset(rivals), region)
                 return self._strays.setdefault(body.robot.name, found)
         return None
@@ -64,7 +64,7 @@ class Lookout:
     def is_shared(self, body: DrivenRobot, region: Region) -> bool:
         """Whether a robot is in a region that does not mind others there, as a flyer above it."""
         return any(
-            region in other.regions and not self._scenario.conflict(body.robot, other.robot)
+            region in other.regions and not body.robot.conflicts(other.robot)
             for other in self._bodies.values()
             if other is not body
         )

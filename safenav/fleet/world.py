@@ -295,7 +295,7 @@ class FleetWorld(FleetSteps):
             task = other.task
             if task is None or task.phase is not Phase.GOING or task.to.region != region:
                 continue
-            if self._scenario.conflict(other.robot, body.robot):
+            if other.robot.conflicts(body.robot):
                 self._stop(other, task, f"{name} is in region {region}, to which it was not sent")
 
     # Steps

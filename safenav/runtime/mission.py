@@ -41,7 +41,7 @@ from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import InputWorld, SimulatedWorld
 from safenav.scenario.model import Scenario, Tracking
-from safenav.scenario.reading.compatibility import in_seconds
+from safenav.scenario.reading.compatibility import unsafe_live
 from safenav.scenario.settings import Clock
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
@@ -113,7 +113,8 @@ class Mission:
         protocol = world if isinstance(world, World) else BlockingAdapter(world, scenario)
         self._commands = commands = Commands(protocol, scenario)
         if commands.live:
-            refuse_if_unsafe(scenario)
+            if (found := unsafe_live(scenario)) is not None:
+                raise UsageError(found)
             self.state.now, self._deadlines.active = commands.now, False
         self._stop = Stop(None if commands.live else scenario.limits.seconds)
         synthesizer = synthesizer or default_synthesizer(scenario)
@@ -387,23 +388,3 @@ def default_synthesizer(
         controllers=scenario.controllers,
         states=limits.states,
     )
-
-
-def refuse_if_unsafe(scenario: Scenario) -> None:
-    """Raises UsageError, with the robot and the reason, if a strategy assumes a bound on the moves
-    of other robots between two observations."""
-    if scenario.promises:
-        raise UsageError(
-            "a live run cannot keep deadlines in ticks: a tick has no length there; use "
-            f"'clock: lockstep', or {in_seconds(scenario)}"
-        )
-    for robot in scenario.robots:
-        others = [o.name for o in scenario.robots if o is not robot and scenario.conflict(robot, o)]
-        if robot.tracking is Tracking.NEARBY or not others:
-            continue
-        moves = f"{others[0]} moves" if len(others) == 1 else f"{' and '.join(others)} move"
-        raise UsageError(
-            f"{robot.name} has 'tracking: {robot.tracking.value}': its strategy assumes that "
-            f"{moves} at most one region between two of its observations, which a "
-            "live run does not guarantee; use 'clock: lockstep' or 'tracking: nearby'"
-        )

@@ -361,7 +361,7 @@ class Passes(Algorithm):
             other.name
             for other in team.robots.values()
             if other.active
-            and team.scenario.conflict(robot.robot, other.robot)
+            and robot.robot.conflicts(other.robot)
             and any(target == {region} for target in other.own.objective.targets)
         ]
         said = [team.failures.out[robot.name]] if robot.name in team.failures.out else []

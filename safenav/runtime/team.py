@@ -361,7 +361,7 @@ class TeamState(Struct):
         if found is None:
             others = [o for o in self.robots.values() if o.name != robot.name]
             rivals = [o for o in others if self.scenario.interfere(robot, o.robot)]
-            found = rivals, [o for o in rivals if self.scenario.conflict(robot, o.robot)]
+            found = rivals, [o for o in rivals if robot.conflicts(o.robot)]
             self._known_others[robot.name] = found
         return found
 

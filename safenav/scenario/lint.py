@@ -129,7 +129,7 @@ def _crowded(scenario: Scenario) -> Iterator[str]:
     """Robots that must hold the same region, which has room for one."""
     held = [(robot, at) for robot in scenario.robots if (at := station(robot.objective))]
     for (first, one), (second, other) in combinations(held, 2):
-        if len(one | other) == 1 and scenario.conflict(first, second):
+        if len(one | other) == 1 and first.conflicts(second):
             place = scenario.map.label(min(one))
             yield (
                 f"{first.name} and {second.name} must both hold region {place}, but it has room "
@@ -182,7 +182,5 @@ def _draws(scenario: Scenario) -> bool:
     return (
         any(isinstance(obstacle.traversable, float) for obstacle in scenario.obstacles)
         or any(robot.model.timing.least < robot.model.timing.most for robot in robots)
-        or any(
-            scenario.conflict(one, other) for one in robots for other in robots if one is not other
-        )
+        or any(map(scenario.in_conflict, robots))
     )

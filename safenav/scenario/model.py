@@ -95,6 +95,16 @@ class Robot(Struct, frozen=True):
     def capabilities(self) -> frozenset[str]:
         return self.model.capabilities
 
+    def conflicts(self, other: Robot) -> bool:
+        """Return whether these two must never share a region. It is mutual, also if only one of
+        them requires it: what one guarantees is what the other assumes."""
+        return self._avoids(other) or other._avoids(self)
+
+    def _avoids(self, other: Robot) -> bool:
+        if self.avoids is None:
+            return self.model.layer == other.model.layer
+        return other.name in self.avoids
+
 
 class ResolveAt(StrEnum):
     """Resolution regions relative to the obstacle (the paper's S_r)."""
@@ -354,18 +364,22 @@ class Scenario(Struct, frozen=True):
                 return robot
         raise KeyError(name)
 
+    def in_conflict(self, robot: Robot) -> list[Robot]:
+        """Return the other robots that must never share a region with this one."""
+        return [other for other in self.robots if other is not robot and robot.conflicts(other)]
+
     def interfere(self, one: Robot, other: Robot) -> bool:
         """Return whether one of these may have to wait for the other: they are in conflict, or
         never together in some regions."""
         names = {one.name, other.name}
-        return conflict(one, other) or any(names <= each.robots for each in self.never_together)
+        return one.conflicts(other) or any(names <= each.robots for each in self.never_together)
 
     def observable_stepwise(self, robot: Robot) -> bool:
         """Return whether ``exact`` or ``belief`` is available to a robot: it is in no
         ``never_together``, and the robots that it observes take one step per tick."""
         if any(robot.name in each.robots for each in self.never_together):
             return False
-        near = [o for o in self.robots if o is not robot and self.conflict(robot, o)]
+        near = self.in_conflict(robot)
         seen = [o for o in self.robots if o in near or o.name in robot.tracks]
         slow = any(other.model.timing.most > 1 for other in (robot, *seen))
         return not slow and not (near and self.clock is settings.Clock.LIVE)
@@ -383,19 +397,3 @@ class Scenario(Struct, frozen=True):
     def restarts_rounds(self, obstacle: str) -> bool:
         """Return whether rounds restart when the named obstacle is resolved: not for a battery."""
         return self.flat is None or name_parts(obstacle)[0] != self.flat.name
-
-    def conflict(self, one: Robot, other: Robot) -> bool:
-        """Return whether these two must never share a region. It is mutual, also if only one of
-        them requires it: what one guarantees is what the other assumes."""
-        return conflict(one, other)
-
-
-def conflict(one: Robot, other: Robot) -> bool:
-    """``Scenario.conflict`` for robots that are in no scenario yet."""
-    return _avoids(one, other) or _avoids(other, one)
-
-
-def _avoids(one: Robot, other: Robot) -> bool:
-    if one.avoids is None:
-        return one.model.layer == other.model.layer
-    return other.name in one.avoids

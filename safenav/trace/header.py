@@ -131,11 +131,7 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         start=robot.start.region,
         heading=robot.start.facing,
         objective=objective_in_trace(robot.objective),
-        conflicts=frozenset(
-            other.name
-            for other in scenario.robots
-            if other is not robot and scenario.conflict(robot, other)
-        ),
+        conflicts=frozenset(other.name for other in scenario.in_conflict(robot)),
         vision=model.vision,
         tracking=robot.tracking.value,
         tracks=tuple(sorted(robot.tracks)),

@@ -84,10 +84,10 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
             other.name,
             other.start.region,
             other.objective.targets,
-            scenario.conflict(robot, other),
+            robot.conflicts(other),
         )
         for other in scenario.robots[1:]
-        if scenario.conflict(robot, other) or other.name in robot.tracks
+        if robot.conflicts(other) or other.name in robot.tracks
     )
     names = {o.region: o.name for o in scenario.obstacles}
     return Task(

@@ -258,7 +258,7 @@ def test_what_was_heard_while_the_run_thought_counts_before_its_time_limits() ->
 def test_who_goes_to_a_region_into_which_a_person_moves_another_robot_stops() -> None:
     world, robots, scenario = started()
     other = scenario.robots[1]
-    conflicts = scenario.conflict(scenario.robots[0], other)
+    conflicts = scenario.robots[0].conflicts(other)
     robots.script = [(None, 1.7), ("canceled", None), ("succeeded", 1.5)]
     world.start(scenario.robots[0], EAST, 1)
     assert world.wait(0.0) == []

@@ -65,7 +65,7 @@ def reserved(patch: pytest.MonkeyPatch, region: Callable[[RobotState], int]) -> 
     """Let each robot have only one region."""
 
     def taken(self: TeamState, robot: Robot, _: object = None) -> set[int]:
-        rivals = (o for o in self.robots.values() if self.scenario.conflict(robot, o.robot))
+        rivals = (o for o in self.robots.values() if robot.conflicts(o.robot))
         return {region(other) for other in rivals if other.name != robot.name}
 
     patch.setattr(RobotState, "occupied", property(lambda self: frozenset({region(self)})))

@@ -161,7 +161,7 @@ robots:
 
 
 def test_whom_a_robot_avoids_and_tracks_and_how() -> None:
-    scenario, ann, bob = team(
+    _, ann, bob = team(
         "avoids: [bob], tracks: [bob], tracking: exact", "avoids: [], tracking: belief"
     )
     assert (ann.avoids, ann.tracks, ann.tracking) == (
@@ -170,7 +170,7 @@ def test_whom_a_robot_avoids_and_tracks_and_how() -> None:
         Tracking.EXACT,
     )
     assert (bob.avoids, bob.tracks, bob.tracking) == (frozenset(), frozenset(), Tracking.BELIEF)
-    assert scenario.conflict(bob, ann), "it is mutual although only ann asks for it"
+    assert bob.conflicts(ann), "it is mutual although only ann asks for it"
 
 
 def test_a_robot_may_see_otherwise_than_its_model() -> None:

@@ -123,14 +123,9 @@ def _out_of_service(robot: RobotState, state: TeamState) -> Member:
 
 @lru_cache(maxsize=64)
 def _conflicts(scenario: Scenario) -> tuple[frozenset[int], ...]:
-    robots = scenario.robots
     return tuple(
-        frozenset(
-            j
-            for j, other in enumerate(robots)
-            if other is not robot and scenario.conflict(robot, other)
-        )
-        for robot in robots
+        frozenset(map(scenario.robots.index, scenario.in_conflict(robot)))
+        for robot in scenario.robots
     )
 
 

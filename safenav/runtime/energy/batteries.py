@@ -288,7 +288,7 @@ class Batteries:
     def _in_its_way(self, robot: RobotState) -> list[RobotState]:
         """The robots in conflict with it."""
         rivals = self.team.rivals(robot.robot)
-        return [r for r in rivals if self.team.scenario.conflict(robot.robot, r.robot)]
+        return [r for r in rivals if robot.robot.conflicts(r.robot)]
 
     def _duty(self, robot: RobotState) -> Duty | None:
         """The present duty of a robot, or a later one for which it departs; None if it has none."""

@@ -45,6 +45,6 @@ def _closed_too(obstacle: Obstacle, robot: Robot, scenario: Scenario) -> Obstacl
     """Return the place of a lost robot, closed to a robot in conflict with it."""
     kind = obstacle.type
     missing = next((r for r in scenario.robots if kind.name == f"lost_{r.name}"), None)
-    if missing is None or kind.blocks is None or not scenario.conflict(missing, robot):
+    if missing is None or kind.blocks is None or not missing.conflicts(robot):
         return obstacle
     return replace(obstacle, type=replace(kind, blocks=kind.blocks | {robot.name}))

@@ -8,7 +8,7 @@ from itertools import combinations
 from msgspec.structs import replace
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.model import Robot, RobotModel, Tracking, conflict
+from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import (
     EXAMPLE,
     KINDS,
@@ -206,7 +206,7 @@ def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
     for crowd in there.values():
         told = set()
         for (first, *_), (second, node, _) in combinations(crowd, 2):
-            if second.name not in told and conflict(first, second):
+            if second.name not in told and first.conflicts(second):
                 told.add(second.name)
                 region = second.start.region
                 found = f"'start' of {second.name}: {first.name} also starts in region {region}"
@@ -222,7 +222,7 @@ def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
         slow = [
             other.name
             for other, *_ in standing
-            if other is robot or other.name in robot.tracks or conflict(robot, other)
+            if other is robot or other.name in robot.tracks or robot.conflicts(other)
             if other.model.timing.most > 1
         ]
         if slow:

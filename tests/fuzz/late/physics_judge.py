@@ -182,7 +182,7 @@ class Judge:
                 if t < 0 or any(self._by_hand(name, t) for name in robots):
                     continue
                 team = {robot.name: robot for robot in self._scenario.robots}
-                if len(robots) == 2 and self._scenario.conflict(*(team[n] for n in robots)):
+                if len(robots) == 2 and team[robots[0]].conflicts(team[robots[1]]):
                     self._once(t, f"{pair[0]} touches {pair[1]}")
                 for thing in {*pair} - {*robots} - {"wall"}:
                     name = thing.split("~")[0]
