@@ -333,7 +333,7 @@ class Mission:
             self._moved = record.tick
 
     def _tell_end(self, conclusion: Conclusion) -> records.End:
-        if self._traffic.active:
+        if self._traffic.plan.active:
             self._traffic.end(vocabulary.PlanEndReason.CHANGED)
         live = self._spent() if self.state.live else {}
         ended = records.End(

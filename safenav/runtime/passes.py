@@ -116,7 +116,7 @@ class Passes(Algorithm):
         if self._together:
             self._resume()
         if begun is not None and begun.plan is not None and team.waiting is None:
-            self.traffic.resume(begun.plan)
+            self.traffic.plan.resume(begun.plan)
 
     def _plan(self) -> None:
         """Finish the joint plan, or begin one that is due."""

@@ -109,7 +109,7 @@ class Batteries:
         """Whether a robot has the charge for the remaining joint plan and its need afterwards, so
         that its next stop is chosen then. Otherwise the robot might leave the plan for a charger,
         and the same plan would be made repeatedly."""
-        takes, battery = self.relocation.traffic.takes(robot), robot.robot.model.battery
+        takes, battery = self.relocation.traffic.plan.takes(robot), robot.robot.model.battery
         if takes is None or battery is None or robot.charge is None:
             return False
         on_charger = robot.pose.region in self.team.scenario.chargers
@@ -148,7 +148,7 @@ class Batteries:
                 continue
             if self._charges.region[name] not in self.team.scenario.chargers:
                 left = ceil(self._charges.at(name, self._now()) - 1) - charge
-            elif (takes := self.relocation.traffic.takes(robot)) is not None:
+            elif (takes := self.relocation.traffic.plan.takes(robot)) is not None:
                 left = max(takes, battery.move) - charge
             elif robot.stop is not None or robot.too_flat:
                 wanted = self._wanted(robot) if robot.stop is not None else 0

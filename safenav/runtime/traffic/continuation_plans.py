@@ -72,9 +72,9 @@ class ContinuationPlans:
 
     def _continues(self, floor: Floor, index: int, number: int) -> bool:
         """Whether there is a plan for the whole mission with a robot in a pose."""
-        course = self._searches.course(floor)
         poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
-        start = self._searches.begun(floor, course, poses)
+        problem = self._searches.problem(floor, poses=poses)
+        course, start = problem.course, problem.start
         self._concern(course)
         key = (start, index, number)
         known = self._known.get(key)
@@ -84,7 +84,7 @@ class ContinuationPlans:
                 return False
             if answer is None:
                 own = self._searches.own_of_charging()
-                search = self._searches.search(floor, course, start, own, work=self._work)
+                search = self._searches.search(problem, own, work=self._work)
                 answer = search.run(*budgets.CERTIFICATE)
             known = isinstance(answer, Found)
             if len(self._known) > budgets.CERTIFICATES_KEPT:

@@ -1,26 +1,22 @@
 """Traffic on a shared floor: starvation, the joint plan that resolves it, and its execution.
 
 The monitor detects a robot that makes no progress towards its target. All robots finish their
-steps, and one plan is made for the whole team. They follow it up to the first resolution, or until
-each robot with goal poses has reached them once; live often to its end. The mission stays feasible
-because the plan is the beginning of a plan for the whole mission (docs/coordination.md).
+steps, and one plan is made for the whole team. The mission stays feasible because the plan is the
+beginning of a plan for the whole mission (docs/coordination.md).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Hashable, Mapping, Sequence
 
 from msgspec.structs import replace
 
-from safenav.begun import PlanLeft
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.snapshot import awaited_by, floor_of
-from safenav.runtime.formulas import formulas_of
+from safenav.runtime.coordination.snapshot import floor_of
 from safenav.runtime.resolution.problem import Floor
-from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
-from safenav.runtime.traffic import budgets, execution
+from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.background_search import (
     BackgroundSearch,
     PendingSearch,
@@ -29,7 +25,6 @@ from safenav.runtime.traffic.background_search import (
 )
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlocked, meets_the_rest_alone
-from safenav.runtime.traffic.formula_memory import plain_poses
 from safenav.runtime.traffic.joint import (
     Answer,
     BudgetExhausted,
@@ -39,27 +34,25 @@ from safenav.runtime.traffic.joint import (
     Exhausted,
     Found,
     JointState,
-    has_met,
 )
+from safenav.runtime.traffic.plan_progress import PlanProgress
 from safenav.runtime.traffic.plan_search import PlanSearch
 from safenav.runtime.traffic.plan_triggers import PlanTrigger, PlanTriggers
-from safenav.runtime.traffic.searches import Searches
+from safenav.runtime.traffic.resolution_plans import ResolutionPlans
+from safenav.runtime.traffic.searches import Searches, SearchProblem
 from safenav.runtime.traffic.shortening import shortened
-from safenav.runtime.traffic.timed import keeping_out
 from safenav.scenario.settings import Coordination
-from safenav.trace import records, vocabulary
+from safenav.trace import vocabulary
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask
 
 
 class Traffic:
-    """Makes joint plans for a team and tracks each robot's progress in the current one."""
+    """Makes joint plans for a team. ``plan``: its progress in the current one."""
 
     def __init__(self, state: TeamState, stop: Stop, clock: Callable[[], float]) -> None:
         self.state = state
         self.stop = stop
         self.clock = clock
-        self.execution: execution.Execution | None = None
         self.wanted: PlanTrigger | None = None
         self.turned: Mapping[str, int] = {}
         """Robots that, by the last search, must begin with another of their targets."""
@@ -74,14 +67,12 @@ class Traffic:
         self._rivals = {robot.name: sweeps or bool(state.rivals(robot)) for robot in robots}
         self.occasions = PlanTriggers(state, searches, self._rivals, clock)
         self.search = PlanSearch(state, self.thinking, searches, certificates, self._rivals)
-
-    @property
-    def active(self) -> bool:
-        return self.execution is not None
+        self.resolving = ResolutionPlans(state, searches, self.search)
+        self.plan = PlanProgress(state, searches)
 
     def state_key(self) -> Hashable:
         """State on which plans depend in lockstep without new observations; None during a plan."""
-        if self.execution is not None or self.wanted is not None:
+        if self.plan.active or self.wanted is not None:
             return None
         notes, spent = self.state.last_settled.notes, (self.search.failures, self.search.spent)
         tried = *spent, self.occasions.tried.total(), self._certificates.known
@@ -92,67 +83,6 @@ class Traffic:
         notes = self.state.last_settled.notes
         found, notes.hopeless = notes.hopeless, frozenset()
         return found
-
-    def next_pose(self, name: str) -> Pose | None:
-        """Return the next pose of a robot by the plan. None if it stays: it has finished, waits for
-        robots before it, has not yet counted the goals that the plan assumes, or charges."""
-        assert self.execution is not None
-        floor = self.state.last_settled.floor
-        index = floor.index(name)
-        due = self.execution.due(index)
-        if due is not None and not self._has_met(floor, index, due):
-            return None
-        number = self.execution.next(index)
-        if number is None or self._charges(self.state.robots[name]):
-            return None
-        return self.state.last_settled.floor.problem.members[index].graph.pose(number)
-
-    def _has_met(self, floor: Floor, index: int, due: Count) -> bool:
-        """Whether a robot has met what is due, or cannot by waiting: it does something else or is
-        out of service, its goals are steps, or nothing that it still has to meet is here."""
-        name, graph = floor.names[index], floor.problem.members[index].graph
-        robot = self.state.robots[name]
-        formulas = formulas_of(robot.robot, self.state.scenario.map)
-        if robot.assignment.role is not Role.OWN or (formulas and not formulas.met_by_staying):
-            return True
-        if not robot.active:  # its member has no targets of its own objective
-            return True
-        if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
-            return True
-        return has_met(self.searches.counts(floor)[index], due)
-
-    def arrived(self, name: str) -> None:
-        """Record that a robot has taken its next step of the plan."""
-        if self.execution is not None:
-            self.execution.arrived(self.state.last_settled.floor.index(name))
-
-    def released(self, name: str) -> bool:
-        """Live: whether a robot has completed its part of the plan, and may leave it before the
-        others: ``ahead`` is closed to it, and irreversible moves must be ``certified``."""
-        index = self.state.last_settled.floor.index(name)
-        return self.execution is not None and self.execution.done(index)
-
-    def takes(self, robot: RobotState) -> int | None:
-        """The charge that a robot needs for the remaining plan, up to its next charger or to the
-        end with its need there; None if the plan no longer moves it."""
-        index, stops = self.state.last_settled.floor.index(robot.name), self.state.stops(robot)
-        if self.execution is None or stops is None or self.execution.done(index):
-            return None
-        way, turn = self.execution.remaining(index)
-        return stops.takes_way(way, stops.turn(robot.own.memory.index if turn is None else turn))
-
-    def _charges(self, robot: RobotState) -> bool:
-        """Whether a robot waits on a charger for the charge that the remaining plan needs."""
-        takes, battery = self.takes(robot), robot.robot.model.battery
-        if takes is None or battery is None or robot.charge is None:
-            return False
-        on_charger = robot.pose.region in self.state.scenario.chargers
-        return on_charger and robot.charge < takes <= battery.capacity
-
-    def follows(self, name: str) -> bool:
-        """Whether a robot has followed its helper by a plan, and waits there for the next
-        decision."""
-        return name in self.state.last_settled.notes.followers
 
     def holds(self, name: str) -> bool:
         """Whether a robot stays until a requested plan is available, which must not begin in a
@@ -166,26 +96,17 @@ class Traffic:
         if self._pending is not None:
             self._pending.set_out(self.searches.floor().poses)
 
-    def ahead(self, name: str) -> Mask:
-        """The regions that robots in conflict with this one still need for the plan."""
-        if self.execution is None:
-            return 0
-        floor = self.state.last_settled.floor
-        return execution.still_needed(
-            floor.problem, self.execution, floor.index(name), floor.stages
-        )
-
     def quiescent(self, *, all_still: bool) -> bool:
         """Live: make a plan if robots wait in a circle; return whether there is one.
         ``all_still``: no robot has a command. Raises RunEnded as ``tick``."""
-        if self.active or not self.state.scenario.deadlock or self._anybody_busy():
+        if self.plan.active or not self.state.scenario.deadlock or self._anybody_busy():
             return False
         if self.wanted is not None:
             return False  # a plan is searched
         occasion = self.occasions.stuck(all_still=all_still)
         if occasion is not None:
             self._plan(occasion)
-        return self.active
+        return self.plan.active
 
     def _anybody_busy(self) -> bool:
         """Whether a robot acts, or waits for a strategy."""
@@ -195,8 +116,8 @@ class Traffic:
         """Examine the team after a tick; return why the plan ends, if it does: it is finished, or
         who acts next for what is due was chosen again. Raises RunEnded if no robot can continue, or
         a budget is exhausted."""
-        if self.execution is not None:
-            if self.execution.finished:
+        if self.plan.execution is not None:
+            if self.plan.execution.finished:
                 return vocabulary.PlanEndReason.REACHED
             settled = self.state.last_settled
             again = settled.in_time is not None and not settled.notes.followed
@@ -220,7 +141,7 @@ class Traffic:
 
     def free(self, name: str) -> None:
         """Request a plan for a robot that has no strategy from its pose."""
-        if self.execution is None and self.wanted is None:
+        if not self.plan.active and self.wanted is None:
             self.wanted = PlanTrigger(f"{name} has no strategy from where it is", name)
             self._looked = -1.0
 
@@ -230,17 +151,14 @@ class Traffic:
         """End the plan: it is finished, or there is a new fact. ``nodes``: each robot's next
         strategy node."""
         self.wanted = self._pending = None
-        if self.execution is not None:
-            self.execution = None
-            self.state.changes += 1
-            self.state.emit(records.PlanEnd(self.state.tick, reason, nodes))
+        self.plan.end(reason, nodes)
         self.occasions.watch.begin_anew()
 
     def certified(self, name: str, pose: Pose) -> bool:
         """Whether a robot may make a move that it may not be able to undo."""
-        if self.execution is None:
+        if not self.plan.active:
             return self._certificates.allow(name, pose)
-        return self._certificates.undone(name, pose, self.ahead(name))
+        return self._certificates.undone(name, pose, self.plan.ahead(name))
 
     def _hurry(self, occasion: PlanTrigger) -> bool:
         """Begin the quickest plan for a deadline, if the trigger has one and there is such a plan.
@@ -251,8 +169,8 @@ class Traffic:
         if not self.state.last_settled.notes.hurried:
             return True  # it is decided again since
         floor, self.search.starved = self.searches.floor(), occasion.robot
-        states = self.search.quickest(floor, gate)
-        careful = self._whatever_stands(floor, gate, states)
+        states = self.resolving.quickest(floor, gate)
+        careful = self.resolving.around_suspects(floor, gate, states)
         if careful is not None:
             floor, states = careful
             reason += ", whichever suspects exist"
@@ -260,30 +178,6 @@ class Traffic:
             return False
         self._begin(floor, states, self.searches.counts(floor), reason)
         return True
-
-    def _whatever_stands(
-        self, floor: Floor, gate: int, hopeful: Sequence[JointState] | None
-    ) -> tuple[Floor, list[JointState]] | None:
-        """The quickest plan around all suspects, if it is in time and the ``hopeful`` one enters
-        their regions: no discovery interrupts it (docs/deadlines.md)."""
-        chosen, dues = self.state.last_settled.in_time, self.state.dues(floor)
-        if chosen is None or dues is None or not any(dues.suspected):
-            return None
-        sizes = [member.graph.size for member in floor.problem.members]
-        if hopeful is not None and not any(
-            pose != here and shut >> pose % size & 1
-            for state in hopeful
-            for pose, here, shut, size in zip(
-                state.poses, floor.poses, dues.suspected, sizes, strict=True
-            )
-        ):
-            return None
-        around = keeping_out(floor, dues.suspected)
-        states = self.search.quickest(around, gate, floor)
-        need, tick = floor.stages[gate].need, self.state.tick - 1 + len(states or ())
-        if states is None or not chosen.keeps(gate, need, tick, dues):
-            return None
-        return around, states
 
     def _plan(self, occasion: PlanTrigger) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
@@ -293,41 +187,42 @@ class Traffic:
         found = self._sought(pending, occasion, helping)
         if found is None:
             return
-        floor, course, start, answer = found
-        if self.state.live and start.stages != floor.stages:
+        problem, answer = found
+        floor = problem.floor
+        if self.state.live and problem.start.stages != floor.stages:
             return  # a robot is about to resolve something: that changes what is possible
         if not isinstance(answer, Found):
-            self._without_plan(floor, course, start, answer, occasion)
+            self._without_plan(problem, answer, occasion)
             return
         if self.search.hopeless and floor is pending.floor:  # the others complete the mission
             self._set_aside(floor, self.search.hopeless)
             return
         self.search.failures = self.search.used = 0
-        if self._must_turn(floor, course, answer):
+        if self._must_turn(problem, answer):
             return  # their strategies begin with those, and another plan is made
-        if self.search.turning:
-            self._certificates.keep(course, answer.states)
+        if self.searches.turning:
+            self._certificates.keep(problem.course, answer.states)
         counts = self.searches.counts(floor)
-        cut = self.search.cut(course, start, answer.states, helping)
-        states = pending.from_here(course, counts, cut)
+        cut = self.search.cut(problem, answer.states, helping)
+        states = pending.from_here(problem.course, counts, cut)
         if states is None:
             self._search_again(occasion)
             return
-        states = self.search.straightened(here, states) if helping else states
+        states = self.resolving.straightened(here, states) if helping else states
         charges = self.search.charges(self.state.robots[occasion.robot])
-        short = charges and not self.search.leg_done(course, start, states[-1], helping)
-        if short or self._changes_nothing(here, states, counts):
-            leg = self.search.leg(floor, course, start)
+        short = charges and not self.search.leg_done(problem, states[-1], helping)
+        if short or self.plan.changes_nothing(here, states, counts):
+            leg = self.search.leg(problem)
             hemmed_in = self.state.last_settled.notes.hemmed_in
             if leg is None and floor.index(occasion.robot) in hemmed_in:
                 self.occasions.watch.begin_anew()
                 return
-            states = (leg and pending.from_here(course, counts, leg)) or states
+            states = (leg and pending.from_here(problem.course, counts, leg)) or states
         self._begin(floor, states, counts, occasion.reason)
 
     def _sought(
         self, pending: PendingSearch, occasion: PlanTrigger, helping: bool
-    ) -> tuple[Floor, Course, JointState, Answer] | None:
+    ) -> tuple[SearchProblem, Answer] | None:
         """The result of a search with its problem and first state; None if it is not available yet,
         or does not apply to the robots' present state."""
         plain = pending.floor
@@ -352,21 +247,16 @@ class Traffic:
         return found
 
     def _without_plan(
-        self,
-        floor: Floor,
-        course: Course,
-        start: JointState,
-        answer: Exhausted | BudgetExhausted,
-        occasion: PlanTrigger,
+        self, problem: SearchProblem, answer: Exhausted | BudgetExhausted, occasion: PlanTrigger
     ) -> None:
         """Handle a search without a plan: the robots wait for one that is out of service, or for a
         search with a larger budget. Raises RunEnded if neither can help."""
         if isinstance(answer, Exhausted):
             if not self.state.out_of_service:
-                raise deadlocked(self.state, floor, course, answer)
+                raise deadlocked(self.state, problem.floor, problem.course, answer)
             self.search.hopeless = frozenset()
-            self.search.leg(floor, course, start)  # somebody in the way may come back
-            self._set_aside(floor, self.search.hopeless)
+            self.search.leg(problem)  # somebody in the way may come back
+            self._set_aside(problem.floor, self.search.hopeless)
             return
         self.search.failures += 1
         self.search.used = budgets.MOST_WORK - self.search.work.left
@@ -382,9 +272,9 @@ class Traffic:
         self.state.last_settled.notes.hopeless = hopeless
         self.occasions.watch.begin_anew()
 
-    def _must_turn(self, floor: Floor, course: Course, answer: Found) -> bool:
+    def _must_turn(self, problem: SearchProblem, answer: Found) -> bool:
         """Whether robots must first have strategies that begin with another target, by a plan."""
-        turned = self.search.turned(floor, course, answer.states)
+        turned = self.search.turned(problem, answer.states)
         notes = self.state.last_settled.notes
         if not turned or notes.turned:
             return False
@@ -405,10 +295,10 @@ class Traffic:
         if not all(meets_the_rest_alone(floor, robot, returns=returns) for robot in robots):
             return end
         course = Course(floor.problem, wanted, any_first=True)
-        start = self.searches.begun(floor, course)
-        search = self.searches.search(floor, course, start, work=Effort(budgets.MOST_WORK))
+        problem = self.searches.problem(floor, course)
+        search = self.searches.search(problem, work=Effort(budgets.MOST_WORK))
         answer: Answer = BudgetExhausted(0)
-        if start.stages == floor.stages:
+        if problem.start.stages == floor.stages:
             answer = search.singles(budgets.PROOF_BUDGET)
         if not isinstance(answer, Exhausted):
             said = f"{end.explanation}; this does not prove that no order of moves helps"
@@ -438,65 +328,18 @@ class Traffic:
         self.wanted = replace(occasion, gate=None)
         self._pending, self._all_wait = None, True
 
-    def _changes_nothing(
-        self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count]
-    ) -> bool:
-        """Whether a plan moves no robot, and lets none wait for a goal that it has yet to meet."""
-        if len({state.poses for state in states}) > 1:
-            return False
-        dues = enumerate(execution.dues_of(states, counts))
-        return all(self._has_met(floor, i, count) for i, due in dues for count in due.values())
-
     def _begin(
         self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count], reason: str
     ) -> None:
         course, fixed = self.searches.course(floor), self._fixed(floor)
         states = shortened(course, states, fixed, self.stop.check)
-        ends, states = states[-1].poses, self.search.approached(floor, states)
+        ends, states = states[-1].poses, self.resolving.approached(floor, states)
         pairs = zip(floor.names, ends, states[-1].poses, strict=True)
         notes = self.state.last_settled.notes
         notes.followers = frozenset(name for name, end, now in pairs if now != end)
         notes.followed = True
-        poses = [plain_poses(floor.problem, state.poses) for state in states]
-        under_way = {}
-        for index, robot in enumerate(self.state.robots.values()):
-            if robot.transit is not None:
-                under_way[index] = floor.problem.members[index].graph.number(robot.pose)
-                robot.transit = replace(robot.transit, by=vocabulary.MovedBy.PLAN)
-        poses, states = execution.with_steps_under_way(poses, states, counts, under_way)
-        self.state.changes += 1
         self.occasions.watch.begin_anew()
-        self._follow(floor, poses, states, counts, reason, under_way)
-
-    def _follow(
-        self,
-        floor: Floor,
-        poses: Sequence[tuple[int, ...]],
-        states: Sequence[JointState],
-        counts: Sequence[Count],
-        reason: str,
-        under_way: Collection[int] = (),
-    ) -> None:
-        """Begin to follow a plan with these joint poses and states."""
-        sizes = [member.graph.size for member in floor.problem.members]
-        apart = floor.problem.exclusions(states[0].stages)
-        plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
-        self.execution = execution.Execution(plan, execution.dues_of(states, counts))
-        self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))
-
-    def resume(self, left: PlanLeft) -> None:
-        """Continue the plan of the earlier run, if each of its remaining steps is possible."""
-        floor, notes = self.searches.floor(), self.state.last_settled.notes
-        notes.followed = notes.hurried = notes.cleared = True
-        plan = execution.scheduled(floor, left)
-        joint = None if plan is None else execution.in_turn(plan)
-        if plan is None or joint is None or joint[0] != floor.poses:
-            return
-        counts, course = self.searches.counts(floor), self.searches.course(floor)
-        states = course.along(course.begun(floor.poses, counts, floor.stages), joint[1:])
-        if not all(after.poses in course.next_poses(state) for state, after in pairwise(states)):
-            return  # the scenario has changed since then
-        self._follow(floor, joint, states, counts, left.reason)
+        self.plan.begin(floor, states, counts, reason)
 
     def _fixed(self, floor: Floor) -> list[int]:
         """The robots that must end in their planned poses: those for which the plan was made, and
@@ -504,7 +347,7 @@ class Traffic:
         return [
             index
             for index, robot in enumerate(self.state.robots.values())
-            if self.search.turning
+            if self.searches.turning
             or floor.problem.members[index].turns
             or index in self.searches.stays(floor)
             or robot.assignment.role is Role.HELPS

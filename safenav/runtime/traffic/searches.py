@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.coordination.snapshot import awaited_by, moved_on
@@ -28,6 +29,22 @@ from safenav.world.poses import FAR, Mask, region_mask
 _Graphs = dict[int, formula_memory.StateGraph]
 
 
+Goals = Mapping[int, Mask | None]
+"""The goal poses of some robots; None: those of its own objective."""
+
+
+class SearchProblem(Struct, frozen=True):
+    """A search for a joint plan: its floor, its rules, and the joint state where it begins."""
+
+    floor: Floor
+    course: Course
+    start: JointState
+
+    def at(self, start: JointState) -> SearchProblem:
+        """The same search from another joint state."""
+        return replace(self, start=start)
+
+
 class Searches:
     """The current start of a search for a joint plan, and such searches."""
 
@@ -37,6 +54,12 @@ class Searches:
         self._aims: dict[str, Milestones] = {}
         self._remembering: dict[bool, tuple[Problem, _Graphs, Problem]] = {}
         self._hopeless: Problem | None = None
+
+    @property
+    def turning(self) -> bool:
+        """Whether a robot with headings shares its floor."""
+        problem = self._state.last_settled.floor.problem
+        return any(m.turns and problem.interferes(i) for i, m in enumerate(problem.members))
 
     def floor(self) -> Floor:
         """Return the problem as it was settled last, with every robot at its current pose."""
@@ -191,11 +214,11 @@ class Searches:
                 found[index] = _lifted(floor, index, formulas.staying)
         return found
 
-    def charged(self, floor: Floor, course: Course, start: JointState) -> tuple[Course, JointState]:
-        """The same rules and start of a search that follows the charge of each robot which has the
-        charge to continue alone."""
-        batteries, charges = dict[int, Stops](), list[int]()
-        poses = formula_memory.plain_poses(floor.problem, start.poses)
+    def charged(self, problem: SearchProblem) -> SearchProblem:
+        """The same for a search that follows the charge of each robot which has the charge to
+        continue alone."""
+        start, batteries, charges = problem.start, dict[int, Stops](), list[int]()
+        poses = formula_memory.plain_poses(problem.floor.problem, start.poses)
         for index, robot in enumerate(self._state.robots.values()):
             stops = self._state.stops(robot)
             if stops is None or robot.charge is None or not robot.active:
@@ -204,7 +227,8 @@ class Searches:
             if charge >= stops.needed(poses[index], stops.turn(start.counts[index][0])):
                 batteries[index] = stops
                 charges.append(charge)
-        return replace(course, batteries=batteries), replace(start, charges=tuple(charges))
+        course = replace(problem.course, batteries=batteries)
+        return replace(problem, course=course, start=replace(start, charges=tuple(charges)))
 
     def only_out(self, robots: Sequence[RobotState]) -> bool:
         """Whether each of some robots is out of service, or cut off by one that is."""
@@ -235,12 +259,15 @@ class Searches:
         done = max(robot.own.rounds for robot in self._state.robots.values())
         return min(self._state.scenario.until.rounds, done + ROUNDS_AHEAD)
 
-    def begun(
-        self, floor: Floor, course: Course, poses: tuple[int, ...] | None = None
-    ) -> JointState:
-        """The joint state in which the team stands, or would stand in other poses."""
+    def problem(
+        self, floor: Floor, course: Course | None = None, poses: tuple[int, ...] | None = None
+    ) -> SearchProblem:
+        """A search from where the team stands, or would stand in other poses."""
+        course = course or self.course(floor)
         counts = self.counts(floor, course.rounds)
-        return course.begun(poses or floor.poses, counts, floor.stages)
+        return SearchProblem(
+            floor, course, course.begun(poses or floor.poses, counts, floor.stages)
+        )
 
     def counts(self, floor: Floor, rounds: int | None = None) -> tuple[Count, ...]:
         """Return the progress of each robot with its own objective, as joint states count it."""
@@ -258,29 +285,22 @@ class Searches:
                 found.append((0, seen, progress.rounds))
         return tuple(found)
 
-    def search(
-        self,
-        floor: Floor,
-        course: Course,
-        start: JointState,
-        goals: Mapping[int, Mask | None] | None = None,
-        *,
-        work: Effort,
-    ) -> Search:
+    def search(self, problem: SearchProblem, goals: Goals | None = None, *, work: Effort) -> Search:
         """Return a search for a plan. ``goals``: initial goal poses of robots, in place of the
         assigned ones (None: those of its own objective); ``work``: the effort that it may take."""
+        start = problem.start
 
         def guide(stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
-            found = self._guide(floor, stages, poses)
+            found = self._guide(problem.floor, stages, poses)
             for robot, goal in (goals or {}).items() if stages == start.stages else ():
                 found[robot] = goal
             return found
 
         return Search(
-            course,
+            problem.course,
             guide,
             start,
-            course.completed,
+            problem.course.completed,
             seed=self._state.scenario.seed + self._state.tick,
             stopping=self._stop.check,
             work=work,

@@ -181,7 +181,7 @@ class Actions(Struct):
     def _chosen(self) -> InTime | None:
         """The acts that robots keep to: on a joint plan they take what they pass."""
         settled = self.state.settled
-        return None if settled is None or self.traffic.active else settled.in_time
+        return None if settled is None or self.traffic.plan.active else settled.in_time
 
     def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
         """The results of an action without those that change nothing; one on an obstacle for the

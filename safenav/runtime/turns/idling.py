@@ -41,11 +41,11 @@ class Idling(Struct):
         state, traffic, name = self.state, self.traffic, robot.name
         if self._is_engaged(robot):
             return None
-        released = not traffic.active or traffic.released(name)
-        known = robot.planner, state.changes - state.moves, robot.asked, traffic.active
+        released = not traffic.plan.active or traffic.plan.released(name)
+        known = robot.planner, state.changes - state.moves, robot.asked, traffic.plan.active
         if not released:
-            return known if traffic.next_pose(name) is None else None
-        if robot.planner.node is None or traffic.follows(name):
+            return known if traffic.plan.next_pose(name) is None else None
+        if robot.planner.node is None or traffic.plan.follows(name):
             return None
         seen = self.choice.observation(robot)
         one_way = graph_of(robot.robot, state.scenario.map).one_way

@@ -71,7 +71,7 @@ class Moves(Struct, frozen=True):
                 yield from self.actions.act(robot)
             return
         yield from self._arrive(robot, step, event, step if step.planned else None)
-        if not self.relocation.traffic.active:
+        if not self.relocation.traffic.plan.active:
             yield from self.relocation.go_on(robot)
 
     def _arrive(
@@ -92,7 +92,7 @@ class Moves(Struct, frozen=True):
         if not strayed:
             self.state.failures.arrived(robot.name)
             if step.planned:
-                self.relocation.traffic.arrived(robot.name)
+                self.relocation.traffic.plan.arrived(robot.name)
         around = self._values_around(robot, start, step.before, strayed=strayed)
         robot.arriving, robot.asked = step.planned, False
         if not self.state.live:
@@ -103,7 +103,7 @@ class Moves(Struct, frozen=True):
             yield from self._react(robot, reaction, violation, event)
         elif strayed:
             yield from self.relocation.go_on_from_elsewhere(robot)
-        elif step.planned and not self.relocation.traffic.active:
+        elif step.planned and not self.relocation.traffic.plan.active:
             yield from self.relocation.go_on(robot)
 
     def _values_around(

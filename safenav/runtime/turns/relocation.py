@@ -34,7 +34,7 @@ class Relocation(Struct, frozen=True):
     ) -> Iterator[Event]:
         """End the joint plan: every robot continues with a strategy that knows where it is.
         ``settling``: new strategies come with the decision right after this."""
-        if not self.traffic.active:
+        if not self.traffic.plan.active:
             return
         for robot in self._off_their_strategies():
             self.strategies.relocate(robot)
@@ -83,7 +83,7 @@ class Relocation(Struct, frozen=True):
     def go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
         """Continue from the pose that the world reports if it is not the commanded one."""
         self.is_placed(robot)
-        if self.traffic.active:
+        if self.traffic.plan.active:
             yield from self.leave_plan(settling=False)
         else:
             yield from self.go_on(robot)

@@ -58,7 +58,7 @@ class StepChoice(Struct, frozen=True):
         sides = self.state.scenario.map.neighbours(robot.pose.region)
         busy = self.state.had_by_others(robot.robot, sides)
         swept = self.state.swept(robot.robot).intersection(sides)
-        ahead = self.traffic.ahead(robot.name)
+        ahead = self.traffic.plan.ahead(robot.name)
         return (
             planner.strategy,
             planner.node,
@@ -141,7 +141,7 @@ class StepChoice(Struct, frozen=True):
         """Live: whether a robot keeps out of what others occupy, or still need for the joint plan;
         and, while a decision waits for strategies, can come back."""
         taken = self.state.taken(robot.robot)
-        if pose.region in taken or self.traffic.ahead(robot.name) >> pose.region & 1:
+        if pose.region in taken or self.traffic.plan.ahead(robot.name) >> pose.region & 1:
             return False
         graph = graph_of(robot.robot, self.state.scenario.map)
         if not self.state.deferred or not graph.one_way:

@@ -62,7 +62,7 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.HELD)  # brought back with no charge
         elif not self.state.live and self.actions.acts_first(robot):
             yield from self._stand_still(robot, HoldReason.ACTING)
-        elif self.traffic.active and not self._released(robot):
+        elif self.traffic.plan.active and not self._released(robot):
             yield from self._follow_plan(robot)
         elif self.state.live and (
             self.actions.waits_to_sweep(robot) or self._awaits_action(robot.name)
@@ -94,9 +94,9 @@ class Turns:
         """Live: whether a robot has done its way of the joint plan, and continues by its strategy
         (``may_move`` keeps it out of the ways of the others)."""
         planner = robot.planner
-        if not self.state.live or not self.traffic.released(robot.name):
+        if not self.state.live or not self.traffic.plan.released(robot.name):
             return False
-        if self.traffic.follows(robot.name):
+        if self.traffic.plan.follows(robot.name):
             return False
         off = "off its strategy", planner, robot.pose
         if planner.node is None and robot.stays_for != off and not self.strategies.relocate(robot):
@@ -112,7 +112,7 @@ class Turns:
 
     def _awaits_action(self, name: str) -> bool:
         """Live: whether a robot has followed a helper that stands where it is to act."""
-        return self.traffic.follows(name) and any(
+        return self.traffic.plan.follows(name) and any(
             other.assignment.role is Role.HELPS
             and other.transit is None
             and other.assignment.goal
@@ -190,7 +190,7 @@ class Turns:
         """The next step of the joint plan, checked like any other move; the robot looks around as
         in any other turn, so that what it knows of others stays true."""
         self.choice.look_around(robot)
-        pose = self.traffic.next_pose(robot.name)
+        pose = self.traffic.plan.next_pose(robot.name)
         shut = self.state.taken if self.state.live else self.state.swept
         if pose is not None and (pose.region in shut(robot.robot) or robot.too_flat):
             pose = None
@@ -204,7 +204,7 @@ class Turns:
         if pose is None or violation is not None:
             if robot.planner.task.tracking is not Tracking.NEARBY:
                 robot.planner.node = None  # it remembers where others were, and they move on
-            why = HoldReason.PLAN if self.traffic.active else HoldReason.HELD
+            why = HoldReason.PLAN if self.traffic.plan.active else HoldReason.HELD
             by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
             yield from self._stay(robot, why, by)
         else:

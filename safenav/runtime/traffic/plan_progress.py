@@ -1,0 +1,168 @@
+"""The team on its joint plan: the next pose of each robot, and what robots still need for the rest.
+
+Robots follow a plan up to the first resolution, or until each robot with goal poses has reached
+them once; live often to its end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
+
+from msgspec.structs import replace
+
+from safenav.begun import PlanLeft
+from safenav.runtime.coordination.snapshot import awaited_by
+from safenav.runtime.formulas import formulas_of
+from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.traffic import execution
+from safenav.runtime.traffic.formula_memory import plain_poses
+from safenav.runtime.traffic.joint import Count, JointState, has_met
+from safenav.runtime.traffic.searches import Searches
+from safenav.trace import records, vocabulary
+from safenav.world.moves import Pose
+from safenav.world.poses import Mask
+
+
+class PlanProgress:
+    """The joint plan that a team follows, if any (``execution``)."""
+
+    def __init__(self, state: TeamState, searches: Searches) -> None:
+        self.state = state
+        self.searches = searches
+        self.execution: execution.Execution | None = None
+
+    @property
+    def active(self) -> bool:
+        return self.execution is not None
+
+    def _index(self, name: str) -> int:
+        return self.state.last_settled.floor.index(name)
+
+    def next_pose(self, name: str) -> Pose | None:
+        """Return the next pose of a robot by the plan. None if it stays: it has finished, waits for
+        robots before it, has not yet counted the goals that the plan assumes, or charges."""
+        assert self.execution is not None
+        floor, index = self.state.last_settled.floor, self._index(name)
+        due = self.execution.due(index)
+        if due is not None and not self._has_met(floor, index, due):
+            return None
+        number = self.execution.next(index)
+        if number is None or self._charges(self.state.robots[name]):
+            return None
+        return floor.problem.members[index].graph.pose(number)
+
+    def _has_met(self, floor: Floor, index: int, due: Count) -> bool:
+        """Whether a robot has met what is due, or cannot by waiting: it does something else or is
+        out of service, its goals are steps, or nothing that it still has to meet is here."""
+        name, graph = floor.names[index], floor.problem.members[index].graph
+        robot = self.state.robots[name]
+        formulas = formulas_of(robot.robot, self.state.scenario.map)
+        if robot.assignment.role is not Role.OWN or (formulas and not formulas.met_by_staying):
+            return True
+        if not robot.active:  # its member has no targets of its own objective
+            return True
+        if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
+            return True
+        return has_met(self.searches.counts(floor)[index], due)
+
+    def arrived(self, name: str) -> None:
+        """Record that a robot has taken its next step of the plan."""
+        if self.execution is not None:
+            self.execution.arrived(self._index(name))
+
+    def released(self, name: str) -> bool:
+        """Live: whether a robot has completed its part of the plan, and may leave it before the
+        others: ``ahead`` is closed to it, and irreversible moves must be ``certified``."""
+        return self.execution is not None and self.execution.done(self._index(name))
+
+    def takes(self, robot: RobotState) -> int | None:
+        """The charge that a robot needs for the remaining plan, up to its next charger or to the
+        end with its need there; None if the plan no longer moves it."""
+        index, stops = self._index(robot.name), self.state.stops(robot)
+        if self.execution is None or stops is None or self.execution.done(index):
+            return None
+        way, turn = self.execution.remaining(index)
+        return stops.takes_way(way, stops.turn(robot.own.memory.index if turn is None else turn))
+
+    def _charges(self, robot: RobotState) -> bool:
+        """Whether a robot waits on a charger for the charge that the remaining plan needs."""
+        takes, battery = self.takes(robot), robot.robot.model.battery
+        if takes is None or battery is None or robot.charge is None:
+            return False
+        on_charger = robot.pose.region in self.state.scenario.chargers
+        return on_charger and robot.charge < takes <= battery.capacity
+
+    def follows(self, name: str) -> bool:
+        """Whether a robot has followed its helper by a plan, and waits there for the next
+        decision."""
+        return name in self.state.last_settled.notes.followers
+
+    def ahead(self, name: str) -> Mask:
+        """The regions that robots in conflict with this one still need for the plan."""
+        if self.execution is None:
+            return 0
+        floor = self.state.last_settled.floor
+        index = floor.index(name)
+        return execution.still_needed(floor.problem, self.execution, index, floor.stages)
+
+    def changes_nothing(
+        self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count]
+    ) -> bool:
+        """Whether a plan moves no robot, and lets none wait for a goal that it has yet to meet."""
+        if len({state.poses for state in states}) > 1:
+            return False
+        dues = enumerate(execution.dues_of(states, counts))
+        return all(self._has_met(floor, i, count) for i, due in dues for count in due.values())
+
+    def begin(
+        self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count], reason: str
+    ) -> None:
+        """Begin to follow a plan. Robots on their way go to where it begins."""
+        poses = [plain_poses(floor.problem, state.poses) for state in states]
+        under_way = {}
+        for index, robot in enumerate(self.state.robots.values()):
+            if robot.transit is not None:
+                under_way[index] = floor.problem.members[index].graph.number(robot.pose)
+                robot.transit = replace(robot.transit, by=vocabulary.MovedBy.PLAN)
+        poses, states = execution.with_steps_under_way(poses, states, counts, under_way)
+        self.state.changes += 1
+        self._follow(floor, poses, states, counts, reason, under_way)
+
+    def _follow(
+        self,
+        floor: Floor,
+        poses: Sequence[tuple[int, ...]],
+        states: Sequence[JointState],
+        counts: Sequence[Count],
+        reason: str,
+        under_way: Collection[int] = (),
+    ) -> None:
+        """Begin to follow a plan with these joint poses and states."""
+        sizes = [member.graph.size for member in floor.problem.members]
+        apart = floor.problem.exclusions(states[0].stages)
+        plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
+        self.execution = execution.Execution(plan, execution.dues_of(states, counts))
+        self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))
+
+    def end(self, reason: vocabulary.PlanEndReason, nodes: Mapping[str, int | None] | None) -> None:
+        """End the plan, if there is one. ``nodes``: each robot's next strategy node."""
+        if self.execution is not None:
+            self.execution = None
+            self.state.changes += 1
+            self.state.emit(records.PlanEnd(self.state.tick, reason, nodes))
+
+    def resume(self, left: PlanLeft) -> None:
+        """Continue the plan of the earlier run, if each of its remaining steps is possible."""
+        floor, notes = self.searches.floor(), self.state.last_settled.notes
+        notes.followed = notes.hurried = notes.cleared = True
+        plan = execution.scheduled(floor, left)
+        joint = None if plan is None else execution.in_turn(plan)
+        if plan is None or joint is None or joint[0] != floor.poses:
+            return
+        counts, course = self.searches.counts(floor), self.searches.course(floor)
+        states = course.along(course.begun(floor.poses, counts, floor.stages), joint[1:])
+        if not all(after.poses in course.next_poses(state) for state, after in pairwise(states)):
+            return  # the scenario has changed since then
+        self._follow(floor, joint, states, counts, left.reason)

@@ -1,0 +1,139 @@
+"""Plans that lead to a resolution: the quickest one, and the approach of those that wait for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from msgspec import Struct
+
+from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.team import Role, TeamState
+from safenav.runtime.traffic import budgets
+from safenav.runtime.traffic.formula_memory import remembering
+from safenav.runtime.traffic.joint import Effort, Found, JointState
+from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.plan_search import PlanSearch
+from safenav.runtime.traffic.searches import Searches, SearchProblem
+from safenav.runtime.traffic.shortening import Separation, following, shortened, timed
+from safenav.runtime.traffic.timed import Quickest, beside, keeping_out
+
+
+class ResolutionPlans(Struct):
+    """Plans for the robots that help, and for those that wait for them."""
+
+    state: TeamState
+    searches: Searches
+    search: PlanSearch
+
+    def quickest(
+        self, floor: Floor, gate: int, known: Floor | None = None
+    ) -> list[JointState] | None:
+        """The quickest plan for the next need of an obstacle, if the team can continue then.
+        ``known``: the floor on which it is to continue, if that is another one."""
+        if remembering(self.searches.aimed(floor).problem):
+            return None
+        check = self.search.thinking.check
+        found = Quickest(floor.problem, floor.stages, floor.poses, gate, check).plan()
+        if found is None:
+            return None
+        goals = [self.searches.goal(floor, name) for name in floor.names]
+        first, *rest = beside(floor, found, goals)
+        problem = self.searches.problem(floor, poses=first)
+        course = problem.course
+        states = course.along(problem.start, rest)
+        if self.searches.turning:
+            if known is not None:
+                problem = SearchProblem(known, self.searches.course(known), problem.start)
+            work = Effort(budgets.MOST_WORK - self.search.used)
+            after = self.searches.search(problem.at(states[-1]), work=work).run(1)
+            if not isinstance(after, Found):
+                return None
+            self.search.certificates.keep(course, (*states, *after.states[1:]))
+        return states
+
+    def around_suspects(
+        self, floor: Floor, gate: int, hopeful: Sequence[JointState] | None
+    ) -> tuple[Floor, list[JointState]] | None:
+        """The quickest plan around all suspects, if it is in time and the ``hopeful`` one enters
+        their regions: no discovery interrupts it (docs/deadlines.md)."""
+        chosen, dues = self.state.last_settled.in_time, self.state.dues(floor)
+        if chosen is None or dues is None or not any(dues.suspected):
+            return None
+        sizes = [member.graph.size for member in floor.problem.members]
+        if hopeful is not None and not any(
+            pose != here and shut >> pose % size & 1
+            for state in hopeful
+            for pose, here, shut, size in zip(
+                state.poses, floor.poses, dues.suspected, sizes, strict=True
+            )
+        ):
+            return None
+        around = keeping_out(floor, dues.suspected)
+        states = self.quickest(around, gate, floor)
+        need, tick = floor.stages[gate].need, self.state.tick - 1 + len(states or ())
+        if states is None or not chosen.keeps(gate, need, tick, dues):
+            return None
+        return around, states
+
+    def straightened(self, floor: Floor, states: list[JointState]) -> list[JointState]:
+        """A plan on which a robot steps more often than it has poses (two that must stand in
+        different places drive each other round and round), or the quickest one instead of it."""
+        robot = self.state.robots[self.search.starved]
+        ways = zip(*(state.poses for state in states), strict=True)
+        graphs = (member.graph for member in floor.problem.members)
+        turns = any(
+            sum(a != b for a, b in pairwise(way)) > graph.everywhere.bit_count()
+            for way, graph in zip(ways, graphs, strict=True)
+        )
+        obstacle = robot.assignment.obstacle
+        if not turns or robot.assignment.role is not Role.HELPS or obstacle not in floor.gates:
+            return states
+        found = self.quickest(floor, floor.gates.index(obstacle))
+        return states if found is None or len(found) >= len(states) else found
+
+    def approached(self, floor: Floor, states: Sequence[JointState]) -> Sequence[JointState]:
+        """A plan that ends with a resolution, on which robots that wait come nearer to their
+        targets behind the others, if that makes the next plan shorter."""
+        problem, first, last = floor.problem, states[0], states[-1]
+        if last.stages == first.stages or remembering(problem):
+            return states
+        beyond = self.searches.problem(floor).at(last)
+        course, found = beyond.course, list(states)
+        for index, robot in enumerate(self.state.robots.values()):
+            waits = robot.active and robot.assignment.role is Role.WAITS
+            if waits and not problem.members[index].turns and problem.conflicts[index]:
+                found = following(course, found, index) or found
+        if found[-1].poses == last.poses:
+            return states
+        after = self._next_leg(beyond.at(found[-1]))
+        before = self._next_leg(beyond)
+        if after is None or (before is not None and before <= after):
+            return states
+        if self.searches.turning:
+            rest = self._search(beyond.at(found[-1])).run(*budgets.CERTIFICATE)
+            if not isinstance(rest, Found):
+                return states
+            self.search.certificates.keep(course, (*found, *rest.states[1:]))
+        return found
+
+    def _search(self, problem: SearchProblem) -> Search:
+        return self.searches.search(problem, work=self.search.work)
+
+    def _next_leg(self, problem: SearchProblem) -> int | None:
+        """The ticks until each robot has counted once after a resolution, or there is another one;
+        None if that is not found soon."""
+        course, start, search = problem.course, problem.start, self._search(problem)
+        search.goal = lambda state: (
+            state.stages != start.stages
+            or all(
+                course.is_done(i, count) or state.counts[i] != count
+                for i, count in enumerate(start.counts)
+            )
+        )
+        answer = search.run(*budgets.CERTIFICATE)
+        if not isinstance(answer, Found):
+            return None
+        states = shortened(course, answer.states, (), search.stopping)
+        apart = Separation.of(problem.floor.problem, start.stages)
+        return len(timed(apart.schedule([state.poses for state in states])))
