@@ -46,7 +46,7 @@ from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.turn import Turns
 from safenav.runtime.worlds.commands import Commands
-from safenav.trace.header import objective_in_trace
+from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import HoldReason, Reason
 
 

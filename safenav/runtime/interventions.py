@@ -26,7 +26,7 @@ from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
-from safenav.trace.header import objective_in_trace
+from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
 from safenav.world.map import Region

@@ -30,8 +30,9 @@ from safenav.scenario.objective import Objective
 from safenav.spec.objective import Memory
 from safenav.spec.other_robots.tracking import Sightings
 from safenav.trace import records
-from safenav.trace.header import objective_in_trace, obstacle_header
+from safenav.trace.header import obstacle_header
 from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import HoldReason, MovedBy
 from safenav.trace.writing import Listener
 from safenav.world.map import Region

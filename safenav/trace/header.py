@@ -8,11 +8,9 @@ from msgspec import convert
 
 from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.motion import resolved
-from safenav.scenario.objective import Objective as ScenarioObjective
-from safenav.scenario.objective_text import to_data
 from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace import setting
-from safenav.trace.objective import Objective
+from safenav.trace.told_objective import objective_in_trace
 from safenav.world.map import RegionMap
 from safenav.world.partition import rooms
 
@@ -98,13 +96,6 @@ def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[setting.NeedHeader, ..
         )
         for number, need in enumerate(obstacle.needs)
     )
-
-
-def objective_in_trace(objective: ScenarioObjective) -> Objective:
-    """An objective as a trace spells it."""
-    told = Objective.of(to_data(objective))
-    assert told is not None, "every objective of a scenario can be told"
-    return told
 
 
 def _map(world: RegionMap) -> setting.MapHeader:

@@ -6,18 +6,17 @@ sentences; they only differ in how they show robots and regions.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from msgspec import Struct, field
-from msgspec.structs import replace
 
 from safenav.outcome import Verdict
-from safenav.scenario.objective import KINDS, Ltl, Objective, Word, number_word
+from safenav.scenario.objective import Objective, Word, number_word
 from safenav.scenario.objective_text import describe
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.told_objective import objective_of
 from safenav.trace.words import (
     MANY,
     _natural,
@@ -28,31 +27,6 @@ from safenav.trace.words import (
     with_article,
 )
 from safenav.world.map import Region
-
-
-def objective_of(told: TracedObjective) -> Objective | None:
-    """The objective that a trace names; None for a kind that is not known here."""
-    if told.kind == "ltl":
-        return _ltl(told.body)
-    kind = KINDS.get(told.kind)
-    if kind is None or kind.wrong(told.targets) or kind.one > (len(told.targets) == 1):
-        return None
-    rules = {"avoid": told.avoid, "always": told.always}
-    return replace(kind(tuple(told.targets)), literal=told.literal and kind.strict, **rules)
-
-
-def _ltl(spelled: str) -> Ltl:
-    """The formulas as a header spells them; none where it does not."""
-    try:
-        parts = json.loads(spelled)
-        init, safety, live = (
-            tuple(map(str, parts.get(key, ()))) for key in ("init", "safety", "liveness")
-        )
-        memory = parts.get("memory", {}).items()
-        ranges = {str(k): None if v == "bool" else (int(v[0]), int(v[1])) for k, v in memory}
-        return Ltl(init, safety, live, ranges, tuple(map(str, parts.get("inputs", ()))))
-    except (ValueError, TypeError, AttributeError, IndexError, KeyError):
-        return Ltl()
 
 
 def objective_words(objective: Objective | None, word: Word = number_word) -> str:
@@ -118,30 +92,17 @@ class Wording(Struct, frozen=True):
 
     def sentence(self, line: records.Record) -> str:
         """Return a line without its full stop. Raises TypeError for one that is not an event."""
+        said = self._of_obstacle(line) or self._of_robot(line) or self._of_team(line)
+        if said is None:
+            raise TypeError(f"{line.type} is not an event")
+        return said
+
+    def _of_obstacle(self, line: records.Record) -> str | None:
         match line:
-            case records.Synthesis():
-                found = synthesis_words(line)
-                return f"synthesis for {self.robot(line.robot)} {_WHY[line.reason]}: {found}"
             case records.Violation():
-                kind = self.strong(with_article(line.obstacle.partition("@")[0]))
-                found = f"finds {kind} at {self._at(line.proposed)} and keeps out"
-                who = f"{self.robot(line.robot)} at {self._at(line.at)}"
-                if line.action == vocabulary.OPERATOR_ACTION:
-                    if line.obstacle.startswith(f"lost_{line.robot}@"):
-                        return f"{who} is lost: it may also be at {self._at(line.proposed)}"
-                    if line.obstacle.startswith("unknown_"):  # its steps failed, or it was stopped
-                        strange = self.strong(self.obstacle(line.obstacle))
-                        found = f"cannot enter {self._at(line.proposed)}, which counts as {strange}"
-                    return f"{who} {found}: only an operator can resolve it"
-                if line.action in self.skills.get(line.robot, ()):
-                    return f"{who} {found} until '{line.action}' is done"
-                return f"{who} {found}: it cannot {line.action}"
+                return self._violation(line)
             case records.Request():
                 return self._request(line)
-            case records.Push():
-                return f"objectives pushed, depth {line.depth}"
-            case records.Pop():
-                return f"objectives restored, depth {line.depth} ({self.obstacle(line.obstacle)})"
             case records.Met():
                 return self._met(line)
             case records.Resolved():
@@ -168,14 +129,20 @@ class Wording(Struct, frozen=True):
             case records.Truth():
                 truth = "traversable" if line.traversable else "not traversable"
                 return f"{self.strong(self.obstacle(line.obstacle))} is {truth} from now on"
+            case records.Reopened():
+                return f"{self.strong(self.obstacle(line.obstacle))} may be resolvable again"
+        return None
+
+    def _of_robot(self, line: records.Record) -> str | None:
+        match line:
+            case records.Synthesis():
+                found = synthesis_words(line)
+                return f"synthesis for {self.robot(line.robot)} {_WHY[line.reason]}: {found}"
             case records.NewObjective():
                 told = self.objective(line.objective)
                 return f"{self.robot(line.robot)} gets another objective: {told}"
             case records.Told():
                 return f"{self.robot(line.robot)} now pursues: {self.objective(line.objective)}"
-            case records.Inputs():
-                on = sorted(name for name, value in line.values.items() if value)
-                return f"inputs: {' and '.join(on) or 'none'} on"
             case records.Service():
                 what = "is back in service" if line.active else "is out of service"
                 failed = not line.active and line.cause is vocabulary.ChangeCause.WORLD
@@ -184,13 +151,6 @@ class Wording(Struct, frozen=True):
                 return self.goal(line)
             case records.Assumption():
                 return f"{self.robot(line.robot)}: assumption violated: {line.name}"
-            case records.Plan():
-                reason = _OBSTACLE.sub(lambda found: self.obstacle(found[0]), line.reason)
-                count, whole = len(line.robots), "all " * (len(line.robots) == self.team)
-                who = f"{whole}{count} robots" if count > MANY else self._all(line.robots)
-                return f"{who} move by a joint plan ({reason})"
-            case records.PlanEnd():
-                return f"the joint plan has ended: {_PLAN_OVER[line.reason]}"
             case records.Depart():
                 way = f"from {self._at(line.from_)} to {self._at(line.to)}"
                 return f"{self.robot(line.robot)} departs {way}"
@@ -212,12 +172,28 @@ class Wording(Struct, frozen=True):
                 return f"the action of {self.robot(line.robot)} ends ({ends})"
             case records.Held():
                 return f"{self.robot(line.robot)} stays ({_HOLDS[line.why]})"
+        return None
+
+    def _of_team(self, line: records.Record) -> str | None:
+        match line:
+            case records.Push():
+                return f"objectives pushed, depth {line.depth}"
+            case records.Pop():
+                return f"objectives restored, depth {line.depth} ({self.obstacle(line.obstacle)})"
+            case records.Inputs():
+                on = sorted(name for name, value in line.values.items() if value)
+                return f"inputs: {' and '.join(on) or 'none'} on"
+            case records.Plan():
+                reason = _OBSTACLE.sub(lambda found: self.obstacle(found[0]), line.reason)
+                count, whole = len(line.robots), "all " * (len(line.robots) == self.team)
+                who = f"{whole}{count} robots" if count > MANY else self._all(line.robots)
+                return f"{who} move by a joint plan ({reason})"
+            case records.PlanEnd():
+                return f"the joint plan has ended: {_PLAN_OVER[line.reason]}"
             case records.Late():
                 about = line.robot or line.obstacle
                 what = f"{line.event} of {about}" if about else line.event
                 return f"a report is dropped: {what}, {line.reason}"
-            case records.Reopened():
-                return f"{self.strong(self.obstacle(line.obstacle))} may be resolvable again"
             case records.Waiting() if line.until is not None:
                 when = f"tick {line.until:.0f}" if line.t is None else seconds_words(line.until)
                 return (
@@ -230,7 +206,22 @@ class Wording(Struct, frozen=True):
             case records.End():
                 text = line.outcome.value.replace("_", " ")
                 return f"{text}: {line.explanation}" if line.explanation else text
-        raise TypeError(f"{line.type} is not an event")
+        return None
+
+    def _violation(self, line: records.Violation) -> str:
+        kind = self.strong(with_article(line.obstacle.partition("@")[0]))
+        found = f"finds {kind} at {self._at(line.proposed)} and keeps out"
+        who = f"{self.robot(line.robot)} at {self._at(line.at)}"
+        if line.action == vocabulary.OPERATOR_ACTION:
+            if line.obstacle.startswith(f"lost_{line.robot}@"):
+                return f"{who} is lost: it may also be at {self._at(line.proposed)}"
+            if line.obstacle.startswith("unknown_"):  # its steps failed, or it was stopped
+                strange = self.strong(self.obstacle(line.obstacle))
+                found = f"cannot enter {self._at(line.proposed)}, which counts as {strange}"
+            return f"{who} {found}: only an operator can resolve it"
+        if line.action in self.skills.get(line.robot, ()):
+            return f"{who} {found} until '{line.action}' is done"
+        return f"{who} {found}: it cannot {line.action}"
 
     def goal(self, line: records.Goal, *, formulas: bool = False) -> str:
         """``quad reaches dock, round 1 done``. ``formulas``: the goal is one of formulas, which the

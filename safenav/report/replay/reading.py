@@ -32,9 +32,10 @@ from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.trace import records
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
+from safenav.trace.told_objective import objective_of
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd
-from safenav.trace.wording import Wording, objective_of
+from safenav.trace.wording import Wording
 from safenav.world.map import RegionMap
 
 STORY = frozenset(StoryKind) - {StoryKind.DEADLINE}

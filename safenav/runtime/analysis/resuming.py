@@ -37,9 +37,8 @@ from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.joining import joined
 from safenav.trace import records, setting
-from safenav.trace.header import objective_in_trace
+from safenav.trace.told_objective import objective_in_trace, objective_of
 from safenav.trace.trace import Trace
-from safenav.trace.wording import objective_of
 from safenav.trace.words import listed
 from safenav.world.frame import Frame
 from safenav.world.map import RegionMap

@@ -17,6 +17,7 @@ from safenav.scenario.model import name_parts
 from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.told_objective import objective_of
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import (
     ChangeCause,
@@ -25,7 +26,6 @@ from safenav.trace.vocabulary import (
     MovedBy,
     OperatorIntervention,
 )
-from safenav.trace.wording import objective_of
 from safenav.world.moves import Pose
 
 CHANGES = (

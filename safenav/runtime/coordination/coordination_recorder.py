@@ -25,6 +25,8 @@ from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Fairness, Task
 from safenav.trace import records, vocabulary
 from safenav.trace.header import objective_in_trace
+from safenav.trace.proofs import Proof
+from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.objective import Objective
 from safenav.trace.words import listed
 from safenav.world.moves import Pose

@@ -1,0 +1,43 @@
+"""Objectives of a scenario as a trace spells them, and back."""
+
+from __future__ import annotations
+
+import json
+
+from msgspec.structs import replace
+
+from safenav.scenario.objective import KINDS, Ltl, Objective
+from safenav.scenario.objective_text import to_data
+from safenav.trace.objective import Objective as TracedObjective
+
+
+def objective_in_trace(objective: Objective) -> TracedObjective:
+    """An objective as a trace spells it."""
+    told = TracedObjective.of(to_data(objective))
+    assert told is not None, "every objective of a scenario can be told"
+    return told
+
+
+def objective_of(told: TracedObjective) -> Objective | None:
+    """The objective that a trace names; None for a kind that is not known here."""
+    if told.kind == "ltl":
+        return _ltl(told.body)
+    kind = KINDS.get(told.kind)
+    if kind is None or kind.wrong(told.targets) or kind.one > (len(told.targets) == 1):
+        return None
+    rules = {"avoid": told.avoid, "always": told.always}
+    return replace(kind(tuple(told.targets)), literal=told.literal and kind.strict, **rules)
+
+
+def _ltl(spelled: str) -> Ltl:
+    """The formulas as a header spells them; none where it does not."""
+    try:
+        parts = json.loads(spelled)
+        init, safety, live = (
+            tuple(map(str, parts.get(key, ()))) for key in ("init", "safety", "liveness")
+        )
+        memory = parts.get("memory", {}).items()
+        ranges = {str(k): None if v == "bool" else (int(v[0]), int(v[1])) for k, v in memory}
+        return Ltl(init, safety, live, ranges, tuple(map(str, parts.get("inputs", ()))))
+    except (ValueError, TypeError, AttributeError, IndexError, KeyError):
+        return Ltl()
