@@ -15,7 +15,7 @@ from safenav.runtime.duties.requests import OpenRequest, Requests
 from safenav.runtime.duties.settlement import Settled, Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Role, TeamState
-from safenav.scenario.model import Tracking
+from safenav.scenario.model import Obstacle, Tracking
 from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Coordination
 from safenav.spec.assignable import neutral
@@ -24,10 +24,9 @@ from safenav.spec.compile import assumption_names
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Fairness, Task
 from safenav.trace import records, vocabulary
-from safenav.trace.header import objective_in_trace
+from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
 from safenav.trace.told_objective import objective_in_trace
-from safenav.trace.objective import Objective
 from safenav.trace.words import listed
 from safenav.world.moves import Pose
 from safenav.world.poses import bits
@@ -62,6 +61,19 @@ def _has_acts_to_come(settled: Settled | None, floor: Floor) -> bool:
     if settled is None or settled.in_time is None:
         return False
     return any(settled.floor.gates[a.gate] in floor.gates for a in settled.in_time.acts)
+
+
+def blocked(
+    team: TeamState,
+    obstacle: Obstacle,
+    reason: vocabulary.BlockReason,
+    proof: Proof | None = None,
+    because: str | None = None,
+) -> records.Record:
+    """The line of an obstacle that joins O."""
+    robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
+    for_now = (proof is not None and team.changes_to_come()) or None
+    return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because, for_now)
 
 
 class _StackLines:

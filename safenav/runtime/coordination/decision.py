@@ -18,12 +18,13 @@ from safenav.runtime.coordination.assignable_goals import own_objective
 from safenav.runtime.coordination.assignment import Assigner
 from safenav.runtime.coordination.coordination_recorder import (
     acts,
+    blocked,
     requested,
     stack,
     synthesis_record,
 )
 from safenav.runtime.coordination.events import Event, Unsettled
-from safenav.runtime.coordination.snapshot import floor_of, moved_on
+from safenav.runtime.coordination.snapshot import floor_of, moved_on, serving
 from safenav.runtime.coordination.strategies import only_off, outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.coordination.task_candidates import TaskCandidates, TaskDraft, task_candidates
@@ -33,15 +34,13 @@ from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfall
 from safenav.runtime.duties.requests import OpenRequest, Requests
 from safenav.runtime.duties.settlement import Settled, Settlement, settle
 from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
-from safenav.runtime.resolution.problem import BudgetExhaustedError, Floor
-from safenav.runtime.resolution.proofs import TeamClosure, closure_of
-from safenav.runtime.resolution.solve import Plan, PoseSets, Solver
+from safenav.runtime.resolution.problem import BudgetExhaustedError
+from safenav.runtime.resolution.solve import Plan, Solver
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Obstacle
 from safenav.scenario.settings import Coordination
 from safenav.trace import records
-from safenav.trace.proofs import Proof
 from safenav.trace.records import Record
 from safenav.trace.vocabulary import BlockReason, ChangeCause, Reason
 from safenav.trace.words import obstacle_words
@@ -208,7 +207,7 @@ def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
         knowledge.forget(obstacle)
         if traversable is False:
             knowledge.join(obstacle, UNTRAVERSABLE)
-            said.append(_blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
+            said.append(blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
         requests = requests.without(obstacle.name)
     after, told = Unsettled(Reason.RESOLVED), tuple(said)
     recount = any(team.scenario.restarts_rounds(found.name) for found, _ in event.found)
@@ -251,7 +250,7 @@ def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
     knowledge.join(obstacle, PERMANENT)
     said: tuple[Record, ...] = ()
     if obstacle.name not in team.knowledge.joined:
-        said = (_blocked(team, obstacle, BlockReason.OPERATOR),)
+        said = (blocked(team, obstacle, BlockReason.OPERATOR),)
     requests = team.requests.without(obstacle.name).decided(obstacle.name)
     return Decision(event, knowledge, requests, records=said, next=Unsettled(Reason.BLOCKED))
 
@@ -281,23 +280,10 @@ def _served(team: TeamState, event: events.ServiceChanged) -> Decision:
     return Decision(event, knowledge, requests, records=told, next=Unsettled(Reason.REQUEST))
 
 
-def _blocked(
-    team: TeamState,
-    obstacle: Obstacle,
-    reason: BlockReason,
-    proof: Proof | None = None,
-    because: str | None = None,
-) -> Record:
-    """The record of an obstacle that joins O."""
-    robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
-    for_now = (proof is not None and team.changes_to_come()) or None
-    return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because, for_now)
-
-
 def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
     """Obstacles whose next need can never be fulfilled join O, with the proof; None if there are
     none."""
-    floor, closure = closed(team)
+    floor, closure = infeasibility.closed(team)
     lacks = {each.obstacle: each for each in shortfalls(floor, closure, (), team.failures.barred)}
     lacks = {**team.lacks, **lacks}
     if not closure.stuck and team.lacks == lacks:
@@ -315,16 +301,9 @@ def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
         knowledge.join(request.obstacle, why)
         reason = BlockReason.UNRESOLVABLE if enough else BlockReason.NO_CAPABLE_ROBOT
         proof = infeasibility.recorded_closure(floor, closure)
-        said.append(_blocked(team, request.obstacle, reason, proof, because))
+        said.append(blocked(team, request.obstacle, reason, proof, because))
         requests = requests.without(request.obstacle.name, given_up=True)
     return Decision(event, knowledge, requests, lacks, records=tuple(said), next=event)
-
-
-def closed(team: TeamState) -> tuple[Floor, TeamClosure]:
-    """Return the obstacles that can ever be resolved, and the poses that each robot can then reach.
-    Robots out of service may return."""
-    floor = floor_of(team, hopeful=True)
-    return floor, closure_of(PoseSets.around(floor.problem, floor.poses, floor.stages))
 
 
 def _enough(team: TeamState, request: OpenRequest) -> bool:
@@ -359,7 +338,7 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
     solver = Solver(floor.problem, stopping)
     order = [gate for gate, name in enumerate(floor.gates) if name not in team.requests.aside]
     dues = team.dues(floor)
-    present, in_time = _present(team, floor), list[InTime]()
+    present, in_time = serving(team, floor), list[InTime]()
 
     def planning(served: frozenset[int]) -> Plan | None:
         if dues is None or not served:
@@ -379,17 +358,6 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
         if chosen.around and dues is not None:
             found = found.around(dues.suspected)
     return Settled(floor, solver, found, next(iter(in_time), None))
-
-
-def _present(team: TeamState, floor: Floor) -> dict[int, tuple[int, ...]]:
-    """Return the robots that already serve each obstacle."""
-    found: dict[int, tuple[int, ...]] = {}
-    for index, robot in enumerate(team.robots.values()):
-        obstacle = robot.assignment.obstacle
-        if obstacle in floor.gates:
-            gate = floor.gates.index(obstacle)
-            found[gate] = (*found.get(gate, ()), index)
-    return found
 
 
 def _meanwhile(team: TeamState, event: Event, name: str, reason: Reason) -> Decision:

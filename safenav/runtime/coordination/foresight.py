@@ -10,8 +10,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.decision import closed, coordinate
+from safenav.runtime.coordination.decision import coordinate
 from safenav.runtime.coordination.events import Unsettled
+from safenav.runtime.coordination.infeasibility import closed
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Scenario

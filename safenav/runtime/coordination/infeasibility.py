@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.snapshot import poses_in
+from safenav.runtime.coordination.snapshot import floor_of, poses_in
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.duties import reasons
 from safenav.runtime.resolution.problem import Floor
-from safenav.runtime.resolution.proofs import Refutation, TeamClosure
+from safenav.runtime.resolution.proofs import Refutation, TeamClosure, closure_of
+from safenav.runtime.resolution.solve import PoseSets
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.objective import Ltl, Word
@@ -22,6 +23,13 @@ from safenav.trace.proofs import Choice, Closure, Option, Proof, Reach, Tree
 from safenav.trace.words import obstacle_words
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
+
+
+def closed(team: TeamState) -> tuple[Floor, TeamClosure]:
+    """Return the obstacles that can ever be resolved, and the poses that each robot can then reach.
+    Robots out of service may return."""
+    floor = floor_of(team, hopeful=True)
+    return floor, closure_of(PoseSets.around(floor.problem, floor.poses, floor.stages))
 
 
 def recorded(floor: Floor, refutation: Refutation) -> Proof:

@@ -78,6 +78,17 @@ def stage_of(state: TeamState, obstacle: Obstacle) -> Stage:
     return Stage(number, frozenset(map(index, work.done)), group)
 
 
+def serving(team: TeamState, floor: Floor) -> dict[int, tuple[int, ...]]:
+    """Return the robots that already serve each obstacle, by number."""
+    found: dict[int, tuple[int, ...]] = {}
+    for index, robot in enumerate(team.robots.values()):
+        obstacle = robot.assignment.obstacle
+        if obstacle in floor.gates:
+            gate = floor.gates.index(obstacle)
+            found[gate] = (*found.get(gate, ()), index)
+    return found
+
+
 def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:
     """The poses of which a robot must reach one next for its own objective."""
     member = floor.problem.members[floor.index(robot)]
