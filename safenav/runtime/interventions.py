@@ -15,16 +15,15 @@ from safenav.errors import UsageError
 from safenav.runtime import user_changes
 from safenav.runtime.coordination import events
 from safenav.runtime.coordination.assignment import holding
+from safenav.runtime.inputs import EnvironmentInputs
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.turns.turn import Turns
-from safenav.runtime.worlds.adapter import inputs_of
-from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld, SimulatedWorld
+from safenav.runtime.worlds.world import Change, ChangingWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
-from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
 from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import OperatorIntervention
@@ -45,13 +44,10 @@ class Interventions(Struct):
     state: TeamState
     world: SimulatedWorld | None
     turns: Turns
-    sets_inputs: InputWorld | None
+    inputs: EnvironmentInputs
     _asked: list[user_changes.Intervention] = field(default_factory=list)
     _ordered: set[str] = field(default_factory=set)
-    _looked: int = -1
     _made: int = 0
-    _chosen: dict[str, bool] = field(default_factory=dict)
-    _recorded: frozenset[str] = frozenset()  # those of them that a line names
     took_effect: bool = False
     """Whether a requested intervention has changed anything, or is recorded as one."""
     ends_wait: bool = False
@@ -176,37 +172,11 @@ class Interventions(Struct):
 
     def _inputs(self) -> Iterator[events.Event]:
         """Read the inputs of this tick, and assign the objectives that they select."""
-        state = self.state
-        if self._looked != state.tick:
-            self._looked, state.inputs_before = state.tick, state.inputs
-        told = self._told_inputs()
-        if told != state.inputs:
+        if self.inputs.changed:
             self._note_change()
-        if told != state.inputs or self._chosen.keys() != self._recorded:  # once, also after a wait
-            state.inputs, self._recorded = told, frozenset(self._chosen)
-            state.emit(records.Inputs(state.tick, told, tuple(self._chosen) or None))
-        for robot in state.robots.values():
-            on = [name for name, _ in robot.robot.when if state.inputs[name]]
-            mode = on[0] if on else None
-            if mode == robot.mode:
-                continue
-            kept = robot.base or (robot.robot.objective, robot.own, robot.robot.within)
-            robot.mode, robot.base = mode, None if mode is None else kept
-            base, before, within = kept
-            given = base if mode is None else dict(robot.robot.when)[mode]
-            own = Progress(given, before.memory if mode is None else NO_MEMORY)
-            limit = within if mode is None else None
-            yield from self._give(robot, given, _INPUT, limit, own)
-
-    def _told_inputs(self) -> dict[str, bool]:
-        """The present value of each input: from the world, or set by a user."""
-        state = self.state
-        told = inputs_of(self.sets_inputs if state.inputs else None, int(state.time)) | self._chosen
-        return {name: told.get(name, on) for name, on in state.inputs.items()}
-
-    def hears_inputs(self) -> bool:
-        """Whether the world has changed an input since the last tick."""
-        return self._told_inputs() != self.state.inputs
+        self.inputs.read()
+        for robot, objective, within, progress in self.inputs.selected():
+            yield from self._give(robot, objective, _INPUT, within, progress)
 
     @property
     def given_up(self) -> bool:
@@ -262,7 +232,7 @@ class Interventions(Struct):
                 robot = self._robot(name)
                 yield from self.turns.relocation.serve(robot, active=active, cause=_USER)
             case user_changes.SetInput(name, on):
-                self._chosen[name] = on
+                self.inputs.set(name, on)
             case user_changes.MarkResolved(name):
                 self._tell(OperatorIntervention.RESOLVED, obstacle=name)
                 obstacle = self._met(name)

@@ -27,6 +27,7 @@ from safenav.runtime.deadline_monitor.ledger import Deadlines
 from safenav.runtime.deadline_monitor.refusal import refusal_of
 from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.energy.batteries import Batteries
+from safenav.runtime.inputs import EnvironmentInputs
 from safenav.runtime.interventions import Interventions
 from safenav.runtime.passes import Passes
 from safenav.runtime.team import TeamState
@@ -127,8 +128,8 @@ class Mission:
         self.state.listeners = (*self.state.listeners, batteries)
         self._deadlines.lasts_until = batteries.lasts_until
         self.state.stops = batteries.stops
-        told = truth if isinstance(truth, InputWorld) else None
-        self._interventions = Interventions(self.state, self._truth, turns, told)
+        inputs = EnvironmentInputs(self.state, truth if isinstance(truth, InputWorld) else None)
+        self._interventions = Interventions(self.state, self._truth, turns, inputs)
         self._algorithm = Passes(
             self.state,
             commands,

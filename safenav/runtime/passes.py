@@ -65,7 +65,7 @@ class Passes(Algorithm):
             return  # time stands still until an operator intervenes
         self._come = self.search.fresh() or self._come
         changed = self._changed or self._come or asked or self.traffic.thinking.fresh()
-        changed = changed or (not self.world.simulated and self.interventions.hears_inputs())
+        changed = changed or (not self.world.simulated and self.interventions.inputs.changed)
         if not self.world.hear(self._due(), changed):
             return  # there is nothing to do yet
         team.tick += 1  # 5
@@ -164,7 +164,7 @@ class Passes(Algorithm):
     def _inputs_may_change(self) -> bool:
         """Whether idle robots may wait for an input that the world still changes. If an operator
         can set it, the team waits for the operator."""
-        outside = self.interventions.sets_inputs is not None and not self.world.pauses
+        outside = self.interventions.inputs.world is not None and not self.world.pauses
         return outside and bool(self.team.scenario.inputs) and not self.attended
 
     def _times(self) -> list[float]:
