@@ -101,6 +101,14 @@ class Turn:
         found = self._kinds.get(kind)
         return found[0] if found else None
 
+    def is_refused(self, request: Line) -> bool:
+        """Whether a robot has no strategy for a request: the line after it says so, if there is
+        one."""
+        after = next((line for line in self.records if line.line > request.line), None)
+        if after is None:
+            return self.torn
+        return after.type == "synthesis" and after.verdict != "realizable"
+
 
 def helpers_of(record: Line) -> tuple[str, ...]:
     """Return all helpers that a line names."""

@@ -204,6 +204,12 @@ CASES: list[Case] = [
         drop("synthesis", tick=1, robot="near"),
         edit("outcome", {}, syntheses=5),
     ),
+    (
+        "helper refused_again 2 cart",
+        drop("request", tick=2),
+        drop("synthesis", tick=2, verdict="unrealizable"),
+        edit("outcome", {}, syntheses=5),
+    ),
     ("push door 2 quad", edit("push", {}, depth=2)),
     ("pop door 3 digit", edit("pop", {}, depth=1)),
     ("pop nested 4 scout", edit("pop", {"depth": 1}, requester="drone")),

@@ -230,6 +230,33 @@ def second_bidder() -> list[Line]:
     return s.end("tick_limit", {"quad": 0, "near": 1, "far": 0})
 
 
+def refused_again() -> list[Line]:
+    """A robot has no strategy for the older order, in no decision: so it serves the newer one."""
+    orders = [
+        obstacle(kind, region, "lift", [region], []) | {"from": tick, "ordered": True}
+        for kind, region, tick in (("parcel", 13, 1), ("box", 14, 2))
+    ]
+    s = Script(ROOM, {"cart": robot("ground", ["lift"], 7, {"visit": [7, 10]})}, orders, ticks=3)
+    s.lines[0]["scenario"]["order"] = "oldest"
+
+    def refused(bid: int) -> None:
+        s.request(None, "parcel@13", {"cart": bid}, None)
+        s.synthesize("request", "cart", verdict="unrealizable", objective={"visit": [13, 10]})
+
+    for what in ("parcel@13", "box@14"):
+        s.next_tick().add("appeared", obstacle=what, cause="scenario")
+        s.add("order", obstacle=what, cause="scenario")
+        refused(1)
+        if s.tick == 1:
+            s.push(None, what, None).move("cart")
+    s.request(None, "box@14", {"cart": 2}, "cart")
+    s.push(None, "box@14", "cart", cart={"visit": [14, 10]}).synthesize("request", "cart")
+    s.move("cart", 8).next_tick().move("cart", 14).resolve("cart", "box@14").pop()
+    refused(1)
+    s.synthesize("resolved", "cart")
+    return s.end("tick_limit", {"cart": 0})
+
+
 def shared_floor() -> list[Line]:
     """Two robots of one layer pass each other in a wide hall."""
     s = Script(
@@ -339,6 +366,7 @@ GOOD: dict[str, Callable[[], list[Line]]] = GOOD_PLANS | {
         avoiding,
         operator,
         second_bidder,
+        refused_again,
         shared_floor,
         slow_steps,
         beliefs,

@@ -171,14 +171,16 @@ class Script:
         return self.add("backtrack", robot=name, to=to).move(name, instead)
 
     def request(
-        self, requester: str, what: str, bids: Mapping[str, int | None], helper: str | None
+        self, requester: str | None, what: str, bids: Mapping[str, int | None], helper: str | None
     ) -> Self:
         at = self.obstacles[what]["resolution_regions"]
         return self.add(
             "request", obstacle=what, requester=requester, bids=bids, helper=helper, regions=at
         )
 
-    def push(self, requester: str, what: str | None, helper: str, **changed: Line) -> Self:
+    def push(
+        self, requester: str | None, what: str | None, helper: str | None, **changed: Line
+    ) -> Self:
         why = {"obstacle": what, "requester": requester, "helper": helper}
         self.stack.append((why, dict(self.objectives)))
         self.objectives |= changed

@@ -156,3 +156,35 @@ def test_a_strategy_that_comes_in_transit_remembers_the_step(clock: str) -> None
     assert run.outcome["outcome"] == "completed" and not run.findings
     new["memory"] = {"m": 0}
     assert "cannot remember" in str(run.findings)
+
+
+NO_LONGER = """\
+map: {grid: ["....."]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles: {parcel: {action: lift, blocks: []}, box: {action: lift, blocks: []}}
+robots:
+  a:
+    model: cart
+    start: 2
+    objective:
+      ltl: {memory: {m: bool}, init: "!m", liveness: region = 2,
+            safety: ["m' <-> m | region = 2", "m -> region' != 4"]}
+orders: [{type: parcel, region: 4, at: 2}, {type: box, region: 0, at: 3}]
+order: oldest
+until: {rounds: 1}
+limits: {ticks: 20}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_each_decision_records_the_request_for_which_no_strategy_exists(clock: str) -> None:
+    """The robot no longer goes where the parcel is, so it serves the later order."""
+    run = play(f"{NO_LONGER}clock: {clock}\n")
+    refused = run.all("synthesis", verdict="unrealizable")
+    asked = run.all("request", obstacle="parcel@4")
+    assert len(asked) == len(refused) == 3
+    assert run.one("request", obstacle="box@0")["helper"] == "a"
+    run.records.remove(asked[1])
+    run.records.remove(refused[1])
+    assert "a helps with box@0, but the rules choose no robot" in run.findings

@@ -14,7 +14,7 @@ from safenav.audit.deriving import (
 )
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
-from safenav.audit.members import Act, OpenObstacles, Settlement
+from safenav.audit.members import Act, Duty, OpenObstacles, Settlement
 from safenav.audit.rules.rule import Finding, Postponed, Rule, Said, judges
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import MOST_NODES, TooManyError, TrappedError
@@ -29,9 +29,10 @@ Serving = Mapping[str, frozenset[str]]
 class RequestRule(Rule):
     """A robot that encounters an obstacle requests help in the same turn, for the need that is next
     and the regions where that is met. The request is recorded again only when another robot has
-    encountered the obstacle, other robots serve it now, it joins O, or it is set aside (judged by
-    the rule on proofs). Each request has its entry on the stack, one for each robot that made it,
-    unless the obstacle joins O; there is no other (D 5.2, T Time)."""
+    encountered the obstacle, other robots serve it now, it joins O, it is set aside (judged by the
+    rule on proofs), or a robot that would serve it still has no strategy for that. Each request has
+    its entry on the stack, one for each robot that made it, unless the obstacle joins O; there is
+    no other (D 5.2, T Time)."""
 
     name = "request"
     kinds = ("request", "push", "violation", "resolved", "gone", "appeared", "blocked")
@@ -75,7 +76,8 @@ class RequestRule(Rule):
         for request in self._again:
             others = (other for other in turn.all("request") if other is not request)
             twice = any(request == other for other in others)
-            if twice or helpers_of(request) or request.obstacle not in given_up:
+            final = request.obstacle in given_up and not helpers_of(request)
+            if not turn.is_refused(request) and (twice or not final):
                 problem = f"the request for {request.obstacle} is recorded again without a reason"
                 yield request.requester, problem, request
         self._again.clear()
@@ -165,6 +167,7 @@ class HelperRule(Rule):
         self._lines: list[Line] = []
         self._present: tuple[Serving, Serving] = {}, {}
         self._before: Mapping[str, Objective] = {}
+        self._duties: Mapping[str, Duty] | None = None
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "request":
@@ -183,7 +186,7 @@ class HelperRule(Rule):
             yield from self._judged(now)
         if settles:
             if not self._lines:
-                self._present = serving(now), serving(now, own=True)
+                self._present = self._serving(now), self._serving(now, own=True)
                 self._before = dict(now.objectives)
             self._lines.append(record)
 
@@ -194,9 +197,20 @@ class HelperRule(Rule):
     def ending(self, now: Situation) -> Iterator[Said]:
         yield from self._judged(now)
 
+    def _serving(self, now: Situation, *, own: bool = False) -> Serving:
+        """The robots that serve each obstacle: no line says that one that has helped has no duty
+        any longer, but that follows from the last settlement if that was judged."""
+        found, duties = serving(now, own=own), self._duties
+        if duties is None:
+            return found
+        given = {(robot, duty.obstacle) for robot, duty in duties.items()}
+        return {
+            name: frozenset(r for r in who if (r, name) in given) for name, who in found.items()
+        }
+
     def _judged(self, now: Situation) -> Iterator[Said]:
         """Yield what is wrong with the last settlement, whose lines have taken effect."""
-        lines, self._lines = self._lines, []
+        lines, self._lines, self._duties = self._lines, [], None
         said = [line for line in lines if line.type in ("request", "push", "pop", "told", "acts")]
         if not said or now.turn.torn or now.is_cut_short() or now.external:
             return
@@ -204,6 +218,8 @@ class HelperRule(Rule):
         problems = [*self._problems(lines, said, sure, now)]
         if problems and perhaps != sure and not [*self._problems(lines, said, perhaps, now)]:
             return
+        if problems:
+            self._duties = None
         yield from problems
 
     def _problems(
@@ -222,6 +238,7 @@ class HelperRule(Rule):
             return
         if found is None:
             return
+        self._duties = found.duties
         wrong = list[Said]()
         for line in said:
             if line.type == "request" and line.obstacle in now.requests:

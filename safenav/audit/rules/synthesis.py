@@ -103,8 +103,9 @@ class SynthesisRule(Rule):
 class StrategyRule(Rule):
     """No robot moves without a strategy: the last synthesis for its objective in force exists, was
     realizable, and its strategy was not refuted (D 1 and 10). One for the same targets in turn also
-    suffices. One that was not realizable beside an obstacle says nothing when that is away: the
-    strategy before it suffices again. Once an assumption was violated a robot may hold without a
+    suffices. One that was not realizable beside an obstacle says nothing when that is away, nor
+    where a robot with command inputs is left out of a request: the strategy before it suffices
+    again. Once an assumption was violated a robot may hold without a
     strategy."""
 
     name, kinds = "strategy", ("synthesis", "assumption", "move", "gone", "resolved")
@@ -118,10 +119,14 @@ class StrategyRule(Rule):
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "synthesis":
-            self._last[record.robot, record.objective] = record
+            key = record.robot, record.objective
+            left_out = record.reason == "request" and record.verdict != "realizable"
+            if left_out and now.header.coordination != RESYNTHESIS and key in self._kept:
+                return
+            self._last[key] = record
             self._alike[record.robot, _alternating(record.objective)] = record
             if record.verdict == "realizable":
-                self._kept[record.robot, record.objective] = record
+                self._kept[key] = record
             self._excused.discard(record.robot)
         elif record.type == "assumption":
             self._excused.add(record.robot)

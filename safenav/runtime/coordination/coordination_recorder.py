@@ -3,7 +3,7 @@ Functions of the decision: nothing here changes anything."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from msgspec.structs import replace
 
@@ -32,7 +32,7 @@ from safenav.world.moves import Pose
 from safenav.world.poses import bits
 
 
-def acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
+def _acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
     """The line of the acts that were chosen since something is due."""
     floor, chosen = settled.floor, settled.in_time
     if chosen is None or not (chosen.acts or chosen.beyond or chosen.spent):
@@ -120,30 +120,38 @@ class _StackLines:
 
 def stack(
     team: TeamState,
-    floor: Floor,
-    found: Settlement,
+    settled: Settled,
     drafts: Mapping[str, TaskDraft],
     refused: Mapping[tuple[str, str], TaskResult],
 ) -> tuple[Requests, tuple[records.Record, ...]]:
-    """The lines about the requests once every robot has its task, and the requests after them:
-    pops of those that were closed, then each open one with new helpers, and its pushes."""
+    """The lines about a decision once every robot has its task, and the requests after them: the
+    acts, pops of those that were closed, then each open one with new helpers, and its pushes. With
+    any of these, a request for which a robot has no strategy is recorded again: they depend on it.
+    """
+    floor, found = settled.floor, settled.found
     objectives = {
         name: objective_in_trace(draft.assignment.objective) for name, draft in drafts.items()
     }
     entries = _StackLines(team, objectives)
+    entries.lines += _acts(team, settled)
     for request in team.requests.closed:
         entries.pop(request)
+    helping = {
+        request.obstacle.name: tuple(
+            robot
+            for robot, draft in drafts.items()
+            if draft.assignment.obstacle == request.obstacle.name and team.robots[robot].active
+        )
+        for request in team.requests
+    }
+    news = {r.obstacle.name for r in team.requests if _is_news(r, helping, team.requests.aside)}
+    if news or entries.lines or any(request.unpushed for request in team.requests):
+        news |= {obstacle for _, obstacle in refused}
     after = []
     for request in team.requests:
         name = request.obstacle.name
-        helpers = tuple(
-            robot
-            for robot, draft in drafts.items()
-            if draft.assignment.obstacle == name and team.robots[robot].active
-        )
-        aside = name in team.requests.aside
-        news = request.recorded is None or helpers not in ((), request.recorded)
-        if news or (aside and not request.aside):
+        helpers, aside = helping[name], name in team.requests.aside
+        if name in news:
             because = _because(team, floor, found, request, helpers)
             line = requested(team, request, floor, helpers, because)
             entries.lines += [
@@ -166,6 +174,15 @@ def stack(
         ]
     given_up, set_aside = team.requests.given_up, team.requests.aside
     return Requests(tuple(after), given_up=given_up, aside=set_aside), tuple(entries.lines)
+
+
+def _is_news(
+    request: OpenRequest, helping: Mapping[str, tuple[str, ...]], aside: Collection[str]
+) -> bool:
+    """Whether the trace does not have the request, its helpers, or that it is set aside."""
+    name = request.obstacle.name
+    told = request.recorded is not None and helping[name] in ((), request.recorded)
+    return not told or (name in aside and not request.aside)
 
 
 def _because(

@@ -17,7 +17,6 @@ from safenav.runtime.coordination import events, infeasibility
 from safenav.runtime.coordination.assignable_goals import own_objective
 from safenav.runtime.coordination.assignment import Assigner
 from safenav.runtime.coordination.coordination_recorder import (
-    acts,
     blocked,
     requested,
     stack,
@@ -328,8 +327,8 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
             return Decision(event, records=(*told,), end=infeasibility.unserved(end, event.refused))
         return Decision(event, end=end)
     decision = _assigned(team, event, settled)
-    requests, said = stack(team, floor, found, decision.drafts, event.refused)
-    return replace(decision, requests=requests, records=(*acts(team, settled), *said))
+    requests, said = stack(team, settled, decision.drafts, event.refused)
+    return replace(decision, requests=requests, records=said)
 
 
 def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: Stopping) -> Settled:
