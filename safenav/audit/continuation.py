@@ -79,7 +79,7 @@ def continuation_problems(
             yield from _robot_problems(name, robots[name], now, (begun.robots or {}).get(name))
             done = (begun.robots or {}).get(name)
             if done is not None and done.clock is not None and not now.is_away(name):
-                since = tick - deadlines.begun(name)
+                since = -1 if now.is_to_return(name) else tick - deadlines.begun(name)
                 within = deadlines.within(name)
                 if done.clock.since not in (since, since if within is None else min(since, within)):
                     yield f"the round of {name} began {since} ticks before, not {done.clock.since}"

@@ -103,11 +103,15 @@ class Robots:
         charge, battery = self.charge[move.robot], self.header.robots[move.robot].battery
         if move.to != move.from_:
             return float(charge - battery.move)
-        if move.toward is not None:
+        if move.toward is not None or self.had_turn(move.robot, move.tick):
             return charge
         if move.to in (self.header.chargers or ()):
             return float(min(battery.capacity, charge + battery.charge))
         return float(max(0, charge - battery.stay))
+
+    def had_turn(self, robot: str, tick: int) -> bool:
+        """Return whether a robot had its turn of this tick in the run that this one continues."""
+        return tick <= 1 and robot in (self.begun.had or ())
 
     def charge_at(self, robot: str, t: float) -> float:
         """Live: return a robot's charge at a time; where it stands, time takes or gives it."""
@@ -153,6 +157,12 @@ class Robots:
         """Whether an input keeps a robot from its objective, be it with an equal one."""
         listed = self.header.robots[robot].when or ()
         return any(self.inputs.get(each.input) for each in listed)
+
+    def is_to_return(self, robot: str) -> bool:
+        """Whether a robot gets its objective back in this tick, from which inputs had kept it."""
+        listed = self.header.robots[robot].when or ()
+        own, due = self.own[robot], self.due(robot)
+        return not self.is_away(robot) and own != due and any(w.objective == own for w in listed)
 
     def due(self, robot: str) -> Objective:
         """Return the objective that the inputs give to a robot now."""

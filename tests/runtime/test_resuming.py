@@ -619,6 +619,39 @@ until: {rounds: 1}
 """
 
 
+BEHIND = """
+map: {grid: [".....", "....."]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, battery: {capacity: 12, charge: 4, stay: 1}}
+    eye: {mobility: free, layer: air, capabilities: [push], timing: 2}
+  obstacles: {gate: {action: push, blocks: [ground]}}
+robots:
+  a: {model: cart, start: 0, objective: {visit: [0, 4]}}
+  b: {model: eye, start: 9, objective: {hold: 9}}
+obstacles: [{type: gate, region: 2}, {type: gate, region: 7}]
+chargers: [4]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("first", ["a", "b"])
+def test_a_request_is_due_for_the_charge_at_the_end_of_the_tick(first: str) -> None:
+    """The requester's turn of tick 1 is to come, or it has had it in the run before."""
+    scenario = loaded(BEHIND)
+    robots = sorted(scenario.robots, key=lambda robot: robot.name != first)
+    scenario = replace(scenario, robots=tuple(robots))
+    whole, dues = play(scenario), set[int]()
+    last = len(whole.upto("resolved"))
+    for end in range(last - 5, last):
+        tick = whole.records[end - 1]["tick"]
+        rest = continued(whole, end, scenario)
+        due = rest.all("deadline", verdict="set")
+        had = rest.records[0]["scenario"]["begun"]["had"]
+        dues |= {tick - bool(had) + one["due"] for one in due}
+    assert dues == {9}
+
+
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_a_run_continues_with_an_empty_battery(clock: str) -> None:
     scenario = loaded(f"{FLAT}clock: {clock}\n")

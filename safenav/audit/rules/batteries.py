@@ -257,10 +257,13 @@ def _shut(now: Situation, robot: str) -> frozenset[int]:
     return frozenset(obstacle.region for obstacle in known)
 
 
-def lasts_until(now: Situation, tick: int, robot: str, obstacle: str, turn: int) -> int | None:
+def lasts_until(
+    now: Situation, tick: int, robot: str, obstacle: str, turn: int, *, had: bool
+) -> int | None:
     """The last tick in which an obstacle that cuts a robot off from its chargers can be resolved;
-    None if it does not cut it off, or if waiting takes no charge."""
+    None if it does not cut it off, or if waiting takes no charge. ``had``: it has had its turn."""
     stay, charge = _battery(now, robot).stay, int(now.charge[robot])
+    charge -= 0 if had else stay
     shut = _shut(now, robot)
     least = need(now, robot, shut, turn)
     behind = need(now, robot, shut - {now.obstacles[obstacle].region}, turn)

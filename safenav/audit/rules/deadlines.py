@@ -67,6 +67,7 @@ class DeadlineRule(Rule):
         self._late: list[str] = []
         self._owed: list[tuple[str, int, str]] = []
         self._turn_owes: list[tuple[str, int, str]] = []
+        self._requested: list[Line] = []  # in this turn
         self._within: dict[str, int] = {}
         self._first: dict[str, int] = {}  # the target with which a strict strategy begins
         self._tick, self._had = 0, 0
@@ -119,6 +120,9 @@ class DeadlineRule(Rule):
             self._around = {}
         elif record.type == "move" and record.to != record.from_ and self._shuns(record):
             yield f"{record.robot} is in {now.show(record.to)}, and had to keep out of it"
+        if self._had or record.type != "move":  # the first turn has what came before it
+            over = record.type in ("deadline", "move") or record.tick > self._tick
+            self._limit(now) if over else None
         if record.type == "deadline":
             self._look(now)
             yield from self._judged(record, now)
@@ -154,6 +158,7 @@ class DeadlineRule(Rule):
             yield "the run ends late iff a deadline is missed"
         if outcome.outcome == "completed" and MISSION in self._open:
             yield "no line records that the mission was in time"
+        self._limit(now)
         over = outcome.outcome in ("completed", "tick_limit") or outcome.cause == "deadlock"
         if over:  # the last turn is: deadlocks are found between ticks
             yield from self._missing([o for o in self._turn_owes if o[0] != MISSION])
@@ -209,16 +214,8 @@ class DeadlineRule(Rule):
         tick = record.tick
         match record.type:
             case "request":
-                limit = now.obstacles[record.obstacle].resolve_within
-                past = record.obstacle in self._open or record.obstacle in self._past
-                lasts = None if past else self._lasts(record, now)
-                dues = [tick + limit] if limit is not None else []
-                dues += [lasts] if lasts is not None else []
-                if dues and not past:
-                    name, owed = record.obstacle, (record.obstacle, min(dues), "set")
-                    by_charge = limit is None or (lasts is not None and lasts < dues[0])
-                    (self._by_charge.add if by_charge else self._by_charge.discard)(name)
-                    self._turn_owes += [owed] if owed not in self._turn_owes else []
+                if record.obstacle not in self._open.keys() | self._past:
+                    self._requested.append(record)
             case "resolved":
                 self._ends(record.obstacle, "kept")
                 for clock in self._clocks.values() if now.restarts(record) else ():
@@ -242,6 +239,20 @@ class DeadlineRule(Rule):
             case "goal":
                 self._goal(record, now)
 
+    def _limit(self, now: Situation) -> None:
+        """Let the deadlines of the requests of a turn begin, which is over."""
+        requested, self._requested = self._requested, []
+        for record in requested:
+            name, limit = record.obstacle, now.obstacles[record.obstacle].resolve_within
+            lasts = self._lasts(record, now)
+            dues = [record.tick + limit] if limit is not None else []
+            dues += [lasts] if lasts is not None else []
+            if dues:
+                owed = name, min(dues), "set"
+                by_charge = limit is None or (lasts is not None and lasts < dues[0])
+                (self._by_charge.add if by_charge else self._by_charge.discard)(name)
+                self._turn_owes += [owed] if owed not in self._turn_owes else []
+
     def _lasts(self, record: Line, now: Situation) -> int | None:
         """Return the last tick for which the charge of the first requester behind the obstacle
         lasts."""
@@ -249,8 +260,9 @@ class DeadlineRule(Rule):
         if first is None or first not in now.charge:
             return None
         turn = now.progress[first].next(now.own[first]) or 0
+        had = [*now.region].index(first) < self._had or now.had_turn(first, record.tick)
         try:
-            return lasts_until(now, record.tick, first, record.obstacle, turn)
+            return lasts_until(now, record.tick, first, record.obstacle, turn, had=had)
         except RefusedError:
             return None
 
@@ -267,6 +279,7 @@ class DeadlineRule(Rule):
 
     def _ends(self, of: str, verdict: str) -> None:
         self._turn_owes = [o for o in self._turn_owes if (o[0], o[2]) != (of, "set")]
+        self._requested = [request for request in self._requested if request.obstacle != of]
         self._past.discard(of)
         self._planned.pop(of, None)
         due = self._open.pop(of, None)

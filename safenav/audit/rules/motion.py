@@ -57,7 +57,8 @@ class UnresolvedObstacleRule(Rule):
     """No robot is in the region of an unresolved obstacle that stops it, or in transit to it,
     except a robot that resolves it by entering: one need is left, one robot suffices for it, the
     robot has the action, and the obstacle's region is among those where it is performed (D 5.1). A
-    trace of an external world omits the true state."""
+    trace of an external world omits the true state; one that it leaves to a simulation may begin
+    where an operator had put a robot."""
 
     name, kinds = "unresolved-obstacle", ("move", "resolved")
 
@@ -67,9 +68,10 @@ class UnresolvedObstacleRule(Rule):
         ended, and is only told in a later turn."""
 
     def opening(self, now: Situation) -> Iterator[Said]:
-        for robot, region in now.region.items():
+        self._begins = dict(now.region if now.header.begun is not None else {})
+        for robot, region in now.region.items() if not self._begins else ():
             for _, problem in _entered(robot, {region}, now, Status.UNRESOLVED):
-                if not now.external and now.header.begun is None:  # an operator may put it there
+                if not now.external:
                     yield robot, problem
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
@@ -77,7 +79,10 @@ class UnresolvedObstacleRule(Rule):
             self._open = [(name, wrong) for name, wrong in self._open if name != record.obstacle]
         elif not now.external:
             yield from self._over(record)
-            for name, problem in _entered(record.robot, taken(record), now, Status.UNRESOLVED):
+            regions = taken(record) - {self._begins.get(record.robot)}
+            if record.to != self._begins.get(record.robot):
+                self._begins.pop(record.robot, None)
+            for name, problem in _entered(record.robot, regions, now, Status.UNRESOLVED):
                 if now.acting.keys() - {record.robot}:
                     self._open.append((name, (record.robot, problem, record)))
                 else:

@@ -84,7 +84,7 @@ def missed_goal(now: Situation) -> Iterator[Said]:
     if progress is None or turn.robot is None or now.is_cut_short():
         return
     robot, move, objective = turn.robot, turn.first("move"), turn.objectives[turn.robot]
-    if turn.tick <= 1 and robot in (now.begun.had or ()):
+    if now.had_turn(robot, turn.tick):
         return  # it had its turn in that tick before the run was continued
     here = now.region[robot] if move is None else move.to  # an operator may have moved it since
     if now.toward[robot] is not None:

@@ -397,8 +397,8 @@ class TraceEnd(Struct):
 
     def _clock(self, robot: str, tick: int) -> RoundClock:
         """The clock of a round at a tick; one that is due by then is due at the start."""
-        if robot in self.away:  # another round begins when it is back
-            return RoundClock(0)
+        if robot in self.away:  # another round begins when it is back, be it in tick 1
+            return RoundClock(-1)
         own = self.own[robot]
         clock, since = own.clock, tick - own.clock.begun
         if own.within is not None and not clock.over:

@@ -81,7 +81,7 @@ class Deadlines(Struct):
     _had: int = 0
     _refuted: set[str] = field(default_factory=set)
     active: bool = False
-    lasts_until: Callable[[str, str], int | None] | None = None
+    lasts_until: Callable[..., int | None] | None = None
     """The last tick for which a robot's charge lasts behind an obstacle."""
 
     def __post_init__(self) -> None:
@@ -333,7 +333,8 @@ class Deadlines(Struct):
         due = None if limit is None else self.team.tick + limit
         first, lasts = next(iter(request.requesters), None), None
         if first is not None and self.lasts_until is not None:
-            lasts = self.lasts_until(first, name)
+            had_turn = [*self.team.robots].index(first) < self._had
+            lasts = self.lasts_until(first, name, had_turn=had_turn)
         if lasts is not None and (due is None or lasts < due):
             return lasts, BATTERY
         return None if due is None else (due, None)

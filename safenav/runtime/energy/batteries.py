@@ -47,7 +47,10 @@ class Batteries:
         robots = team.robots.items()
         batteries = {name: r.robot.model.battery for name, r in robots if r.robot.model.battery}
         starts = {name: robot.pose.region for name, robot in robots}
-        self._charges = Charges(batteries, starts, team.scenario.chargers, live=team.live)
+        begun = team.scenario.begun
+        had = () if begun is None else begun.had
+        about = batteries, starts, team.scenario.chargers
+        self._charges = Charges(*about, live=team.live, had=had)
         for name, charge in self._charges.charge.items():
             team.robots[name].charge = charge
 
@@ -119,9 +122,10 @@ class Batteries:
         """The stops of a robot on the known floor; None without a battery."""
         return self._on_floor(robot, frozenset(self.team.knowledge.pending))
 
-    def lasts_until(self, name: str, obstacle: str) -> int | None:
+    def lasts_until(self, name: str, obstacle: str, *, had_turn: bool) -> int | None:
         """The last tick in which an obstacle that cuts a robot off from its chargers can be
-        resolved before its charge is used up; None if it is not cut off, or waiting is free."""
+        resolved before its charge is used up; None if it is not cut off, or waiting is free.
+        ``had_turn``: whether its charge is that of the end of this tick."""
         robot = self.team.robots[name]
         battery, pending = robot.robot.model.battery, frozenset(self.team.knowledge.pending)
         if battery is None or robot.charge is None or not battery.stay:
@@ -129,14 +133,16 @@ class Batteries:
         shut, behind = self._on_floor(robot, pending), self._on_floor(robot, pending - {obstacle})
         if shut is None or behind is None:
             return None
+        waits = not (had_turn or self.team.has_had_turn(robot))
+        charge = robot.charge - battery.stay * waits
         pose = shut.graph.number(robot.pose)
         turn = shut.turn(robot.own.memory.index)
         need = behind.need(pose, turn)
-        if shut.need(pose, turn) <= robot.charge or need > robot.charge:
+        if shut.need(pose, turn) <= charge or need > charge:
             return None
-        if shut.nearest(pose, shut.chargers) * battery.move <= robot.charge:
+        if shut.nearest(pose, shut.chargers) * battery.move <= charge:
             return None  # it can wait there
-        return self.team.tick + int(robot.charge - need) // battery.stay
+        return self.team.tick + int(charge - need) // battery.stay
 
     def times(self) -> Iterator[float]:
         """Live: the times at which a charging robot has the charge for which it waits (at least

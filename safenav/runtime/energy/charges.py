@@ -20,7 +20,8 @@ SHARPNESS = 6
 
 class Charges:
     """Charges that follow the lines of a run. ``since``: live, when each robot that stands began to
-    (seconds); ``charge`` is that of this time."""
+    (seconds); ``charge`` is that of this time. ``had``: robots that had their turn of tick 1 in the
+    run that this one continues, with its charge."""
 
     def __init__(
         self,
@@ -29,8 +30,9 @@ class Charges:
         chargers: Collection[Region],
         *,
         live: bool,
+        had: Collection[str] = (),
     ) -> None:
-        self.batteries, self.chargers = batteries, chargers
+        self.batteries, self.chargers, self.had = batteries, chargers, had
         self.charge: dict[str, float] = {name: each.start for name, each in batteries.items()}
         self.region = {name: starts[name] for name in batteries}
         self.since = dict.fromkeys(batteries if live else (), 0.0)
@@ -41,7 +43,8 @@ class Charges:
             case records.Move() if record.robot in self.charge and record.to != record.from_:
                 self._stepped(record.robot, record.to)
             case records.Move() if record.robot in self.charge and record.toward is None:
-                self.charge[record.robot] = self._after(record.robot, 1)
+                if record.tick > 1 or record.robot not in self.had:
+                    self.charge[record.robot] = self._after(record.robot, 1)
             case records.Depart() if record.robot in self.since:
                 self.charge[record.robot] = self.at(record.robot, record.t or 0.0)
                 del self.since[record.robot]
@@ -91,7 +94,9 @@ class TracedCharges(Charges):
         batteries = {name: each.battery for name, each in robots.items() if each.battery}
         starts = {name: each.start for name, each in robots.items()}
         chargers = header.scenario.chargers or ()
-        super().__init__(batteries, starts, chargers, live=header.clock is not None)
+        begun, live = header.scenario.begun, header.clock is not None
+        had = () if begun is None else begun.had
+        super().__init__(batteries, starts, chargers, live=live, had=had)
         self._time = 0.0
         self.flat: dict[str, str] = {}
 
