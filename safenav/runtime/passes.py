@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from msgspec import field
+
 from safenav.outcome import Outcome
 from safenav.runtime.algorithm import Algorithm
 from safenav.runtime.coordination.coordination_recorder import left_words
@@ -19,13 +21,14 @@ from safenav.runtime.coordination.events import (
     OutsideStrategy,
     RequestsSetAside,
 )
+from safenav.runtime.instant import Instant
 from safenav.runtime.team import RobotState, Role
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.turns.while_waiting import has_other_objective
+from safenav.runtime.unfinished import what_is_left, where_out
 from safenav.scenario.settings import switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason
-from safenav.trace.words import counted, listed, obstacle_words, seconds_words
 
 WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
 """Outcomes that an operator can avert."""
@@ -46,6 +49,7 @@ class Passes(Algorithm):
     _changed: bool = True
     _still: int = 0
     _come: bool = False
+    _instant: Instant = field(default_factory=Instant)
 
     def __post_init__(self) -> None:
         limits = self.team.scenario.limits
@@ -53,6 +57,7 @@ class Passes(Algorithm):
         if self.limit is None and self.world.simulated:
             self.limit = limits.ticks * SLOWEST
         self.team.changes_to_come = lambda: bool(self._to_come())
+        self.team.listeners = (*self.team.listeners, self._instant)
 
     def tick(self) -> None:
         """Perform one tick, or one pass of a live run: reports of the world, changes, each robot's
@@ -79,6 +84,7 @@ class Passes(Algorithm):
         self._changed = team.changes > before
         if team.live:
             self.guarded(self._unless_still)
+            self.guarded(self._unless_at_once)
 
     def _apply_changes(self) -> None:
         """Apply the changes by users, the scenario and the world before the turns. Raises
@@ -155,11 +161,18 @@ class Passes(Algorithm):
                 self._unless_back()
             if self._inputs_may_change():
                 return
-            said = f"no robot moves; {self._what_is_left()}"
+            said = f"no robot moves; {what_is_left(self.team)}"
             if team.inputs:
                 on = sorted(name for name, value in team.inputs.items() if value)
                 said += f"; inputs: {' and '.join(on) or 'none'} on"
             raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
+
+    def _unless_at_once(self) -> None:
+        """End the run if robots decide repeatedly while no time passes. Raises RunEnded."""
+        robots = self.team.robots.values()
+        rounds = sum(robot.own.rounds for robot in robots)
+        if said := self._instant.excess(self.world.now(), rounds, len(robots)):
+            raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, f"{said}; {what_is_left(self.team)}"))
 
     def _inputs_may_change(self) -> bool:
         """Whether idle robots may wait for an input that the world still changes. If an operator
@@ -348,52 +361,12 @@ class Passes(Algorithm):
         unless one may return by itself."""
         if not (self.batteries.returns or (self._times() if self.team.live else self._to_come())):
             out = [self.team.robots[name] for name in self.team.out_of_service]
-            said = f"{' and '.join(map(self._where_out, out))} out of service"
+            said = f"{' and '.join(where_out(self.team, robot) for robot in out)} out of service"
             flat = " and ".join(robot.name for robot in out if robot.too_flat)
             said += f" (battery of {flat} empty)" if flat else ""
-            said += f"; {self._what_is_left()}"
+            said += f"; {what_is_left(self.team)}"
             raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
 
-    def _where_out(self, robot: RobotState) -> str:
-        """Describe a robot out of service, the reason, and the robot whose target it occupies."""
-        team, region = self.team, robot.pose.region
-        barred = [
-            other.name
-            for other in team.robots.values()
-            if other.active
-            and robot.robot.conflicts(other.robot)
-            and any(target == {region} for target in other.own.objective.targets)
-        ]
-        said = [team.failures.out[robot.name]] if robot.name in team.failures.out else []
-        if barred:
-            said.append(f"at {team.scenario.map.label(region)}, a target of {listed(barred)}")
-        return f"{robot.name} ({'; '.join(said)})" if said else robot.name
-
     def _out_of(self, limit: Outcome) -> Conclusion:
-        said = "; ".join([self._what_is_left(), *self.turns.monitors.unmet_fairness()])
+        said = "; ".join([what_is_left(self.team), *self.turns.monitors.unmet_fairness()])
         return Conclusion(limit, said)
-
-    def _what_is_left(self) -> str:
-        """Return the reasons why the run is not completed yet."""
-        word = self.team.scenario.map.word
-        wanted = self.team.scenario.until.rounds
-        left = [
-            f"{robot.name} has completed {robot.own.rounds} of {wanted} rounds"
-            for robot in self.team.robots.values()
-            if robot.own.rounds < wanted
-        ]
-        away = [name for name, robot in self.team.robots.items() if robot.base is not None]
-        left += [f"an input keeps {name} from its own objective" for name in away]
-        left += [
-            f"{listed(request.requesters)} "
-            f"{'waits' if len(request.requesters) == 1 else 'wait'} for "
-            f"{listed(request.helpers) if request.helpers else 'help'} to resolve "
-            f"{obstacle_words(request.obstacle.name, word)}"
-            if request.requesters
-            else f"{obstacle_words(request.obstacle.name, word)} is still open"
-            for request in self.team.requests
-        ]
-        after = counted(self.team.tick, "tick")
-        if self.team.live:
-            after = seconds_words(self.world.now())
-        return f"not completed after {after}: {'; '.join(left)}"

@@ -4,6 +4,7 @@ who does anything at any moment.
 Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many other seeds.
 """
 
+import json
 import os
 from collections.abc import Callable
 
@@ -13,10 +14,15 @@ from fuzz.blend import continued, play
 from fuzz.mixed import Data, formula_mission, mixed_mission
 from fuzz.troubles import faults_of
 from fuzz.watch import Watch
+from safenav.audit.check import check_trace
 from safenav.errors import InputError, UsageError
+from safenav.lines import json_line
+from safenav.runtime import instant
 from safenav.runtime.intervening import line_read
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.synthesis.strategy import Strategy
+from safenav.trace.writing import as_data
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "6"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "9000")) if "SAFENAV_FUZZ" in os.environ else 0
@@ -153,6 +159,8 @@ FORMULAS = {
     "it has acted where its formulas forbid it to stay": (74257, True, False, False),
     "a round is over as a request is set aside": (97242, *LOCK),
     "an input changes the objective on the way from one target to another": (97881, True, *NONE),
+    "no robot has a strategy for the first order, in no decision": (155147, *LOCK),
+    "it waits where it would have helped before": (150691, True, *NONE),
 }
 
 
@@ -234,6 +242,9 @@ ELSEWHERE = {
     "a robot waits where it holds": (mixed_mission, 148591, *LIVE, 33),
     "stopped by what it meets, it goes elsewhere": (mixed_mission, 152563, True, True, True, 38),
     "an operator has put it where it should not go": (mixed_mission, 154495, True, True, True, 23),
+    "an operator has put it on an obstacle": (mixed_mission, 159479, True, True, True, 12),
+    "an input is off, and its robot's round begins anew": (formula_mission, 162953, *LOCK, 16),
+    "a robot that waits has had its turn": (mixed_mission, 147702, *LOCK, 10),
 }
 
 
@@ -353,3 +364,24 @@ def test_a_robot_with_a_battery_is_given_no_objective_without_an_order() -> None
     mission = Mission(load_scenario_text(text.replace("cover", "visit")))
     with pytest.raises(UsageError, match="without an order of its targets"):
         line_read("objective c {cover: [1, 0]}", mission.state.scenario)
+
+
+@pytest.mark.parametrize("helped", [False, True], ids=["alone", "an operator helps"])
+def test_a_run_in_which_no_time_passes_ends(monkeypatch: pytest.MonkeyPatch, helped: bool) -> None:
+    """As if the robot did not continue from another node where its strategy steps aside."""
+    monkeypatch.setattr(Strategy, "alike", lambda *_: ())
+    monkeypatch.setattr(instant, "AT_ONCE", (20, 5))
+    lines: list[str] = []
+    listener = [lambda record: lines.append(json_line(as_data(record)))]
+    scenario = load_scenario_text(json.dumps(mixed_mission(158436, live=True)))
+    mission = Mission(scenario, listeners=listener, attended=helped)
+    mission.start()
+    while mission.result is None:
+        if mission.waiting is not None:
+            assert mission.waiting.outcome == "search_limit"
+            mission.intervene(line_read("resolved t1@8", scenario))
+        mission.step()
+    said = "no time passes in 26 passes of r0 (violation, backtrack)"
+    assert (said in mission.result.explanation) is not helped
+    assert mission.result.outcome == ("completed" if helped else "search_limit")
+    assert not check_trace(lines).findings
