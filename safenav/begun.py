@@ -53,7 +53,7 @@ class Begun(Struct, frozen=True):
     ``asked``: the obstacles that were requested, the oldest first, with the region where each
     requester waits; ``stays``: those of which an operator says that they stay;
     ``plan``: the rest of the joint plan that was followed; ``waited``: the ticks for which robots
-    had stood before, without another target;
+    had stood before, without another target; ``charging``: those that charge where they stand;
     ``ran``: it was not refused before its first tick."""
 
     trace: Sha256 | None = None
@@ -67,4 +67,5 @@ class Begun(Struct, frozen=True):
     stays: tuple[str, ...] = ()
     plan: PlanLeft | None = None
     waited: Mapping[str, Count] = {}
+    charging: tuple[str, ...] = ()
     ran: bool = False

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from safenav.audit.judging import findings
-from safenav.audit.kinds import shape_of
+from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.lines import Line
 from safenav.audit.rules.deadlines import MISSION, DeadlineRule
 from safenav.audit.rules.plans import FollowsPlanRule, Left
@@ -47,9 +47,11 @@ class _Standing(Rule):
             self.since[record.robot] = record.tick
         return ()
 
-    def waited(self, tick: int) -> dict[str, int]:
-        """The ticks for which robots have stood so when a tick is over."""
-        return {robot: tick + 1 - at for robot, at in self.since.items() if at <= tick}
+    def waited(self, tick: int, now: Situation) -> dict[str, int]:
+        """The ticks for which robots have stood so when a tick is over, but where they are to
+        be."""
+        standing = ((robot, at) for robot, at in self.since.items() if not _stays(robot, now))
+        return {robot: tick + 1 - at for robot, at in standing if at <= tick}
 
 
 def continuation_problems(
@@ -97,9 +99,13 @@ def continuation_problems(
         left = before.robots, {*before.orders}
     if robots.keys() == now.header.robots.keys():
         yield from _plan_problems(begun.plan, left)
-    waited = {} if now.live else standing.waited(tick)
+    waited = {} if now.live else standing.waited(tick, now)
     if dict(begun.waited or {}) != waited:
         yield f"{begun.waited or 'no robot'} has stood before, but it was {waited or 'none'}"
+    charging = {name for name in now.header.robots if name in robots and _charges(name, now)}
+    if {*(begun.charging or ())} != charging:
+        said = ", ".join(begun.charging or ()) or "no robot"
+        yield f"{said} charges at the beginning, but {', '.join(sorted(charging)) or 'none'} did"
     due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
     told = dict(begun.due or {})
     if not now.live and told != due:
@@ -169,6 +175,22 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
     turn = 0 if done is None else done.turn or 0
     if shape.in_turn and turn not in _turn(name, now):
         yield f"{name} begins with target {turn}, but {_turn(name, now)[0]} was next"
+
+
+def _charges(robot: str, now: Situation) -> bool:
+    """Return whether a robot charges where it stands: it is to stay there, not for a request."""
+    here = now.region[robot]
+    if now.header.robots[robot].battery is None or here not in (now.header.chargers or ()):
+        return False
+    if any(waits.get(robot) == here for waits in (now.requests | now.given_up).values()):
+        return False
+    return _stays(robot, now) and now.objectives[robot] != now.own[robot]
+
+
+def _stays(robot: str, now: Situation) -> bool:
+    """Return whether a robot is where it is to stay."""
+    objective = now.objectives[robot]
+    return objective.kind == STAYING and now.region[robot] in objective.targets[0]
 
 
 def _waits_at(robot: str, region: int, now: Situation) -> int | None:

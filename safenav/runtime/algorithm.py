@@ -131,6 +131,8 @@ class Algorithm(Struct):
             team.emit(record)
         if decision.end is not None:
             before = team.waiting
+            if decision.event == events.Started() and self.may_wait(decision.end):
+                return events.Started(waits=True)
             if not self.waits_on(decision.end):
                 raise RunEnded(decision.end)
             if before is not None:
@@ -159,6 +161,10 @@ class Algorithm(Struct):
 
     def guarded(self, part: Callable[[], None]) -> bool:
         """Do a part of a pass; return whether it was completed without a wait."""
+        raise NotImplementedError
+
+    def may_wait(self, end: Conclusion) -> bool:
+        """Whether a run that continues another begins with a wait where it would end."""
         raise NotImplementedError
 
     def waits_on(self, end: Conclusion) -> bool:

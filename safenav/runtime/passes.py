@@ -26,7 +26,7 @@ from safenav.runtime.team import RobotState, Role
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.turns.while_waiting import has_other_objective
 from safenav.runtime.unfinished import what_is_left, where_out
-from safenav.scenario.settings import switching
+from safenav.scenario.settings import Coordination, switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason
 
@@ -223,6 +223,11 @@ class Passes(Algorithm):
             if conclusion is not None:
                 raise RunEnded(conclusion) from over
             return False
+
+    def may_wait(self, end: Conclusion) -> bool:
+        scenario = self.team.scenario  # with assignable goals strategies are for those alone
+        kept = scenario.coordination is Coordination.ASSIGNABLE
+        return scenario.continues and not kept and self._may_be_helped(end)
 
     def waits_on(self, end: Conclusion) -> bool:
         begun = all(robot.has_strategy for robot in self.team.robots.values())

@@ -10,6 +10,7 @@ import argparse
 import json
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,27 +21,25 @@ import pytest
 
 from campaigns.seeds import Judged, campaign
 from certify.making import checked
+from fuzz.continuing import LIMITS, Rest, rest_of, told
 from fuzz.mixed import formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
 from live.campaign import SlowError, crash_of, limited
 from safenav import Mission
-from safenav.audit.check import audit, check_trace
+from safenav.audit.check import check_trace
 from safenav.certify import bundle as writing
 from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
 from safenav.errors import InputError, SafenavError, UsageError
 from safenav.lines import json_line
-from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.intervening import line_read
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
-from safenav.trace.reading import read_bytes, read_lines
 from safenav.trace.writing import as_data
 
-LIMITS = ("tick_limit", "time_limit", "search_limit")
 MOST_PASSES = 20_000
 
 
@@ -54,6 +53,14 @@ class Played:
     injected: Mapping[str, int] = field(default_factory=dict)
     given: list[tuple[int, str]] = field(default_factory=list)
     cuts: int = 0
+    excuses: Counter[str] = field(default_factory=Counter)
+
+    def add(self, rest: Rest) -> None:
+        """Count the rest of a run that was cut."""
+        self.cuts += 1
+        self.lines, self.outcome = rest.lines or self.lines, rest.outcome
+        self.found += rest.found
+        self.excuses.update([rest.excuse] if rest.excuse is not None else [])
 
 
 def play(
@@ -153,7 +160,7 @@ def continued(
         whole, played.given = first.lines, first.given
     else:
         try:
-            whole = _told(scenario, patience)
+            whole = told(scenario, patience)
         except UsageError as error:
             raise InputError(()) from error  # not for runs in time
     if len(whole) < 4:
@@ -162,60 +169,12 @@ def continued(
     ends = [random.randrange(1, len(whole) - 1) if at is None else at]
     if every is not None:
         ends = list(range(random.randrange(1, every + 1), len(whole) - 1, every))
+    alone = not played.given
     for end in ends:
-        _continue(scenario, whole, end, played, patience)
-        played.cuts += 1
+        played.add(rest_of(scenario, whole, end, patience, alone=alone))
     if again is not None:
-        _continue(scenario, played.lines, again, played, patience)
-        played.cuts += 1
+        played.add(rest_of(scenario, played.lines, again, patience, alone=alone))
     return played
-
-
-def _continue(
-    scenario: Scenario, whole: list[str], end: int, played: Played, patience: int
-) -> None:
-    """Continue a run from its first lines; the next one is only half written."""
-    if findings := check_trace(whole[:end]).findings:
-        played.found.append(f"audit of the first {end} lines: {findings[0]}")
-    torn = "".join(whole[:end]) + whole[end][: len(whole[end]) // 2]
-    first = read_bytes(torn.encode())
-    try:
-        rest = resumed(first, scenario)
-        played.lines = _told(rest, patience)
-    except SlowError:
-        played.found.append(f"slow: no end after {patience} s from line {end}")
-        return
-    except Exception as error:
-        played.found.append(f"crash from line {end}: {crash_of(error)}")
-        return
-    if findings := audit(read_lines(played.lines), first).findings:
-        played.found.append(f"audit of the rest from line {end}: {findings[0]}")
-    told = [json.loads(line) for line in played.lines]
-    met = next((r for r in told if r["type"] == "violation" and _is_known(r, rest)), None)
-    if met is not None:
-        played.found.append(f"from line {end} {met['robot']} meets {met['obstacle']} again")
-    before = json.loads(whole[-1])["outcome"]
-    played.outcome = told[-1]["outcome"]
-    surprised = any(record["type"] == "violation" for record in told)  # in a trap, perhaps
-    alike = not played.given and json.loads(whole[0])["scenario"]["world"] == "simulated"
-    if alike and not surprised and played.outcome not in (before, "completed"):
-        played.found.append(f"{before}, but continued from line {end} {played.outcome}")
-
-
-def _is_known(violation: Mapping[str, Any], rest: Scenario) -> bool:
-    """Whether a robot meets the obstacle where it had met it before."""
-    begun = rest.begun
-    met = {} if begun is None else begun.asked.get(violation["obstacle"], {})
-    return violation["tick"] <= 1 and met.get(violation["robot"]) == violation["at"]
-
-
-def _told(scenario: Scenario, patience: int) -> list[str]:
-    """The trace of a run."""
-    lines: list[str] = []
-    listener = [lambda record: lines.append(json_line(as_data(record)))]
-    with limited(patience):
-        Mission(scenario, listeners=listener).run()
-    return lines
 
 
 def _run(
@@ -234,10 +193,10 @@ def _run(
             played.found.append(f"no end after {passes} passes")
             return
         if words is not None:
-            told = [word for when, word in left if when == passes]
+            said = [word for when, word in left if when == passes]
         else:
-            told = hand.words(mission) if hand is not None else []
-        for word in told:
+            said = hand.words(mission) if hand is not None else []
+        for word in said:
             try:
                 mission.intervene(line_read(word, mission.state.scenario))
             except UsageError:
@@ -311,7 +270,8 @@ def judged(seed: int, options: argparse.Namespace) -> Judged:
             one = play(data, seed, **about)
     except InputError:
         return Judged(counts={"refused": 1})
-    counts = {one.outcome: 1, "cuts": one.cuts, "interventions": len(one.given), **one.injected}
+    counts = {one.outcome: 1, "cuts": one.cuts, "interventions": len(one.given)}
+    counts |= {**one.injected, **one.excuses}
     files = {"yaml": json.dumps(data), "jsonl": "".join(one.lines), "words": json.dumps(one.given)}
     return Judged(one.found, counts, files)
 

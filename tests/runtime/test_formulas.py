@@ -188,3 +188,31 @@ def test_each_decision_records_the_request_for_which_no_strategy_exists(clock: s
     run.records.remove(asked[1])
     run.records.remove(refused[1])
     assert "a helps with box@0, but the rules choose no robot" in run.findings
+
+
+BEAM = """
+map: {grid: ["....", "...."]}
+catalogue:
+  robots:
+    slow: {mobility: free, layer: ground, capabilities: [lift], timing: 3}
+    quick: {mobility: free, layer: air, capabilities: [lift]}
+  obstacles: {beam: {needs: [{action: lift, robots: 2, at: [1], together: true}], blocks: [air]}}
+robots:
+  a: {model: slow, start: 4, objective: {ltl: {liveness: "region = 7"}}}
+  b:
+    model: quick
+    start: 2
+    objective:
+      ltl: {liveness: ["region = 0", "region = 3"], safety: "region = %s -> region' != %s"}
+obstacles: [{type: beam, region: 0}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize(("left", "waits"), [(5, True), (1, False)])
+def test_a_helper_with_formulas_waits_for_the_other(left: int, waits: bool) -> None:
+    """Where both are needed together, unless its formulas forbid it to stay there."""
+    run = play(BEAM % (left, left))
+    met = run.one("resolved")["tick"]
+    assert ({*run.path("b")[2 : met - 1]} == {1}) is waits
+    assert run.outcome["outcome"] == "completed"

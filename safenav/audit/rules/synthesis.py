@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.audit.kinds import ALTERNATION, shape_of
+from safenav.audit.kinds import ALTERNATION, STAYING, shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
@@ -22,7 +22,8 @@ _CAUSES: dict[str, tuple[str, ...]] = {
 
 class SynthesisRule(Rule):
     """Before the first move each robot is synthesized for the objective of the header, and in no
-    later tick for that reason; a robot that gets another objective is synthesized for it in the
+    later tick for that reason; where a run that continues another begins with a wait, a robot may
+    be synthesized to stay instead. A robot that gets another objective is synthesized for it in the
     same turn, unless it has command inputs or is out of service, or the run is live; the event that
     the reason names has happened in that turn (D 5.3, T Time). A realizable synthesis yields a
     strategy, others do not. A strategy begins with a memory that the robot's formulas may have
@@ -32,6 +33,7 @@ class SynthesisRule(Rule):
 
     def __init__(self) -> None:
         self._initial: set[str] = set()
+        self._staying: list[tuple[str, str, Line]] = []
         self._happened: set[str] = set()
         self._begun = False
         self._resumed = -1
@@ -42,6 +44,9 @@ class SynthesisRule(Rule):
         changed = record.type == "objective" or is_of_user(record)  # before all is decided again
         if changed or now.ends_wait(record):
             self._resumed = record.tick
+        if self._staying and (record.tick or record.type == "outcome"):
+            yield from self._staying if "waiting" not in self._happened else ()
+            self._staying = []
         if record.type == "synthesis":
             yield from self._problems(record, now)
         elif record.type == "move" and not self._begun:
@@ -85,7 +90,11 @@ class SynthesisRule(Rule):
         if is_initial:
             self._initial.add(robot)
             if record.objective != now.own[robot]:
-                yield f"{robot} must {now.own[robot]}, but the synthesis is for {record.objective}"
+                said = f"{robot} must {now.own[robot]}, but the synthesis is for {record.objective}"
+                if now.header.begun is None or not _stays(robot, record.objective, now):
+                    yield said
+                elif record.verdict == "realizable":
+                    self._staying.append((robot, said, record))
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
         if record.verified == "moves":
@@ -98,6 +107,12 @@ class SynthesisRule(Rule):
         chosen = now.memories.chosen(record, now)
         if chosen is not None and not now.memories.may_become(robot, record.memory, now):
             yield f"the strategy of {robot} begins with {record.memory}, which it cannot remember"
+
+
+def _stays(robot: str, objective: Objective, now: Situation) -> bool:
+    """Whether an objective is to stay where a robot begins; formulas may say it."""
+    here = frozenset({now.header.robots[robot].start})
+    return objective.kind == "ltl" or (objective.kind == STAYING and {*objective.targets} == {here})
 
 
 class StrategyRule(Rule):

@@ -80,16 +80,24 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     met = _met(listed, state)
     team = tuple(_robot(robot, state, charges) for robot in base.robots)
     anew = {robot.name for robot in team if _has_other_formulas(robot, state)}
+    inputs = tuple(_input(each, state, clock, base.limits) for each in base.inputs)
+    first = 0 if clock is settings.Clock.LIVE else 1
+    on = {each.name for each in inputs if any(a <= first <= b for a, b in each.spans)}
+    away = {r.name for r in team if r.name in state.away and on & {one for one, _ in r.when}}
     return replace(
         base,
         robots=team,
         obstacles=tuple(obstacles),
         until=replace(base.until, by=by),
         changes=tuple(_changes(base, state)),
-        inputs=tuple(_input(each, state, clock, base.limits) for each in base.inputs),
+        inputs=inputs,
         begun=replace(
             begun,
-            robots={name: done for name, done in begun.robots.items() if name not in anew},
+            robots={
+                name: replace(done, uncounted=done.uncounted and name not in away)
+                for name, done in begun.robots.items()
+                if name not in anew
+            },
             met={name: groups for name, groups in met.items() if name in left},
             asked={name: waits for name, waits in begun.asked.items() if name in there},
             stays=tuple(name for name in begun.stays if name in there),

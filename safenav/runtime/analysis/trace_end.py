@@ -14,7 +14,7 @@ from safenav.runtime.analysis.memories import Memories
 from safenav.runtime.deadline_monitor.ledger import Round
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import name_parts
-from safenav.scenario.objective import Ltl, Objective
+from safenav.scenario.objective import Ltl, Objective, station
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.told_objective import objective_of
@@ -347,9 +347,14 @@ class TraceEnd(Struct):
         return PlanLeft(left, to_come, self.plan.reason)
 
     def _waited(self) -> dict[str, int]:
-        """The ticks for which robots have stood with the same target."""
+        """The ticks for which robots have stood with the same target, but where they are to be."""
         ages = {name: round(self.begins) + 1 - self.since.get(name, 1) for name in self.own}
-        return {name: age for name, age in ages.items() if age > 0}
+        return {name: age for name, age in ages.items() if age > 0 and not self._stays(name)}
+
+    def _stays(self, robot: str) -> bool:
+        """Whether a robot is where it is to stay."""
+        there = station(objective_of(self.in_force[robot]) or Ltl())
+        return there is not None and self.poses[robot].region in there
 
     def _turn_over(self) -> None:
         """Count the turn that is over."""
@@ -364,12 +369,13 @@ class TraceEnd(Struct):
     def begun(self, trace: Trace, *, timed: bool) -> Begun:
         """Return what the rest of the run continues. ``timed``: it has deadlines."""
         tick = round(self.begins) if timed else 0
+        charging = tuple(name for name in self.own if self._charges(name, trace.header))
         robots = {
             name: Done(
                 own.rounds,
                 tuple(sorted(own.seen)),
                 own.turn,
-                self._is_uncounted(name),
+                name not in charging and self._is_uncounted(name),
                 self._clock(name, tick) if timed else None,
                 {} if own.memories is None else own.memories.likeliest,
             )
@@ -392,8 +398,16 @@ class TraceEnd(Struct):
             stays=stays,
             plan=self._left(),
             waited={} if self.live else self._waited(),
+            charging=charging,
             ran=self.ran,
         )
+
+    def _charges(self, robot: str, header: records.Header) -> bool:
+        """Whether a robot charges where it stands: it is to stay there, not for a request."""
+        here, chargers = self.poses[robot].region, header.scenario.chargers or ()
+        waits = any(here == waits.get(robot) for waits in self.asked.values())
+        charges = header.scenario.robots[robot].battery is not None and here in chargers
+        return charges and not self.pursues(robot) and not waits and self._stays(robot)
 
     def _clock(self, robot: str, tick: int) -> RoundClock:
         """The clock of a round at a tick; one that is due by then is due at the start."""

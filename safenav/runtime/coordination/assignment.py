@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -53,7 +53,9 @@ def helping(objective: Objective, places: Target, own: Target | None, *, stays: 
     doorway on the far side to come back through it.
     """
     if isinstance(objective, Ltl):
-        return replace(objective, liveness=(one_of("region", places),))
+        there = one_of("region", places)
+        stay = (f"{there} -> region' = region",) if stays else ()
+        return replace(objective, safety=(*objective.safety, *stay), liveness=(there,))
     if stays:
         return staying(places, objective)
     return alternation((places,) if own is None else (places, own), objective)
@@ -139,7 +141,8 @@ class Assigner(Struct, frozen=True):
         places = frozenset(bits(member.graph.regions_of(duty.goal)))
         direct = duty.stays or bool(duty.around)
         own = None if direct else self._own_target(robot, index, duty.goal)
-        objective = helping(robot.robot.objective, places, own, stays=duty.stays)
+        stays = duty.stays and self._may_stay_at(robot, map(member.graph.pose, bits(duty.goal)))
+        objective = helping(robot.robot.objective, places, own, stays=stays)
         for before in () if direct else self._before(robot, gate.name):
             others = [self._mask(index, target) for target in before.targets[1:]]
             if before.targets[0] == places and self._alternates(index, (duty.goal, *others)):
@@ -227,7 +230,7 @@ class Assigner(Struct, frozen=True):
         if there != here and self._alternates(index, targets):
             objective = holding(robot.robot.objective, there)
             return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
-        if not self._may_stay(robot):  # it leaves, and comes back
+        if not self._may_stay_at(robot, [robot.next_pose]):  # it leaves, and comes back
             objective = helping(robot.robot.objective, frozenset({here}), None, stays=False)
             targets = (self._mask(index, {here}),)
             return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
@@ -248,11 +251,11 @@ class Assigner(Struct, frozen=True):
             return None
         return self._toward(robot, index, targets, Assignment(Role.WAITS, other))
 
-    def _may_stay(self, robot: RobotState) -> bool:
-        """Whether its formulas allow a robot to stay where it is."""
+    def _may_stay_at(self, robot: RobotState, poses: Iterable[Pose]) -> bool:
+        """Whether its formulas allow a robot to stay in each of these poses."""
         formulas = formulas_in(robot.robot.objective)
-        pose = robot.next_pose
-        return formulas is None or guarantees_of(formulas).allows(pose, pose)
+        guarantees = None if formulas is None else guarantees_of(formulas)
+        return guarantees is None or all(guarantees.allows(pose, pose) for pose in poses)
 
     def _waiting_place(self, robot: RobotState, index: int) -> Region:
         """Return where a robot waits, as far as it gets there."""

@@ -131,6 +131,8 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
     outcome = Outcome.OPERATOR_NEEDED if begun else Outcome.UNREALIZABLE
     said = Reason.INITIAL
     match event:
+        case events.Started(waits=True, idle=idle) if not idle & {*names}:
+            return Decision(event, next=replace(event, idle=idle | {*names}))
         case events.OutsideStrategy(end=end) if (
             end is None or end.outcome is not Outcome.OPERATOR_NEEDED
         ):
@@ -158,8 +160,13 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
     return Decision(event, records=told, end=infeasibility.no_strategy(team, results, outcome))
 
 
-def _begun(team: TeamState, event: Event, settled: Settled) -> Decision:
-    """The initial tasks. In a resumed run, an impasse is one of the whole run."""
+def _begun(team: TeamState, event: events.Started, settled: Settled) -> Decision:
+    """The initial tasks. In a resumed run, an impasse is one of the whole run; one that waits for
+    a change begins with what each robot could do alone."""
+    if event.waits:
+        everywhere = tuple(member.floor for member in settled.floor.problem.members)
+        alone = replace(settled, found=Settlement(safe_poses=everywhere))
+        return replace(_assigned(team, event, alone), next=Unsettled(Reason.BLOCKED))
     if team.scenario.continues and settled.found.proof is not None:
         end = infeasibility.infeasible_end(team, settled.floor, settled.found.proof, {}, {})
         return Decision(event, settled=settled, end=end)
@@ -377,7 +384,8 @@ def _assigned(
 ) -> Decision:
     """The tasks of all robots, or of one, and those for which a strategy must be found: where the
     one in force does not suffice, and always of ``only``."""
-    idle, off = (event.idle, event.off) if isinstance(event, Unsettled) else ((), ())
+    idle = event.idle if isinstance(event, Unsettled | events.Started) else frozenset()
+    off = event.off if isinstance(event, Unsettled) else frozenset()
     drafts = Assigner(team, settled.floor, settled.found, idle).drafts()
     if only is not None:
         drafts = {only: drafts[only]}

@@ -17,7 +17,12 @@ from safenav.trace.vocabulary import ChangeCause, Reason
 
 
 class Started(Struct, frozen=True):
-    """The run begins: every robot needs its first strategy."""
+    """The run begins: every robot needs its first strategy. ``waits``: it continues another one,
+    and is stuck until something changes; ``idle``: robots without a strategy for their own
+    objective."""
+
+    waits: bool = False
+    idle: frozenset[str] = frozenset()
 
 
 class Continued(Struct, frozen=True):

@@ -8,6 +8,7 @@ from math import ceil
 
 from msgspec.structs import replace
 
+from safenav.begun import Begun
 from safenav.runtime.coordination.events import Event, ServiceChanged, Unsettled
 from safenav.runtime.duties.settlement import Duty
 from safenav.runtime.energy.charges import SHARPNESS, Charges
@@ -72,13 +73,17 @@ class Batteries:
     def tick_begins(self) -> Iterator[Event]:
         """Put robots back in service whose battery was replaced in the tick before; decide the
         first stops. Live, charges become those of this moment."""
+        begins = self.team.tick == 1
+        if begins and self.team.scenario.begun is not None:
+            yield from self._go_on_charging(self.team.scenario.begun)
         for name in [*self._charges.since]:
             robot = self.team.robots[name]
             before, robot.charge = robot.charge, self._charges.at(name, self._now())
             if robot.charge != before or self._makes_room(robot):  # before its next step
                 yield from self.turn_ends(robot)
-        for robot in self.team.robots.values() if self.team.tick == 1 else ():
-            yield from self.turn_ends(robot)
+        for robot in self.team.robots.values() if begins else ():
+            if robot.too_flat or not self.team.has_had_turn(robot):  # what it has met counts first
+                yield from self.turn_ends(robot)
         later, self._later = self._later, {}
         for name in later:
             yield from self.turn_ends(self.team.robots[name])
@@ -88,6 +93,13 @@ class Batteries:
             self._charges.stands(name, robot.pose.region, self._now())
             robot.charge = self._charges.charge[name]
             yield from self.relocation.serve(robot, active=True, cause=ChangeCause.BATTERY)
+
+    def _go_on_charging(self, begun: Begun) -> Iterator[Event]:
+        """Let the robots stay at their chargers that charged there in the run before."""
+        for name in begun.charging:
+            self.team.robots[name].stop = self.team.robots[name].pose
+        if begun.charging:
+            yield Unsettled(Reason.CHARGE)
 
     def turn_ends(self, robot: RobotState, *, completes: bool = False) -> Iterator[Event]:
         """Decide what a robot does next for its charge. ``completes``: the mission is completed as

@@ -46,6 +46,7 @@ class PlanTriggers:
         sharing = (robot for robot in state.scenario.robots if rivals[robot.name])
         slowest = max((robot.model.timing.most for robot in sharing), default=1)
         begun = state.scenario.begun
+        self._objectives = {robot.name: robot.objective for robot in state.scenario.robots}
         self.watch = StarvationMonitor(slowest, None if begun is None else begun.waited)
         self.tried: Counter[Hashable] = Counter()
         self._searches = searches
@@ -141,6 +142,8 @@ class PlanTriggers:
             distance = self._distance(floor, name)
             told = (robot.assignment.objective, goal, floor.stages)
             hasty = distance < FAR and self._runs_low(robot, distance)
+            if robot.robot.objective is not self._objectives[name]:
+                self.watch.forget(name)
             if self.watch.look(name, told, distance, self._clock(), hasty) and found is None:
                 found = PlanTrigger(f"{name} makes no progress towards its target", name)
         return found
@@ -217,6 +220,10 @@ class StarvationMonitor:
     def ages(self, tick: float) -> Hashable:
         """Return for each robot its target and the time that it has waited for it."""
         return tuple((n, w.told, w.nearest, tick - w.since) for n, w in self._waits.items())
+
+    def forget(self, robot: str) -> None:
+        """Forget what a robot had waited before the run: it was for another target."""
+        self._waited.pop(robot, None)
 
     def begin_anew(self) -> None:
         """Reset the patience of every robot: a plan was tried."""
