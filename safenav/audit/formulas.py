@@ -40,7 +40,7 @@ class Formulas:
         require(isinstance(memory, Mapping), "the memory is not one of names")
         inputs = _lines(body, "inputs")  # any values may come
         kinds = {**memory, **dict.fromkeys(inputs, "bool")}
-        truths = {name for name, kind in kinds.items() if kind == "bool"}
+        truths = frozenset(name for name, kind in kinds.items() if kind == "bool")
         ranges = [range(2) if kind == "bool" else _range(kind) for kind in kinds.values()]
         many = prod(map(len, ranges))
         require(many <= MOST_VALUATIONS, f"{many} valuations of the memory")

@@ -6,7 +6,7 @@ its next value."""
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from functools import cache
 from math import inf
@@ -92,8 +92,10 @@ def primed(names: Iterable[str]) -> list[Key]:
     return [f"{name}'" for name in names]
 
 
-def read_clause(text: str, truths: Collection[str]) -> Clause:
-    """Parse a clause. ``truths``: the Boolean variables."""
+@cache
+def read_clause(text: str, truths: frozenset[str]) -> Clause:
+    """Parse a clause, once: the strategies of a run share most of theirs. ``truths``: the Boolean
+    variables."""
     rest = _TOKEN.sub("", text).strip()
     require(not rest, f"cannot read '{rest[:20]}'")
     tokens = ["the end", *(_SAME.get(token, token) for token in reversed(_TOKEN.findall(text)))]

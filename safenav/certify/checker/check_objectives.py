@@ -36,7 +36,8 @@ class Objective:
         own: Json = data["ltl"] if self.kind == "ltl" else {}
         memory: Json = own.get("memory", {})
         self.inputs = [*own.get("inputs", ())]  # of the environment, that its formulas name
-        truths = {name for name, given in memory.items() if given == "bool"} | {*self.inputs}
+        bits = (name for name, given in memory.items() if given == "bool")
+        truths = frozenset((*bits, *self.inputs))
         texts = (own.get(part, ()) for part in ("init", "safety", "liveness"))
         listed = ([t] if isinstance(t, str) else t for t in texts)
         parts = ([read_clause(text, truths) for text in part] for part in listed)

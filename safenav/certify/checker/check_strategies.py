@@ -65,7 +65,8 @@ class Specification:
             if match is None or match[1] in self.ranges:
                 raise RefusedError(f"'{line}' declares no variable, or one that there is")
             self.ranges[match[1]] = range(int(match[2] or 0), int(match[3] or 1) + 1)
-        truths = {line for line in (*lines["INPUT"], *lines["OUTPUT"]) if line in self.ranges}
+        every = (*lines["INPUT"], *lines["OUTPUT"])
+        truths = frozenset(line for line in every if line in self.ranges)
         self.names, count = [*self.ranges], len(lines["INPUT"])
         self.inputs, self.outputs = self.names[:count], self.names[count:]
         self.ranges |= {f"{name}'": values for name, values in self.ranges.items()}
