@@ -22,6 +22,8 @@ from safenav.scenario.model import Obstacle, Robot
 
 FORCE = 2.5
 """Highest acceleration of a robot on the ground, m/s^2."""
+AHEAD = PERIOD * np.arange(1, HORIZON + 1)
+"""Seconds to each step of the horizon."""
 STIFF = 6.0
 """Stiffness (1/s) with which a robot on the ground is drawn to its reference."""
 
@@ -47,6 +49,9 @@ class Dynamics:
         )
         self._obstacles = Standing(self._model, known)
         self._data: Any = mujoco.MjData(self._model)
+        # Views that stay valid; a number of theirs costs a tenth of one looked up from the data.
+        self._coordinate, self._velocity = self._data.qpos.item, self._data.qvel.item
+        self._force = self._data.qfrc_applied
         self._leaves: dict[str, list[int]] = {}
         self.contacts: dict[tuple[str, str], int] = {}
         self._parts: dict[str, set[str]] = {}
@@ -82,7 +87,7 @@ class Dynamics:
         """Towards the goal, with limited speed and force; without a goal, track the reference, else
         keep the place."""
         x, y, yaw = self._at(body)
-        vx, vy, turn = (float(self._data.qvel[dof]) for dof in body.dofs)
+        vx, vy, turn = map(self._velocity, body.dofs)
         if body.reference is not None and not body.way:
             self._track(body, body.reference, (x, y, vx, vy), yaw, turn)
             return
@@ -99,7 +104,7 @@ class Dynamics:
             pull = max(-FORCE, min(FORCE, (speed - now) / 0.1))
             if dof == body.dofs[2]:
                 pull = max(-10.0, min(10.0, (speed - now) / 0.1))
-            self._data.qfrc_applied[dof] = weight * pull
+            self._force[dof] = weight * pull
 
     def _track(
         self,
@@ -121,10 +126,10 @@ class Dynamics:
             off = STIFF**2 * (row[:2] - state[:2]) + 2 * STIFF * (row[3:5] - state[2:])
             pull = tuple(np.clip(row[6:8] + off, -FORCE, FORCE).tolist())
         for dof, share in zip(body.dofs[:2], pull, strict=True):
-            self._data.qfrc_applied[dof] = body.mass * share
+            self._force[dof] = body.mass * share
         spin = 36.0 * turned(float(row[9]) - yaw) - 12.0 * turn
         inertia = body.mass * body.radius**2 / 2
-        self._data.qfrc_applied[body.dofs[2]] = inertia * max(-20.0, min(20.0, spin))
+        self._force[body.dofs[2]] = inertia * max(-20.0, min(20.0, spin))
 
     def _fly(self, body: SimulatedBody, thinks: bool) -> None:
         """The quadratic programme at 20 Hz for x and y; altitude and yaw are held."""
@@ -149,14 +154,14 @@ class Dynamics:
                 pulls.append(tracker.command(wanted, np.full(HORIZON, low), np.full(HORIZON, high)))
             body.pull = (pulls[0], pulls[1])
         for i in (0, 1):
-            speed = float(self._data.qvel[body.dofs[i]])
+            speed = self._velocity(body.dofs[i])
             body.thrust[i] += (body.pull[i] - body.thrust[i]) * STEP / LAG
-            self._data.qfrc_applied[body.dofs[i]] = body.mass * (body.thrust[i] - DRAG * speed)
-        z, up = (float(a[body.dofs[2]]) for a in (self._data.qpos, self._data.qvel))
-        self._data.qfrc_applied[body.dofs[2]] = body.mass * (9 * (body.height - z) - 5 * up)
-        turn = float(self._data.qvel[body.dofs[3]])
+            self._force[body.dofs[i]] = body.mass * (body.thrust[i] - DRAG * speed)
+        z, up = self._coordinate(body.dofs[2]), self._velocity(body.dofs[2])
+        self._force[body.dofs[2]] = body.mass * (9 * (body.height - z) - 5 * up)
+        turn = self._velocity(body.dofs[3])
         off = turned(to - yaw) if to is not None else 0.0
-        self._data.qfrc_applied[body.dofs[3]] = 0.02 * (4 * off - 4 * turn)
+        self._force[body.dofs[3]] = 0.02 * (4 * off - 4 * turn)
 
     def _reference(self, body: SimulatedBody, axis: int, goal: float) -> Any:
         """Position, velocity, acceleration after each step of the horizon: a quintic from where the
@@ -166,15 +171,15 @@ class Dynamics:
         other = across[1 - axis] - body.begun[1 - axis]
         way = hypot(goal - start, other)
         lasts = max(1.875 * way / body.speed, (10 / 3**0.5 * way / (body.tilt / 2)) ** 0.5, PERIOD)
-        times = np.clip(self.now - began + PERIOD * np.arange(1, HORIZON + 1), 0.0, lasts)
+        times = np.minimum(np.maximum(self.now - began + AHEAD, 0.0), lasts)
         path = quintic(lasts, start, 0.0, goal, 0.0)
         speed = derivative(path)
-        return np.column_stack([values(each, times) for each in (path, speed, derivative(speed))])
+        return np.array([values(each, times) for each in (path, speed, derivative(speed))]).T
 
     def _at(self, body: SimulatedBody) -> tuple[float, float, float]:
         """x, y, yaw; joints count from the origin of the world."""
-        x, y, yaw = (float(self._data.qpos[body.dofs[i]]) for i in (0, 1, -1))
-        return x, y, yaw
+        dofs, at = body.dofs, self._coordinate
+        return at(dofs[0]), at(dofs[1]), at(dofs[-1])
 
     def _note_contacts(self) -> None:
         for index in range(self._data.ncon):

@@ -167,8 +167,13 @@ class Physics(Dynamics):
                     name: self._places.region(*self._at(body)[:2])
                     for name, body in self._bodies.items()
                 },
-                "moving": sorted(name for name in self._bodies if self._moves(name)),
+                "moving": self.moving(),
             }
+
+    def moving(self) -> list[str]:
+        """The robots that have a goal or a reference."""
+        with self.lock:
+            return sorted(name for name in self._bodies if self._moves(name))
 
     def step(self, seconds: float) -> None:
         """Let time pass, to the nearest step of the simulation."""
@@ -210,7 +215,7 @@ class Physics(Dynamics):
 
     def _step(self) -> None:
         self._obstacles.passes(self.now, self._busy)
-        self._data.qfrc_applied[:] = 0.0
+        self._force[:] = 0.0
         thinks = round(self.now / STEP) % round(PERIOD / STEP) == 0
         for body in self._bodies.values():
             (self._fly if body.flies else self._drive)(body, thinks)
@@ -226,8 +231,8 @@ class Physics(Dynamics):
             x, y, yaw = self._at(body)
             gx, gy, to = body.way[0]
             far, off = hypot(gx - x, gy - y), 0.0 if to is None else abs(turned(to - yaw))
-            speed = hypot(*(float(self._data.qvel[dof]) for dof in body.dofs[:2]))
-            if far < NEAR and speed < SLOW and off < ALIGNED:
+            near = far < NEAR and off < ALIGNED
+            if near and hypot(*map(self._velocity, body.dofs[:2])) < SLOW:
                 self._next(body, "succeeded")
             elif far + off < body.best - PROGRESS:
                 body.best, body.since = far + off, self.now

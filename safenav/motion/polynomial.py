@@ -54,7 +54,7 @@ def between(
 
 def values(coefficients: Sequence[float], times: Array) -> Array:
     """The polynomial at these times."""
-    total = np.full_like(times, coefficients[-1], dtype=float)
+    total = np.full(times.shape, coefficients[-1], dtype=float)
     for coefficient in reversed(coefficients[:-1]):
         total = total * times + coefficient
     return total

@@ -13,6 +13,8 @@ from typing import Any
 KEY = b"lab"
 SILENT = 0.5
 """Seconds without a message after which a robot that follows stops."""
+PART = 0.1
+"""Simulated seconds between two looks at the clock where time goes faster: two milliseconds."""
 IDLE = 5
 """How much slower time passes while no robot moves: half of a drive, for the processor."""
 
@@ -65,18 +67,18 @@ def main(scenario: Path, fleet: Path, pace: float) -> None:
     threading.Thread(target=server.serve_forever, daemon=True).start()
     end = ends()
     print(server.address[1], flush=True)
-    while not end.is_set() and not lab.log()["moving"]:  # at the pace of a clock until then
+    while not end.is_set() and not lab.moving():  # at the pace of a clock until then
         lab.step(0.02)
         end.wait(0.02)
-    due = time.monotonic()
+    due, part = time.monotonic(), PART if pace > 1 else 0.02
     while not end.is_set():
         if (ahead := due - time.monotonic()) > 0:
             end.wait(ahead)
         else:
             time.sleep(0)  # others get the lock
-        lab.step(0.02)
-        slower = 1 if lab.log()["moving"] else IDLE
-        due = max(due, time.monotonic()) + slower * 0.02 / pace
+        lab.step(part)
+        slower = 1 if lab.moving() else IDLE
+        due = max(due, time.monotonic()) + slower * part / pace
 
 
 if __name__ == "__main__":

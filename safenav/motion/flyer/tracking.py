@@ -41,12 +41,13 @@ class Axis(Struct, frozen=True):
 
 
 class Programme(Struct, frozen=True):
-    """The condensed programme: predictions are ``free @ state + forced @ commands``."""
+    """The condensed programme: predictions are ``free @ state + forced @ commands``; ``weighted``
+    are the transposed ``forced``, which turn errors into the slope of the cost."""
 
     free_position: Array
     free_velocity: Array
-    forced_position: Array
-    forced_velocity: Array
+    weighted_position: Array
+    weighted_velocity: Array
     cost: Array
     rows: Array
 
@@ -95,7 +96,12 @@ def programme() -> Programme:
     cost[-1, -1] = SLACK
     slack = np.ones((HORIZON, 1))
     rows = np.vstack([np.hstack([position, -slack]), np.hstack([position, slack])])
-    return Programme(free[:, 0], free[:, 1], position, velocity, cost, rows)
+    weighted = POSITION * position.T, VELOCITY * velocity.T
+    return Programme(free[:, 0], free[:, 1], *weighted, cost, rows)
+
+
+FAR = np.full(HORIZON, 1e30)
+"""No bound."""
 
 
 class AxisTracker:
@@ -120,19 +126,22 @@ class AxisTracker:
         plan = programme()
         position = plan.free_position @ self.state
         velocity = plan.free_velocity @ self.state
-        usual = np.clip(wanted[:, 2] + DRAG * wanted[:, 1] - self.state[3], -self.limit, self.limit)
-        slope = POSITION * plan.forced_position.T @ (position - wanted[:, 0])
-        slope += VELOCITY * plan.forced_velocity.T @ (velocity - wanted[:, 1])
-        slope -= EFFORT * usual
-        bound = np.full(HORIZON, self.limit)
-        far = np.full(HORIZON, 1e30)
-        upper = np.concatenate([bound, [1e30], high - position, far])
-        lower = np.concatenate([-bound, [0.0], -far, low - position])
-        found, flag = _solved(plan.cost, np.append(slope, 0.0), plan.rows, upper, lower)
+        usual = wanted[:, 2] + DRAG * wanted[:, 1] - self.state[3]
+        usual = np.minimum(np.maximum(usual, -self.limit), self.limit)
+        slope = np.zeros(HORIZON + 1)
+        slope[:-1] = plan.weighted_position @ (position - wanted[:, 0])
+        slope[:-1] += plan.weighted_velocity @ (velocity - wanted[:, 1])
+        slope[:-1] -= EFFORT * usual
+        bound = np.full(HORIZON + 1, self.limit)
+        bound[-1] = 1e30
+        upper = np.concatenate((bound, high - position, FAR))
+        bound[-1] = 0.0
+        lower = np.concatenate((-bound, -FAR, low - position))
+        found, flag = _solved(plan.cost, slope, plan.rows, upper, lower)
         if flag != OPTIMAL:
             self.failed += 1
             found = usual
-        given = float(np.clip(found[0], -self.limit, self.limit))
+        given = min(max(float(found[0]), -self.limit), self.limit)
         model = axis()
         self.state = model.move @ self.state + model.steer * given
         return given
