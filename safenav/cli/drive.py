@@ -12,9 +12,9 @@ from msgspec.structs import replace
 from safenav.cli import options, warn
 from safenav.cli.run_session import RunSession, attendant
 from safenav.fleet.acting import unserved
+from safenav.fleet.connection import fleet_world
 from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.transport import DriveRecording
-from safenav.fleet.world import fleet_world
 from safenav.outfile import write_out
 from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission, default_synthesizer

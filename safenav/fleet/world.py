@@ -14,18 +14,14 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from math import inf
 
-from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
 from safenav.fleet.lookout import STALE
-from safenav.fleet.place import Places
 from safenav.fleet.sensing import PASSED, Sighting, View
-from safenav.fleet.stations import FleetFile, TransportKind
-from safenav.fleet.steps import FRESH, LATE, SET_BACK, SETTLING, FleetClock, FleetError, FleetSteps
-from safenav.fleet.transport import DriveRecording, Transport
+from safenav.fleet.steps import FRESH, LATE, SET_BACK, SETTLING, FleetError, FleetSteps
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
-from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -58,10 +54,8 @@ class FleetWorld(FleetSteps):
         if found is not None and found.region != body.pose.region:  # moved by something else
             body.lost = frozenset((body.pose.region, found.region))
             return Lost(self.now(), robot.name, body.lost, self._moved(found), command=command)
-        task = FleetTask(command, body.pose, pose, body.station.retries, Phase.PEERING)
-        task.known = known
-        body.task = task
-        self._untold[robot.name] = task
+        task = FleetTask(command, body.pose, pose, body.station.retries, Phase.PEERING, known=known)
+        body.task = self._untold[robot.name] = task
         return None
 
     def _moved(self, pose: Pose) -> str:
@@ -127,10 +121,9 @@ class FleetWorld(FleetSteps):
         every = (*obstacles, *self._passed(robot, obstacles))
         if not every:
             return Acted(self.now(), robot.name, (), command=command)
-        team_action = TeamAction(robot, every, self._progress)
-        task = FleetTask(command, body.pose, body.pose, 0, Phase.ACTING, team_action=team_action)
-        task.asked = tuple(obstacles)
-        body.task, body.view = task, {}
+        team_action, here = TeamAction(robot, every, self._progress), body.pose
+        task = FleetTask(command, here, here, 0, Phase.ACTING, team_action=team_action)
+        task.asked, body.task, body.view = tuple(obstacles), task, {}
         self._sensing.acted_on |= {obstacle.region for obstacle in every}
         self._act_on_next(body, task, team_action)
         return None
@@ -196,8 +189,7 @@ class FleetWorld(FleetSteps):
                 raise FleetError(f"no answer in {patience:g} s from {', '.join(silent)}")
             self._take_next(0.1)
         for body in self._bodies.values():
-            astray = self._begins_elsewhere(body)
-            if astray is not None:
+            if (astray := self._begins_elsewhere(body)) is not None:
                 raise FleetError(astray)
         end = self.now() + FRESH
         while self.now() < end and any(
@@ -324,9 +316,8 @@ class FleetWorld(FleetSteps):
                 self._lose(body, task, f"{task.reason}; {back}")
             else:
                 for name in task.team_action.silent if task.team_action is not None else ():
-                    self._performed(
-                        transport.Performed(name, task.goal, ActResult.FAILED, "too late")
-                    )
+                    late = transport.Performed(name, task.goal, ActResult.FAILED, "too late")
+                    self._performed(late)
 
     # Actions
 
@@ -335,12 +326,9 @@ class FleetWorld(FleetSteps):
         stations = {name: other.station for name, other in self._bodies.items()}
         services = team_action.next(self._idle(task), stations)
         if not services:
-            found = [
-                (one, result)
-                for one, result in team_action.found
-                if one in task.asked or result is not ActResult.FAILED
-            ]
-            failed = any(result is ActResult.FAILED for _, result in found)
+            told, bad = team_action.found, ActResult.FAILED
+            found = [(one, end) for one, end in told if one in task.asked or end is not bad]
+            failed = any(end is bad for _, end in found)
             why = "; ".join(team_action.reasons) if failed else ""
             task.over, task.due = (found, why), self.now() + LATE
             self._acted(body, task)
@@ -391,11 +379,8 @@ class FleetWorld(FleetSteps):
         """An obstacle is resolved: readings that were taken before are of the past."""
         self._progress.forget(obstacle)
         places = {name: body.place for name, body in self._bodies.items()}
-        self._sensing.forget(
-            obstacle.region,
-            {n: -inf if p is None else p.stamp for n, p in places.items()},
-            self.now(),
-        )
+        stamps = {n: -inf if place is None else place.stamp for n, place in places.items()}
+        self._sensing.forget(obstacle.region, stamps, self.now())
 
     def _sighted(self, body: DrivenRobot, found: Sequence[Sighting]) -> None:
         now, name = self.now(), body.robot.name
@@ -413,37 +398,3 @@ class FleetWorld(FleetSteps):
                     task.due = max(task.due, task.since + PASSED + FRESH)
             elif task is not None and task.phase is Phase.PEERING:
                 self._peer(body, task)
-
-
-def fleet_world(
-    scenario: Scenario, fleet: FleetFile, recording: DriveRecording | None = None
-) -> FleetWorld:
-    """Return the world, not yet open; ``recording`` takes what is sent and measured.
-
-    Raises UsageError if the transport's library is missing."""
-    stations = fleet.stations
-    if fleet.transport is TransportKind.SIMULATION:
-        from safenav.fleet.simulation import SimulationTransport
-
-        FleetWorld.check(scenario)
-        simulated = SimulationTransport(scenario, stations, fleet.simulation)
-        clock = FleetClock(lambda: simulated.physics.now, simulated.step)
-        return FleetWorld(scenario, stations, simulated, clock, recording)
-    transport: Transport
-    if fleet.transport is TransportKind.ROS1:
-        from safenav.fleet.ros1 import Ros1Transport
-
-        transport = Ros1Transport(fleet.network, stations, fleet.inputs)
-    elif fleet.transport is TransportKind.PYROBOSIM:
-        from safenav.fleet.pyrobosim.transport import PyrobosimTransport
-
-        assert fleet.pyrobosim is not None
-        places = Places(scenario.map, FleetWorld.check(scenario))
-        transport = PyrobosimTransport(places, stations, fleet.pyrobosim)
-    else:
-        try:
-            from safenav.fleet.ros2.transport import Ros2Transport
-        except ImportError as error:
-            raise missing("transport ros2", "cyclonedds", "ros2") from error
-        transport = Ros2Transport(fleet.network, stations, fleet.inputs)
-    return FleetWorld(scenario, stations, transport, recording=recording)

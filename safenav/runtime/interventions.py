@@ -18,6 +18,7 @@ from safenav.runtime.coordination.assignment import holding
 from safenav.runtime.inputs import EnvironmentInputs
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
+from safenav.runtime.sweeping import taken
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.turns.turn import Turns
 from safenav.runtime.worlds.world import Change, ChangingWorld, SimulatedWorld
@@ -353,7 +354,7 @@ class Interventions(Struct):
         if (robot.robot.model.mobility is Mobility.HEADING) is (heading is None):
             said = "needs a heading" if heading is None else "has no heading"
             raise UsageError(f"{robot.name} {said}")
-        if region in self.state.taken(robot.robot):
+        if region in taken(self.state, robot.robot):
             raise UsageError(f"another robot is in region {region}")
         for there in self._standing_at(region):
             own = there.type.name == f"lost_{robot.name}"  # it is lost no more

@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.beliefs import Beliefs
-from safenav.runtime.deadlines.choice import Dues, InTime
+from safenav.runtime.deadlines.choice import Dues
 from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.duties.requests import Requests
 from safenav.runtime.duties.settlement import Settled
@@ -28,7 +28,6 @@ from safenav.runtime.worlds.protocol import Acted
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Objective
 from safenav.spec.objective import Memory
-from safenav.spec.other_robots.tracking import Sightings
 from safenav.trace import records
 from safenav.trace.header import obstacle_header
 from safenav.trace.objective import Objective as TracedObjective
@@ -356,6 +355,10 @@ class TeamState(Struct):
         """Return the other robots for which a robot may have to wait."""
         return self._others(robot)[0]
 
+    def in_conflict(self, robot: Robot) -> list[RobotState]:
+        """Return the other robots that must never share a region with this one."""
+        return self._others(robot)[1]
+
     def _others(self, robot: Robot) -> tuple[list[RobotState], list[RobotState]]:
         """The robots for which one may have to wait, and those of them in conflict with it."""
         found = self._known_others.get(robot.name)
@@ -366,70 +369,6 @@ class TeamState(Struct):
             self._known_others[robot.name] = found
         return found
 
-    def taken(self, robot: Robot) -> set[Region]:
-        """Return the regions that a robot must not enter now: those occupied by robots with which
-        it must not collide, those where it is never together with one that is there, and ``swept``
-        ones."""
-        return self.had_by_others(robot) | self.swept(robot)
-
-    def swept(self, robot: Robot) -> set[Region]:
-        """The regions that the resolution of an obstacle under way sweeps, for all but the robots
-        that resolve it; and those of obstacles that this robot would resolve by entering, while
-        another is where that sweeps."""
-        found = set[Region]()
-        for work in self.knowledge.pending.values():
-            obstacle = work.obstacle
-            if not (sweeps := obstacle.swept(self.scenario.map)):
-                continue
-            resolving = self._resolving(obstacle)
-            if resolving and robot.name not in resolving:
-                found |= sweeps
-            need = self.knowledge.need_of(obstacle)
-            if obstacle.resolved_by_entering(robot, need) and not self.clear_of(obstacle, robot):
-                found.add(obstacle.region)
-        return found
-
-    def _resolving(self, obstacle: Obstacle) -> set[str]:
-        """The robots that act on an obstacle, or that have entered its region to resolve it."""
-        need, found = self.knowledge.need_of(obstacle), set[str]()
-        for name, state in self.robots.items():
-            lead = self.robots.get(state.acting or "")
-            acts = lead is not None and obstacle in lead.acts_on
-            inside = obstacle.region in state.occupied
-            if acts or (inside and obstacle.resolved_by_entering(state.robot, need)):
-                found.add(name)
-        return found
-
-    def leading(self, obstacle: Obstacle) -> set[str]:
-        """The robots that have begun an action on an obstacle, and lead it."""
-        robots = self.robots.items()
-        return {name for name, r in robots if r.acting == name and obstacle in r.acts_on}
-
-    def clear_of(self, obstacle: Obstacle, robot: Robot) -> bool:
-        """Whether no other robot is where the resolution of an obstacle sweeps."""
-        sweeps = obstacle.swept(self.scenario.map)
-        others = (state for name, state in self.robots.items() if name != robot.name)
-        return not sweeps or all(sweeps.isdisjoint(other.occupied) for other in others)
-
-    def cleared(self, robot: Robot, chosen: InTime | None = None) -> list[Obstacle]:
-        """The known obstacles that sweep regions or are loads to be taken, and that a robot may
-        act on now: no other robot is where they sweep, and a robot that is sent for a load keeps
-        room for it. ``chosen``: the acts that it keeps to."""
-        pending = self.knowledge.pending.values()
-        assignment, here = self.robots[robot.name].assignment, self.robots[robot.name].pose.region
-        sent_for = assignment.obstacle if assignment.role is Role.HELPS else None
-        loads = self.knowledge.to_take(robot, sent_for, here)
-        if chosen is not None:
-            mine = chosen.next_at(self.last_settled.floor, robot.name, here)
-            if mine is not None:
-                loads = [work.obstacle for work in pending if work.obstacle.name in mine]
-        return [
-            work.obstacle
-            for work in pending
-            if (work.obstacle in loads if work.takes else work.obstacle.swept(self.scenario.map))
-            and self.clear_of(work.obstacle, robot)
-        ]
-
     def had_by_others(self, robot: Robot, among: Collection[Region] | None = None) -> set[Region]:
         """The regions that other robots keep a robot out of by where they are; ``among``: those of
         these."""
@@ -437,25 +376,11 @@ class TeamState(Struct):
         if self.scenario.never_together:
             at = {name: other.occupied for name, other in self.robots.items()}
             found |= self.scenario.held(robot.name, at)
-        for other in self._others(robot)[1]:
+        for other in self.in_conflict(robot):
             found.add(other.pose.region)
             if other.transit is not None:
                 found.add(other.transit.pose.region)
         return found if among is None else found.intersection(among)
-
-    def sightings(self, state: RobotState, shown: frozenset[Region]) -> Sightings:
-        """Return what a robot observes of the robots that its task is about; regions ``shown``
-        count as occupied. Call once per turn: it takes a look."""
-        here, task = state.pose.region, state.planner.task
-        positions = {o.name: self.robots[o.name].pose.region for o in task.observed}
-        known = self.beliefs.look(task, self.scenario.map, here, positions)
-        moving = [self.robots[o.name] for o in task.observed if o.danger]
-        taken = self.had_by_others(state.robot) if moving else set[Region]()
-        sides = set(self.scenario.map.neighbours(here))
-        # A specification assumes at most as many busy sides as robots (spec.other_robots.nearby).
-        room = len(sides) if task.exclusive else len(moving) - len(sides & taken)
-        taken |= set(sorted(shown - taken)[: max(0, room)])
-        return Sightings(here, frozenset(taken), positions, known)
 
     def standing(self) -> dict[str, Region]:
         """The region of each robot that can take part in an action: live, of those that stand."""

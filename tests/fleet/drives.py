@@ -8,10 +8,10 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from safenav.fleet.connection import fleet_world
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.transport import DriveRecording
-from safenav.fleet.world import fleet_world
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed, text_of

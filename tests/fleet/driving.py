@@ -15,7 +15,7 @@ import pytest
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from fleet.lab import lab_at
-from safenav.fleet import ros1
+from safenav.fleet.transports import ros1
 
 ROOT = Path(__file__).parents[2]
 TESTS = Path(__file__).parents[1]

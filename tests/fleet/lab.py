@@ -56,7 +56,7 @@ def ends() -> threading.Event:
 
 def main(scenario: Path, fleet: Path, pace: float) -> None:
     from safenav.fleet.fleet_file import load_fleet
-    from safenav.fleet.simulation import SimulationTransport
+    from safenav.fleet.lab.simulation import SimulationTransport
     from safenav.scenario.reading.loader import load_scenario
 
     plan = load_scenario(scenario)

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-from safenav.fleet.physics import FAR, Physics
+from safenav.fleet.lab.physics import FAR, Physics
 from safenav.fleet.place import Places
 from safenav.scenario.model import Need, Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import built_in

@@ -10,8 +10,8 @@ from types import SimpleNamespace as Message
 import pytest
 
 from safenav.errors import UsageError
-from safenav.fleet import ros, ros1
 from safenav.fleet.transport import Located, Scanned
+from safenav.fleet.transports import ros, ros1
 
 
 def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Message:
@@ -98,7 +98,7 @@ def test_late_news_of_a_goal_are_not_shown_as_errors(text: str, read: bool) -> N
 def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
     """A drive that ends closes its readers while robots still send."""
     pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.ros2.node import Taking
+    from safenav.fleet.transports.ros2.node import Taking
 
     heard: list[str] = []
     sent = Message(valid_data=True)
@@ -157,7 +157,7 @@ def test_a_network_that_is_not_there_is_refused(
 ) -> None:
     """cyclonedds ended the process for a peer whose name it did not know."""
     pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.ros2.node import Participant
+    from safenav.fleet.transports.ros2.node import Participant
 
     with pytest.raises(UsageError) as error:
         Participant(9, interface, peers)

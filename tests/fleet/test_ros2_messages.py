@@ -9,7 +9,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
 
-from safenav.fleet.ros2 import messages as ros
+from safenav.fleet.transports.ros2 import messages as ros
 
 NAVIGATE = "nav2_msgs/msg/NavigateToPose_"
 DEFINITIONS = {

@@ -9,7 +9,7 @@ pytest.importorskip("numpy", reason="references need the extra 'motion'")
 import numpy as np
 
 from safenav.fleet.following import mover_of, resting_place
-from safenav.fleet.lab_model import REACH, SOLE, BalancedWalk
+from safenav.fleet.lab.model import REACH, SOLE, BalancedWalk
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import Setpoints, sampled
 from safenav.motion.mover import Crossing

@@ -224,7 +224,8 @@ class Batteries:
         helping = None if duty is None else stops.for_duty(duty.goal, turn)
         if helping is not None:
             stops, turn = helping, 0
-        stop, rivals, others = robot.stop, self.team.rivals(robot.robot), self._in_its_way(robot)
+        stop, rivals = robot.stop, self.team.rivals(robot.robot)
+        others = self.team.in_conflict(robot.robot)
         kept = stops.graph.poses_on(region_mask(r.pose.region for r in others if self._stays(r)))
         if stop is not None:
             here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
@@ -273,13 +274,13 @@ class Batteries:
         battery, here = robot.robot.model.battery, robot.pose.region
         if battery is None or robot.charge != battery.capacity:
             return False
-        stops = (other.stop for other in self._in_its_way(robot))
+        stops = (other.stop for other in self.team.in_conflict(robot.robot))
         return any(stop is not None and stop.region == here for stop in stops)
 
     def _queue(self, robot: RobotState, battery: Battery) -> int:
         """The charge, at most half of its own, that a robot uses while the other waiting robots
         charge."""
-        waiting = (other for other in self._in_its_way(robot) if self._is_cut_off(other))
+        waiting = (other for other in self.team.in_conflict(robot.robot) if self._is_cut_off(other))
         batteries = (other.robot.model.battery for other in waiting)
         ticks = sum(ceil(one.capacity / one.charge) + _SWAP for one in batteries if one is not None)
         return min(ticks * battery.stay, battery.capacity // 2)
@@ -302,11 +303,6 @@ class Batteries:
             free = replace(stops, allowed=stops.graph.everywhere, chargers=chargers)
             self._free[robot.name, objective] = free
         return free
-
-    def _in_its_way(self, robot: RobotState) -> list[RobotState]:
-        """The robots in conflict with it."""
-        rivals = self.team.rivals(robot.robot)
-        return [r for r in rivals if robot.robot.conflicts(r.robot)]
 
     def _duty(self, robot: RobotState) -> Duty | None:
         """The present duty of a robot, or a later one for which it departs; None if it has none."""

@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
 from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.sweeping import taken
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.formula_memory import StateGraph
@@ -66,8 +67,8 @@ class ContinuationPlans:
     def _returns(self, floor: Floor, index: int, number: int, ahead: Mask = 0) -> bool:
         """Whether a robot can come back from a pose with all others where they are."""
         graph = floor.problem.members[index].graph
-        taken = region_mask(self._state.taken(self._state.scenario.robots[index])) | ahead
-        allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(taken)
+        shut = region_mask(taken(self._state, self._state.scenario.robots[index])) | ahead
+        allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(shut)
         return graph.returns(number, floor.poses[index], allowed)
 
     def _continues(self, floor: Floor, index: int, number: int) -> bool:

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
 from safenav.runtime.deadlines.choice import InTime
+from safenav.runtime.sweeping import cleared, leading
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.move_recorder import MoveRecorder
@@ -172,7 +173,7 @@ class Actions(Struct):
             yield Unsettled(vocabulary.Reason.REQUEST)
 
     def _cleared(self, robot: RobotState) -> list[Obstacle]:
-        return self.state.cleared(robot.robot, self._chosen())
+        return cleared(self.state, robot.robot, self._chosen())
 
     def _takers(self) -> dict[str, frozenset[str]]:
         chosen = self._chosen()
@@ -245,11 +246,12 @@ class Actions(Struct):
             if other.transit is None and other.acting is None and other.active
         }
         found, barred = [], state.failures.barred
-        cleared = {o.name for o in state.cleared(robot.robot) if (robot.name, o.name) not in barred}
-        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, cleared):
+        names = {o.name for o in cleared(state, robot.robot)}
+        free = {name for name in names if (robot.name, name) not in barred}
+        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, free):
             if (robot.name, obstacle.name) in barred:
                 continue
-            if state.knowledge.is_being_met(obstacle, state.leading(obstacle)):
+            if state.knowledge.is_being_met(obstacle, leading(state, obstacle)):
                 busy = True
                 continue
             found.append(obstacle)

@@ -12,6 +12,7 @@ from safenav.runtime.coordination import events
 from safenav.runtime.coordination.events import Event
 from safenav.runtime.failures import Reaction, lost, unknown
 from safenav.runtime.progress import Progress
+from safenav.runtime.sweeping import taken
 from safenav.runtime.team import DecidedStep, RobotState, TeamState
 from safenav.runtime.turns.actions import Actions
 from safenav.runtime.turns.move_recorder import MoveRecorder
@@ -167,7 +168,7 @@ class Moves(Struct, frozen=True):
         as encountered."""
         region, obstacle = pose.region, None
         match event:
-            case Elsewhere() if robot.pose.region in self.state.taken(robot.robot):
+            case Elsewhere() if robot.pose.region in taken(self.state, robot.robot):
                 return Reaction.OUT_OF_SERVICE, None  # it slid to where another robot is
             case Arrived() | Elsewhere():
                 return None, None
@@ -228,7 +229,7 @@ class Moves(Struct, frozen=True):
         rivals = frozenset(other.name for other in self.state.rivals(robot.robot))
         yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
         here, at = robot.pose.region, {n: each.occupied for n, each in self.state.robots.items()}
-        free = event.regions - {here} - self.state.taken(robot.robot)
+        free = event.regions - {here} - taken(self.state, robot.robot)
         closed = dict.fromkeys(free, rivals)
         for zone in self.state.scenario.never_together:
             if robot.name not in zone.robots or here in zone.regions:

@@ -11,6 +11,7 @@ from safenav.runtime.characterization import ForbiddenMove, characterize
 from safenav.runtime.coordination.assignable_goals import signal
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.navigation import Proposal
+from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.move_recorder import MoveRecorder
@@ -45,9 +46,23 @@ class StepChoice(Struct, frozen=True):
     def look_around(self, robot: RobotState, shown: frozenset[Region] = frozenset()) -> Sightings:
         """Look around, once per turn: a look lets beliefs grow by a step of the others. What a
         strategy believes of others stays true by that, also where it decides nothing."""
-        sightings = self.state.sightings(robot, shown)
+        sightings = self._sightings(robot, shown)
         self.tell.looked(robot.planner.task, sightings.known)
         return sightings
+
+    def _sightings(self, robot: RobotState, shown: frozenset[Region]) -> Sightings:
+        """Return what a robot observes of the robots that its task is about; regions ``shown``
+        count as occupied."""
+        team, here, task = self.state, robot.pose.region, robot.planner.task
+        positions = {o.name: team.robots[o.name].pose.region for o in task.observed}
+        known = team.beliefs.look(task, team.scenario.map, here, positions)
+        moving = [team.robots[o.name] for o in task.observed if o.danger]
+        busy = team.had_by_others(robot.robot) if moving else set[Region]()
+        sides = set(team.scenario.map.neighbours(here))
+        # A specification assumes at most as many busy sides as robots (spec.other_robots.nearby).
+        room = len(sides) if task.exclusive else len(moving) - len(sides & busy)
+        busy |= set(sorted(shown - busy)[: max(0, room)])
+        return Sightings(here, frozenset(busy), positions, known)
 
     def observation(self, robot: RobotState) -> Hashable:
         """Return all that a robot's decision depends on; None if its strategy observes more than
@@ -57,14 +72,14 @@ class StepChoice(Struct, frozen=True):
             return None
         sides = self.state.scenario.map.neighbours(robot.pose.region)
         busy = self.state.had_by_others(robot.robot, sides)
-        swept = self.state.swept(robot.robot).intersection(sides)
+        shut = swept(self.state, robot.robot).intersection(sides)
         ahead = self.traffic.plan.ahead(robot.name)
         return (
             planner.strategy,
             planner.node,
             planner.behind,
             frozenset(busy),
-            frozenset(swept),
+            frozenset(shut),
             frozenset(side for side in sides if ahead >> side & 1),
             tuple(self.state.inputs.values()),
             self.traffic.holds(robot.name),
@@ -114,7 +129,7 @@ class StepChoice(Struct, frozen=True):
             if (
                 answer is not None
                 and answer.pose.region != proposal.pose.region
-                and answer.pose.region not in self.state.taken(robot.robot)
+                and answer.pose.region not in taken(self.state, robot.robot)
                 and self.violation(robot, answer.pose) is None
                 and self._may_move(robot, answer.pose)
             ):
@@ -127,7 +142,7 @@ class StepChoice(Struct, frozen=True):
         """Whether a move loses nothing: the team can continue from there, alone and together."""
         if pose == robot.pose:
             return True
-        if pose.region in self.state.swept(robot.robot):
+        if pose.region in swept(self.state, robot.robot):
             return False
         if self.state.live and not self._out_of_ways(robot, pose):
             return False
@@ -140,11 +155,11 @@ class StepChoice(Struct, frozen=True):
     def _out_of_ways(self, robot: RobotState, pose: Pose) -> bool:
         """Live: whether a robot keeps out of what others occupy, or still need for the joint plan;
         and, while a decision waits for strategies, can come back."""
-        taken = self.state.taken(robot.robot)
-        if pose.region in taken or self.traffic.plan.ahead(robot.name) >> pose.region & 1:
+        had = taken(self.state, robot.robot)
+        if pose.region in had or self.traffic.plan.ahead(robot.name) >> pose.region & 1:
             return False
         graph = graph_of(robot.robot, self.state.scenario.map)
         if not self.state.deferred or not graph.one_way:
             return True
-        allowed = graph.everywhere & ~graph.poses_on(region_mask(taken))
+        allowed = graph.everywhere & ~graph.poses_on(region_mask(had))
         return graph.returns(graph.number(pose), graph.number(robot.pose), allowed)

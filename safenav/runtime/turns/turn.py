@@ -12,6 +12,7 @@ from safenav.runtime.coordination.events import Event
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.navigation import Proposal
+from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import DecidedStep, RobotState, Role, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.actions import Actions
@@ -191,8 +192,8 @@ class Turns:
         in any other turn, so that what it knows of others stays true."""
         self.choice.look_around(robot)
         pose = self.traffic.plan.next_pose(robot.name)
-        shut = self.state.taken if self.state.live else self.state.swept
-        if pose is not None and (pose.region in shut(robot.robot) or robot.too_flat):
+        shut = taken if self.state.live else swept
+        if pose is not None and (pose.region in shut(self.state, robot.robot) or robot.too_flat):
             pose = None
         if pose is not None and not self.monitors.allows_planned(robot, pose):
             yield from self.relocation.leave_plan(settling=False)
@@ -208,7 +209,7 @@ class Turns:
             by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
             yield from self._stay(robot, why, by)
         else:
-            assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
+            assert pose.region not in taken(self.state, robot.robot), "plans keep robots apart"
             robot.planner.node = None
             yield from self.moves.begin(robot, DecidedStep(pose, MovedBy.PLAN))
         if violation is not None:

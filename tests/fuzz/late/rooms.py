@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 from fuzz.mixed import SIDES, metric_mission
-from safenav.fleet.lab_model import body_of
+from safenav.fleet.lab.model import body_of
 from safenav.scenario.model import Scenario
 
 Data = dict[str, Any]

@@ -14,9 +14,6 @@ from uuid import uuid4
 
 from msgspec import Struct
 
-from safenav.fleet import ros as common
-from safenav.fleet.ros2 import messages as ros
-from safenav.fleet.ros2.node import RELIABLE, SENSOR, Client, Participant
 from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
@@ -26,6 +23,9 @@ from safenav.fleet.transport import (
     Performed,
     result_of,
 )
+from safenav.fleet.transports import ros as topics
+from safenav.fleet.transports.ros2 import messages as ros
+from safenav.fleet.transports.ros2.node import RELIABLE, SENSOR, Client, Participant
 from safenav.trace.vocabulary import ActResult
 
 ACTION = "navigate_to_pose"
@@ -147,7 +147,7 @@ class _Robot:
             numbers[client.call()] = number
 
 
-class Ros2Transport(common.RosTransport):
+class Ros2Transport(topics.RosTransport):
     """A fleet on one domain of ROS 2. Use one at a time in a process."""
 
     action = ACTION
@@ -157,7 +157,7 @@ class Ros2Transport(common.RosTransport):
     ) -> None:
         super().__init__(network, stations, inputs)
         self._robots: dict[str, _Robot] = {}
-        self._references: dict[tuple[str, common.Joints], Any] = {}
+        self._references: dict[tuple[str, topics.Joints], Any] = {}
         self._node: Participant | None = None
 
     def open(self, post: Callable[[Message], None]) -> None:
@@ -166,7 +166,7 @@ class Ros2Transport(common.RosTransport):
         for name, station in self._stations.items():
             self._robots[name] = _Robot(name, station, node, post)
             follow = station.follow
-            for joints, ending in common.TOPICS.items() if follow is not None else ():
+            for joints, ending in topics.TOPICS.items() if follow is not None else ():
                 assert follow is not None
                 topic = _topic(station.path(follow.topic) + ending)
                 self._references[name, joints] = node.writer(topic, ros.Trajectory, RELIABLE)
@@ -175,7 +175,7 @@ class Ros2Transport(common.RosTransport):
             node.listen(_topic(topic), getattr(ros, kind), take, quality)
 
     def _answers(self, robot: str) -> bool:
-        reference = self._references.get((robot, common.BODY))
+        reference = self._references.get((robot, topics.BODY))
         if reference is not None:
             return bool(reference.get_matched_subscriptions())
         return self._robots[robot].connected
@@ -191,10 +191,10 @@ class Ros2Transport(common.RosTransport):
         self._robots[robot].cancel()
 
     def _send(
-        self, robot: str, joints: common.Joints, frames: list[common.TrajectoryFrame]
+        self, robot: str, joints: topics.Joints, frames: list[topics.TrajectoryFrame]
     ) -> None:
-        header = ros.MessageHeader(_whole(ros.Time, time.time()), common.FRAME)
-        points = common.points_of(ros, frames, lambda seconds: _whole(ros.Duration, seconds))
+        header = ros.MessageHeader(_whole(ros.Time, time.time()), topics.FRAME)
+        points = topics.points_of(ros, frames, lambda seconds: _whole(ros.Duration, seconds))
         self._references[robot, joints].write(ros.Trajectory(header, [*joints], points))
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
@@ -221,7 +221,7 @@ def _whole(kind: Any, seconds: float) -> Any:
 
 
 def _navigate(goal: GoalPoint) -> Any:
-    turn = ros.Quaternion(0.0, 0.0, *common.facing(goal.yaw))
+    turn = ros.Quaternion(0.0, 0.0, *topics.facing(goal.yaw))
     pose = ros.PlacedPose(ros.Point(goal.x, goal.y, 0.0), turn)
-    header = ros.MessageHeader(ros.Time(), common.FRAME)
+    header = ros.MessageHeader(ros.Time(), topics.FRAME)
     return ros.NavigateGoal(ros.PoseStamped(header, pose), "")

@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from safenav.fleet.lab_obstacles import EVERY, LabObstacle, contact_bit
+from safenav.fleet.lab.obstacles import EVERY, LabObstacle, contact_bit
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import Setpoints
 from safenav.motion.file.records import Foothold

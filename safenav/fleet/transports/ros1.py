@@ -21,7 +21,6 @@ from typing import Any
 from xml.parsers.expat import ExpatError
 
 from safenav.errors import UsageError
-from safenav.fleet import ros
 from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
@@ -32,6 +31,7 @@ from safenav.fleet.transport import (
     ignore,
     result_of,
 )
+from safenav.fleet.transports import ros
 from safenav.trace.vocabulary import ActResult
 
 DEBIAN = "/usr/lib/python3/dist-packages"

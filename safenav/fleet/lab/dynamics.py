@@ -11,8 +11,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from safenav.fleet.lab_model import STEP, SimulatedBody, body_of, model_text
-from safenav.fleet.lab_obstacles import Standing, lab_obstacles
+from safenav.fleet.lab.model import STEP, SimulatedBody, body_of, model_text
+from safenav.fleet.lab.obstacles import Standing, lab_obstacles
 from safenav.fleet.place import Places, turned
 from safenav.fleet.setpoints import Setpoints
 from safenav.motion.flyer.tracking import DRAG, HORIZON, LAG, AxisTracker

@@ -33,7 +33,7 @@ class SimulationTransport:
     ) -> None:
         try:
             from safenav.fleet.following import mover_of, resting_place
-            from safenav.fleet.physics import Physics
+            from safenav.fleet.lab.physics import Physics
         except ImportError as error:
             raise missing("transport simulation", "mujoco", "simulation") from error
         assert scenario.map.frame is not None

@@ -17,9 +17,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from safenav.fleet.dynamics import Dynamics
-from safenav.fleet.lab_model import STEP, Handling, SimulatedBody
-from safenav.fleet.lab_obstacles import LabObstacle
+from safenav.fleet.lab.dynamics import Dynamics
+from safenav.fleet.lab.model import STEP, Handling, SimulatedBody
+from safenav.fleet.lab.obstacles import LabObstacle
 from safenav.fleet.place import turned
 from safenav.fleet.setpoints import Setpoints
 from safenav.motion.flyer.tracking import STEP as PERIOD

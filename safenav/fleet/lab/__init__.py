@@ -1,0 +1,1 @@
+"""A lab in MuJoCo: robots of a simulation in place of real ones."""

@@ -1,0 +1,78 @@
+"""The regions that the resolution of obstacles sweeps, and the robots that are in its way."""
+
+from __future__ import annotations
+
+from safenav.runtime.deadlines.choice import InTime
+from safenav.runtime.team import Role, TeamState
+from safenav.scenario.model import Obstacle, Robot
+from safenav.world.map import Region
+
+
+def taken(team: TeamState, robot: Robot) -> set[Region]:
+    """Return the regions that a robot must not enter now: those occupied by robots with which
+    it must not collide, those where it is never together with one that is there, and ``swept``
+    ones."""
+    return team.had_by_others(robot) | swept(team, robot)
+
+
+def swept(team: TeamState, robot: Robot) -> set[Region]:
+    """The regions that the resolution of an obstacle under way sweeps, for all but the robots
+    that resolve it; and those of obstacles that this robot would resolve by entering, while
+    another is where that sweeps."""
+    found = set[Region]()
+    for work in team.knowledge.pending.values():
+        obstacle = work.obstacle
+        if not (sweeps := obstacle.swept(team.scenario.map)):
+            continue
+        resolving = _resolving(team, obstacle)
+        if resolving and robot.name not in resolving:
+            found |= sweeps
+        need = team.knowledge.need_of(obstacle)
+        if obstacle.resolved_by_entering(robot, need) and not clear_of(team, obstacle, robot):
+            found.add(obstacle.region)
+    return found
+
+
+def _resolving(team: TeamState, obstacle: Obstacle) -> set[str]:
+    """The robots that act on an obstacle, or that have entered its region to resolve it."""
+    need, found = team.knowledge.need_of(obstacle), set[str]()
+    for name, state in team.robots.items():
+        lead = team.robots.get(state.acting or "")
+        acts = lead is not None and obstacle in lead.acts_on
+        inside = obstacle.region in state.occupied
+        if acts or (inside and obstacle.resolved_by_entering(state.robot, need)):
+            found.add(name)
+    return found
+
+
+def leading(team: TeamState, obstacle: Obstacle) -> set[str]:
+    """The robots that have begun an action on an obstacle, and lead it."""
+    robots = team.robots.items()
+    return {name for name, r in robots if r.acting == name and obstacle in r.acts_on}
+
+
+def clear_of(team: TeamState, obstacle: Obstacle, robot: Robot) -> bool:
+    """Whether no other robot is where the resolution of an obstacle sweeps."""
+    sweeps = obstacle.swept(team.scenario.map)
+    others = (state for name, state in team.robots.items() if name != robot.name)
+    return not sweeps or all(sweeps.isdisjoint(other.occupied) for other in others)
+
+
+def cleared(team: TeamState, robot: Robot, chosen: InTime | None = None) -> list[Obstacle]:
+    """The known obstacles that sweep regions or are loads to be taken, and that a robot may
+    act on now: no other robot is where they sweep, and a robot that is sent for a load keeps
+    room for it. ``chosen``: the acts that it keeps to."""
+    pending = team.knowledge.pending.values()
+    assignment, here = team.robots[robot.name].assignment, team.robots[robot.name].pose.region
+    sent_for = assignment.obstacle if assignment.role is Role.HELPS else None
+    loads = team.knowledge.to_take(robot, sent_for, here)
+    if chosen is not None:
+        mine = chosen.next_at(team.last_settled.floor, robot.name, here)
+        if mine is not None:
+            loads = [work.obstacle for work in pending if work.obstacle.name in mine]
+    return [
+        work.obstacle
+        for work in pending
+        if (work.obstacle in loads if work.takes else work.obstacle.swept(team.scenario.map))
+        and clear_of(team, work.obstacle, robot)
+    ]
