@@ -865,3 +865,25 @@ def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None
     done = warm.safenav("check-trace", rest, "--after", first)
     assert done.returncode == 1
     assert "continuation" in done.stdout
+
+
+NARROW = """
+map: {grid: ["#######", "#..#..#", "#.....#", "#..#..#", "#######"]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles: {beam: {needs: [{action: lift, robots: 2, at: neighbours, together: true}]}}
+robots:
+  a: {model: cart, start: [2, 1], objective: {visit: [[2, 5], [2, 1]]}}
+  b: {model: cart, start: [1, 1], objective: {hold: [1, 1]}}
+obstacles: [{type: beam, region: [2, 3]}]
+until: {rounds: 1}
+"""
+
+
+def test_a_request_that_was_open_is_part_of_the_first_impasse_of_the_rest() -> None:
+    """Only one of the two that must lift the beam has room beside it."""
+    run = play(NARROW)
+    rest = continued(run, len(run.upto("backtrack")), loaded(NARROW))
+    for ended in (run, rest):
+        assert ended.outcome["outcome"] == "operator_needed"
+        assert "no room for all of them" in ended.outcome["explanation"]

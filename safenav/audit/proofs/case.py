@@ -58,11 +58,13 @@ def case_of(
     never: Collection[str],
     *,
     hopeful: bool = False,
+    begins: bool = False,
     memory: Mapping[str, int] | None = None,
 ) -> Case | None:
     """Return the case at a line of the trace; None if some robot's formulas are not read here.
     ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``: as if
-    every robot were in service. ``memory``: the number of what the formulas of some robots
+    every robot were in service. ``begins``: the first strategies are found, before the requests of
+    the run before are decided. ``memory``: the number of what the formulas of some robots
     remember, whose poses are states then."""
     out: Collection[str] = () if hopeful else now.out
     team = team_of(now, shut=never, out=out)
@@ -73,8 +75,7 @@ def case_of(
     if lifted:
         team = Team({**team.members, **lifted}, newest_first=team.newest_first)
     at = {name: now.pose(name) for name in team.names}
-    first = not now.helping  # requests of the run before are decided after its first strategies
-    later = (now.begun.asked or {}) if first else {}
+    later = (now.begun.asked or {}) if begins else {}
     known = [
         name
         for name in now.obstacles

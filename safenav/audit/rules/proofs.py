@@ -83,7 +83,8 @@ class ProofRule(Rule):
                 if isinstance(memory, str):
                     yield memory
                     return
-                case = case_of(now, self._never, memory=memory)
+                begins = record.tick == 0
+                case = case_of(now, self._never, begins=begins, memory=memory)
                 yield from problems_of(proof, case) if case else ()
             except TooManyError as large:
                 yield Finding(self.name, record.tick, None, record.line, str(large), unknown=True)
