@@ -18,6 +18,7 @@ from safenav.explain.vacuity import vacuous_wins
 from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.worst_cases import (
+    battery_lines,
     deadline_data,
     deadline_lines,
     worst_data,
@@ -77,6 +78,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
     ahead = simulate_team(plan, synthesizer) if realizable and refusal is None else None
+    of_scenario += battery_lines(plan, ahead)
+    warnings += battery_lines(plan, ahead)
     if as_json:
         obstacles = [worst_data(case) for case in cases]
         data = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}

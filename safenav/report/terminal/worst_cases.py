@@ -89,7 +89,14 @@ def deadline_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator
     for of, most in _promised(scenario) if ahead is not None else ():
         assert ahead is not None
         what = f"by {most}" if of == MISSION else f"within {most} of {of}"
-        yield f"{what}: {_verdict(of, most, ahead, _unseen(scenario))}"
+        yield f"{what}: {_verdict(of, most, ahead, _steps(scenario, ahead))}"
+
+
+def battery_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator[str]:
+    """``the battery of cart is empty in tick 48, as simulated without obstacles``."""
+    for robot, tick in ahead.flat.items() if ahead is not None and scenario.flat is None else ():
+        steps = _steps(scenario, ahead) if ahead is not None else ""
+        yield f"the battery of {robot} is empty in tick {tick}, as simulated{steps}"
 
 
 def deadline_data(scenario: Scenario, ahead: TeamSimulation | None) -> list[dict[str, Any]]:
@@ -121,20 +128,21 @@ def _late(of: str, most: int, ahead: TeamSimulation) -> int | None:
     return ahead.late.get(of)
 
 
-def _unseen(scenario: Scenario) -> str:
-    """The parts of the scenario that the simulation leaves out."""
+def _steps(scenario: Scenario, ahead: TeamSimulation) -> str:
+    """The parts of the scenario that the simulation leaves out, and the steps that it takes."""
     hidden = any(not obstacle.ordered for obstacle in scenario.obstacles)
-    return " without obstacles" if hidden else ""
+    unseen = " without obstacles" if hidden else ""
+    return unseen + (", with the slowest steps" if ahead.slowest else "")
 
 
-def _verdict(of: str, most: int, ahead: TeamSimulation, unseen: str) -> str:
+def _verdict(of: str, most: int, ahead: TeamSimulation, steps: str) -> str:
     late = _late(of, most, ahead)
-    steps = unseen + (", with the slowest steps" if ahead.slowest else "")
     if ahead.why:
         return f"no guarantee: {ahead.why}"
     if late is not None:
         done = f", completed in tick {ahead.completed}" if ahead.completed is not None else ""
-        return f"late in tick {late}, as simulated{steps}{done if of == MISSION else ''}"
+        worst = " at worst" if ahead.slowest else ""
+        return f"late in tick {late}{worst}, as simulated{steps}{done if of == MISSION else ''}"
     if ahead.repeats is not None and of != MISSION:
         first, again = ahead.repeats
         return f"kept forever, as simulated{steps}: tick {again} repeats tick {first}"

@@ -25,7 +25,7 @@ from safenav.scenario.model import Robot, Scenario, Timing
 from safenav.scenario.settings import LatePolicy
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
-from safenav.trace.vocabulary import DeadlineVerdict
+from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict
 
 TICKS, SECONDS = 2_000, 1.0
 """At most so many ticks, and seconds of computation."""
@@ -35,18 +35,22 @@ class TeamSimulation(Struct, frozen=True):
     """A run with orders, without hidden obstacles. ``late``: the tick in which each missed deadline
     became late (robots, ``mission``); ``completed``: the tick of completion, if it was reached;
     ``repeats``: two ticks with the same state; ``slowest``: steps vary, and took their longest;
-    ``why``: the reason why nothing can be guaranteed (then all else is empty)."""
+    ``flat``: the tick in which each empty battery took its robot out of service; ``why``: the
+    reason why nothing can be guaranteed (then all else is empty)."""
 
     late: dict[str, int]
     completed: int | None = None
     repeats: tuple[int, int] | None = None
     slowest: bool = False
+    flat: dict[str, int] = {}
     why: str = ""
 
 
 def simulate_team(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation | None:
-    """The team run ahead; None without a promise about rounds or the whole mission."""
-    if scenario.until.by is None and all(robot.within is None for robot in scenario.robots):
+    """The team run ahead; None without a promise about rounds or the whole mission, and without a
+    battery whose charge other robots can cost."""
+    promises = scenario.until.by is not None or any(r.within is not None for r in scenario.robots)
+    if not promises and not any(_may_run_flat(robot, scenario) for robot in scenario.robots):
         return None
     varying = [r for r in scenario.robots if r.model.timing.least != r.model.timing.most]
     for robot in varying:
@@ -68,13 +72,21 @@ def simulate_team(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulatio
     return replace(_run(alone, synthesizer), slowest=bool(varying))
 
 
+def _may_run_flat(robot: Robot, scenario: Scenario) -> bool:
+    """Whether charges do not suffice for certain: the robot shares its floor, and no robot would
+    bring a battery."""
+    if robot.model.battery is None or scenario.flat is not None:
+        return False
+    return any(scenario.interfere(robot, other) for other in scenario.robots if other is not robot)
+
+
 def _slowest(robot: Robot) -> Robot:
     most = robot.model.timing.most
     return replace(robot, model=replace(robot.model, timing=Timing(most, most)))
 
 
 def _run(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation:
-    late: dict[str, int] = {}
+    late, flat = dict[str, int](), dict[str, int]()
     changes, last = [change.at for change in scenario.changes], 0
     changes += [order.appears or 0 for order in scenario.obstacles]
 
@@ -82,6 +94,8 @@ def _run(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation:
         nonlocal last
         if isinstance(record, records.Deadline) and record.verdict is DeadlineVerdict.LATE:
             late.setdefault(record.of, record.tick)
+        elif isinstance(record, records.Service) and record.cause is ChangeCause.BATTERY:
+            flat.setdefault(record.robot, record.tick)
         elif isinstance(record, records.Plan | records.Synthesis):
             last = record.tick
 
@@ -104,4 +118,4 @@ def _run(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation:
     if result.outcome is Outcome.UNREALIZABLE:
         return TeamSimulation({}, why=result.explanation)
     completed = result.ticks if result.outcome is Outcome.COMPLETED else None
-    return TeamSimulation(late, completed, repeats)
+    return TeamSimulation(late, completed, repeats, flat=flat)

@@ -1,5 +1,6 @@
 """Promises kept as simulated: what is said to hold forever holds in a run that goes on."""
 
+import json
 import os
 from pathlib import Path
 
@@ -95,6 +96,38 @@ def test_alone_the_slowest_steps_are_the_worst_case(tmp_path: Path) -> None:
     path.write_text(SHARED.replace("  b:", "  # b:"))
     said = CliRunner().invoke(command, [str(path)]).output
     assert f"with the slowest steps: the mission is completed in tick {found.completed}" in said
+
+
+EMPTY = """
+safenav: 1
+map: {grid: ["#######", "#..#..#", "#.....#", "#.##..#", "##....#", "#######"]}
+catalogue:
+  robots:
+    bat: {mobility: free, layer: ground, capabilities: [],
+          battery: {capacity: 25, charge: 3, stay: 1}}
+robots:
+  a: {model: bat, start: 15, objective: {patrol: [8, 18]}}
+  b: {model: bat, start: 11, objective: {patrol: [30, 16]}}
+  c: {model: bat, start: 26, objective: {hold: 17}}
+chargers: [33, 19]
+until: {rounds: 2}
+"""
+
+
+def test_check_warns_of_a_battery_that_runs_empty_on_a_shared_floor(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each robot alone has the charge that it needs: the verdict is realizable."""
+    monkeypatch.setattr("safenav.runtime.analysis.team_simulation.SECONDS", 60.0)
+    ended = play(EMPTY)
+    assert ended.outcome["outcome"] == "operator_needed"
+    (flat,) = ended.all("service", cause="battery")
+    path = tmp_path / "empty.yaml"
+    path.write_text(EMPTY)
+    warning = f"the battery of {flat['robot']} is empty in tick {flat['tick']}, as simulated"
+    assert warning in CliRunner().invoke(command, [str(path)]).output
+    told = json.loads(CliRunner().invoke(command, [str(path), "--json"]).stdout)
+    assert told["warnings"] == [warning]
 
 
 CORRIDOR = """
