@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import click
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
@@ -21,6 +22,7 @@ from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.reading import read_trace
+from safenav.trace.writing import next_part
 
 RUN_EPILOG = """\b
 Examples:
@@ -44,6 +46,7 @@ RESUME_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --clock live --trace lab.jsonl
   head -20 lab.jsonl > part.jsonl && safenav resume part.jsonl --trace rest.jsonl
+  safenav resume part.jsonl -o out               # out/part-2.jsonl and out/part-2.html
   safenav resume part.jsonl --add "eye: {model: bebop2, start: 20, objective: {hold: 20}}"
   echo give_up > fixes.txt && safenav resume part.jsonl lab.yaml --operator fixes.txt
 \b
@@ -51,17 +54,59 @@ Exit codes: those of 'safenav run', for the resumed run
 """
 
 
-@click.command(epilog=RUN_EPILOG)
-@click.argument("scenario", type=options.INPUT)
-@click.option(
+output = click.option(
     "-o",
     "--output",
     type=options.TRACE_PAGE_OR_FOLDER,
     help="Output: FILE.jsonl (trace), FILE.html (replay) or a folder for both.",
 )
+motion_file = click.option(
+    "--motion", type=options.FILE, help="Write the run in metres and seconds."
+)
+
+
+class Outputs(Struct, frozen=True):
+    """The files that a run writes."""
+
+    trace: Path | None = None
+    html: Path | None = None
+    motion: Path | None = None
+
+    @classmethod
+    def of(
+        cls,
+        output: Path | None,
+        stem: str,
+        trace: Path | None,
+        html: Path | None,
+        motion: Path | None,
+    ) -> Outputs:
+        """``stem``: the name of the files of ``output``, if that is a folder."""
+        if output is not None:
+            trace, html = _by_its_ending(output, stem, trace, html)
+        return cls(trace, html, motion)
+
+    def refuse_beside(self, given: Path, words: str) -> None:
+        """Raises UsageError if a file is the given one, or another output."""
+        files = {"--trace": self.trace, "--html": self.html, "--motion": self.motion}
+        _refuse_same_files(given, files, words)
+
+    def temporary(self, stem: str) -> str | None:
+        """The name of a trace that the others are made of, if they need one."""
+        return f"{stem}.jsonl" if self.html is not None or self.motion is not None else None
+
+    def write(self, trace: Path | None) -> list[str]:
+        """Write page and motion; return which requirements the motion does not satisfy."""
+        _write_page(trace, self.html)
+        return [] if self.motion is None or trace is None else _write_motion(trace, self.motion)
+
+
+@click.command(epilog=RUN_EPILOG)
+@click.argument("scenario", type=options.INPUT)
+@output
 @options.trace
 @options.html
-@click.option("--motion", type=options.FILE, help="Write the run in metres and seconds.")
+@motion_file
 @options.result_as_json
 @options.seed
 @options.max_ticks
@@ -114,26 +159,19 @@ def command(
     plan = _limited(plan, max_ticks, time_limit)
     if clock is not None:
         plan = replace(plan, clock=Clock(clock))
-    if output is not None:
-        trace, html = _by_its_ending(output, scenario.stem, trace, html)
-    _refuse_same_files(scenario, {"--trace": trace, "--html": html, "--motion": motion})
-    if motion is not None:
-        from safenav.motion.making import check_movable
-
-        check_movable(plan)
+    files = Outputs.of(output, scenario.stem, trace, html, motion)
+    files.refuse_beside(scenario, "the scenario")
+    _check_movable(plan, motion)
     operator = attendant(operator, plan.clock is Clock.LIVE, as_json)
 
     with ExitStack() as stack:
-        needed = f"{scenario.stem}.jsonl" if html is not None or motion is not None else None
+        needed = files.temporary(scenario.stem)
         make = _simulated(verify, attended=operator is not None)
-        run = RunSession(make, stack, trace, temporary=needed, as_json=as_json, maps=maps)
+        run = RunSession(make, stack, files.trace, temporary=needed, as_json=as_json, maps=maps)
         run.begin(plan)
         run.run(operator)
-        _write_page(run.trace, html)
-        unmet = []
-        if motion is not None and run.trace is not None:
-            unmet = _write_motion(run.trace, motion)
-    return run.report(scenario, html, unmet)
+        unmet = files.write(run.trace)
+    return run.report(scenario, files.html, unmet)
 
 
 def _refuse_beside_live(context: click.Context) -> None:
@@ -166,6 +204,13 @@ def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenar
     ticks = limits.ticks if ticks is None else ticks
     seconds = limits.seconds if seconds is None else seconds
     return replace(plan, limits=replace(limits, ticks=ticks, seconds=seconds))
+
+
+def _check_movable(plan: Scenario, motion: Path | None) -> None:
+    if motion is not None:
+        from safenav.motion.making import check_movable
+
+        check_movable(plan)
 
 
 def _write_page(trace: Path | None, html: Path | None) -> None:
@@ -222,9 +267,12 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
 @click.command(epilog=RESUME_EPILOG)
 @click.argument("trace", type=options.INPUT)
 @click.argument("scenario", type=options.INPUT, required=False)
-@click.option("--trace", "output", type=options.FILE, help="Write the trace of the resumed run.")
+@output
+@click.option("--trace", "own", type=options.FILE, help="Write the trace of the resumed run.")
 @options.html
+@motion_file
 @options.result_as_json
+@options.seed
 @options.max_ticks
 @options.time_limit
 @options.operator
@@ -236,27 +284,37 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
     help="A robot that joins the team: 'NAME: {model: ..., start: ..., objective: ...}'.",
 )
 @click.option("--map/--no-map", "maps", default=True, help="Draw the map at the main events.")
+@click.option("--clock", "--lockstep", "--live", "clock", is_flag=True, hidden=True)
 def resume(
     trace: Path,
     scenario: Path | None,
     output: Path | None,
+    own: Path | None,
     html: Path | None,
+    motion: Path | None,
     as_json: bool,
+    seed: int | None,
     max_ticks: int | None,
     time_limit: float | None,
     operator: str | None,
     verify: bool,
     add: tuple[str, ...],
     maps: bool,
+    clock: bool,
 ) -> int:
     """Continue the run of TRACE. Each robot starts at its last recorded pose, with its current
     target; resolved obstacles stay resolved. The resumed run has its own trace. SCENARIO: the
     scenario file of the run, needed if it has batteries, inputs, deadlines or beliefs, which the
     trace does not contain."""
-    _refuse_same_files(trace, {"--trace": output, "--html": html}, "the trace")
+    if clock:
+        raise UsageError("a resumed run has the clock of its trace, and no live page; see --html")
+    files = Outputs.of(output, next_part(trace).stem, own, html, motion)
+    files.refuse_beside(trace, "the trace")
     begun = read_trace(trace)
     plan = resumed(begun, None if scenario is None else load_scenario(scenario))
     plan = _limited(plan, max_ticks, time_limit)
+    plan = plan if seed is None else replace(plan, seed=seed)
+    _check_movable(plan, motion)
     if begun.header.scenario.world == "external":
         warn(f"{trace}: its rest is simulated, no robot moves; see safenav drive --resume")
     for robot in add:
@@ -266,13 +324,16 @@ def resume(
     operator = attendant(operator, plan.clock is Clock.LIVE, as_json)
 
     with ExitStack() as stack:
-        needed = f"{trace.stem}.jsonl" if html is not None else None
+        needed = files.temporary(trace.stem)
         make = _simulated(verify, attended=operator is not None)
-        run = RunSession(make, stack, output, temporary=needed, as_json=as_json, maps=maps)
+        run = RunSession(make, stack, files.trace, temporary=needed, as_json=as_json, maps=maps)
         run.begin(plan)
         run.run(operator, joins=False)
-        _write_page(run.trace, html)
+        unmet = files.write(run.trace)
     assert run.mission.result is not None
+    for complaint in unmet:
+        click.echo(f"{click.style('not as expected:', fg='red')} {complaint}", err=True)
     if as_json:
-        click.echo(json.dumps(run.record(), indent=2))
-    return exit_code_of(run.mission.result.outcome)
+        click.echo(json.dumps(run.record() | ({"unmet": unmet} if unmet else {}), indent=2))
+    status = exit_code_of(run.mission.result.outcome)
+    return (status or ExitCode.NEGATIVE) if unmet else status

@@ -1,0 +1,160 @@
+"""Runs that are cut off, and small scenarios to cut."""
+
+from collections.abc import Iterable
+
+from runtime.played import Line, Run, play
+from safenav.begun import Begun
+from safenav.runtime.analysis.resuming import resumed
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.joining import joined
+from safenav.trace.reading import read_lines
+
+
+def begun(rest: Scenario) -> Begun:
+    assert rest.begun is not None
+    return rest.begun
+
+
+def continued(run: Run, end: int, scenario: Scenario | None = None) -> Run:
+    return play(resumed(read_lines(run.lines[:end]), scenario))
+
+
+def with_another(rest: Scenario) -> Scenario:
+    """The rest with a robot that joins the team where no other is."""
+    place = min({*rest.map.free} - {robot.start.region for robot in rest.robots})
+    return joined(rest, f"bee: {{model: quadcopter, start: {place}, objective: {{hold: {place}}}}}")
+
+
+def goals(records: Iterable[Line]) -> list[tuple[str, int, int]]:
+    return [(one["robot"], one["goal"], one["round"]) for one in records if one["type"] == "goal"]
+
+
+ORDERS = """
+map: {grid: [".......", "......."]}
+catalogue:
+  robots: {arm: {mobility: free, layer: ground, capabilities: [take, put]}}
+  obstacles:
+    load: {needs: [{action: take, at: [0]}, {action: put, at: [13], same: true}], blocks: []}
+robots: {a: {model: arm, start: 3, objective: {visit: [6, 7]}}}
+orders: [{at: 2, type: load, region: 13}, {at: 2, type: load, region: 13}]
+until: {rounds: 1}
+"""
+
+
+COMES_BACK = """
+map: {grid: [".....", "....."]}
+robots:
+  d: {model: digit, start: 0, heading: east, objective: {visit: [4, 5]}}
+  q: {model: quadcopter, start: 9, objective: {visit: [0, 9]}}
+obstacles: [{type: door, region: 2, until: 6}, {type: door, region: 2, from: 8}]
+"""
+
+
+BATTERY = """
+map: {grid: ["......."]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, battery: {capacity: 12, charge: 3, start: 0}}}
+robots: {c: {model: cart, start: 0, objective: {visit: [6, 0]}}}
+chargers: [0]
+until: {rounds: 1}
+"""
+
+
+CLOSED = """
+map: {grid: [".....", ".#.#.", "....."]}
+robots:
+  q: {model: quadcopter, start: 4, objective: {hold: 4}}
+  r: {model: husky, start: 0, objective: {visit: [4, 0]}}
+obstacles:
+  - {type: uncertainty, region: 2, traversable: {probability: 0.01}}
+  - {type: uncertainty, region: 7, traversable: {probability: 0.99}}
+"""
+
+
+ALARM = """
+map: {grid: ["....."]}
+robots:
+  q: {model: quadcopter, start: 0, objective: {visit: [1, 0]}, when: {alarm: {visit: [4, 3]}}}
+inputs: {alarm: {at: ["2-4"]}}
+until: {rounds: 1}
+"""
+
+
+REMEMBERS = """
+map: {grid: [".......", "......."]}
+robots:
+  r:
+    model: husky
+    start: 0
+    objective:
+      ltl: {memory: %s, init: %s, safety: %s, liveness: %s}
+inputs: {alarm: {at: ["3-6"]}}
+until: {rounds: 2}
+"""
+
+
+FORMULAS = {
+    "flag": ({"m": "bool"}, "!m", ["m' <-> m | region = 6", "region' = 7 -> m'"], ["region = 7"]),
+    "toggle": (
+        {"m": "bool"},
+        "!m",
+        ["region' = 6 -> m'", "region' = 7 -> !m'", "region' != 6 & region' != 7 -> (m' <-> m)"],
+        ["region = 6", "region = 7"],
+    ),
+    "input": ({"m": "bool"}, "!m", ["m' <-> m | alarm'"], ["region = 7", "region = 6"]),
+    "range": (
+        {"c": [0, 2]},
+        "c = 0",
+        [f"region' = 3 & region != 3 & c = {k} -> c' = {(k + 1) % 3}" for k in range(3)]
+        + ["!(region' = 3 & region != 3) -> c' = c"],
+        ["c = 2 & region = 5"],
+    ),
+}
+
+
+ONE = """
+map: {grid: [".....", "....."]}
+robots: {r: {model: husky, start: 0, objective: {%s}}}
+until: {rounds: 3}
+"""
+
+
+DOOR = """
+map: {grid: [".....", ".###.", "....."]}
+robots:
+  d: {model: digit, start: 10, heading: east, objective: {visit: [14, 10]}}
+  q: {model: quadcopter, start: 0, objective: {visit: [4, 0], within: 9}}
+obstacles: [{type: door, region: 2, resolve_within: 12}]
+until: {rounds: 2}
+"""
+
+
+KINDS = {
+    "visit": "visit: [2, 6, 4], within: 14",
+    "patrol": "patrol: [2, 8], within: 9",
+    "circuit": "circuit: [1, 5, 9]",
+    "cover": "cover: [2, 8, 5]",
+    "once": "once: [8, 1, 5]",
+    "hold": "hold: 7",
+    "shared": "visit: [{any: [2, 3]}, {any: [3, 7]}, 5]",
+    "shared once": "once: [{any: [2, 3]}, {any: [3, 7]}, 5]",
+}
+
+
+TIGHT = """
+map: {grid: ["#....#", "######", "......", "######", "......"]}
+robots:
+  a: {model: husky, start: 1, objective: {visit: [4, 1], within: 6}}
+  b: {model: husky, start: 12, objective: {visit: [17, 12], within: 10}}
+  c: {model: husky, start: 24, objective: {cover: [29, 24]}}
+until: {rounds: 2, by: %d}
+late: stop
+"""
+
+
+DUE = """
+map: {grid: ["..........", "##########"]}
+robots: {r: {model: husky, start: 0, objective: {visit: [9, 0]}}}
+until: {rounds: 1, by: %d}
+late: %s
+"""

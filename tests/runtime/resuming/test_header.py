@@ -1,0 +1,105 @@
+"""The audit compares the header of a rest with the run that it continues."""
+
+import re
+
+import pytest
+
+from runtime.played import Run, loaded, play
+from runtime.resuming.cuts import (
+    ALARM,
+    CLOSED,
+    COMES_BACK,
+    DOOR,
+    KINDS,
+    ONE,
+    ORDERS,
+    TIGHT,
+    continued,
+)
+from safenav import Mission
+from safenav.audit.check import audit
+from safenav.runtime.analysis.resuming import resumed
+from safenav.trace.reading import read_lines
+
+CONTINUED = {
+    "door": DOOR,
+    "orders": ORDERS,
+    "closed": CLOSED,
+    "alarm": ALARM,
+    "back": COMES_BACK,
+    "tight": TIGHT % 30,
+    "cover": ONE % KINDS["cover"],
+    "once": ONE % KINDS["once"],
+}
+
+
+@pytest.mark.parametrize("name", CONTINUED)
+def test_the_audit_derives_what_the_header_tells(name: str) -> None:
+    """By its own replay of the run before."""
+    scenario = loaded(CONTINUED[name])
+    lines = play(scenario).lines
+    for end in range(2, len(lines) - 1, 3):
+        first, begins = read_lines(lines[:end]), Run()
+        Mission(resumed(first, scenario), listeners=[begins]).start()
+        assert audit(read_lines(begins.lines), first).findings == (), end
+
+
+@pytest.mark.parametrize(
+    ("end", "robot", "other", "rule"),
+    [
+        (48, "q", {"rounds": 2}, "deadline"),
+        (40, "q", {"turn": 0}, "goal-order"),
+        (40, "q", {"clock": {"since": 8}}, "deadline"),
+        (15, "r", {"seen": [0, 1, 2]}, "completed"),
+    ],
+)
+def test_a_header_that_tells_otherwise_breaks_a_rule(
+    end: int, robot: str, other: dict[str, object], rule: str
+) -> None:
+    """The audit counts from what the header tells of the run before."""
+    scenario = loaded(DOOR if robot == "q" else ONE % KINDS["cover"])
+    run = continued(play(scenario), end, scenario)
+    run.records[0]["scenario"]["begun"]["robots"][robot] |= other
+    assert rule in run.broken
+
+
+@pytest.mark.parametrize(
+    ("end", "where", "other", "said"),
+    [
+        (40, ("begun", "robots", "q", "rounds"), 2, "q begins with 2 rounds, but had 0"),
+        (40, ("begun", "robots", "q", "seen"), [], r"targets \[\], but had \[0\]"),
+        (40, ("begun", "robots", "q", "turn"), 0, "target 0, but 1 was next"),
+        (40, ("begun", "robots", "q", "clock", "since"), 2, "began 3 ticks before, not 2"),
+        (24, ("begun", "due"), {}, "is due, but the first run leaves {'door@2'"),
+        (24, ("begun", "due", "door@2"), 9, "is due, but the first run leaves"),
+        (40, ("begun", "had"), ["d", "q"], "d, q has had a turn of tick 1"),
+        (24, ("begun", "asked"), {}, "nothing is requested, but was {'door@2'"),
+        (24, ("begun", "asked", "door@2", "q"), 9, "is requested, but was {'door@2'"),
+        (40, ("begun", "stays"), ["door@2"], "door@2 stays, but stayed none"),
+        (40, ("begun", "closed"), ["door@2"], "door@2 is untraversable, but found was none"),
+        (24, ("begun", "waited"), {}, "no robot has stood before, but it was {'d'"),
+        (24, ("begun", "waited", "d"), 9, "has stood before, but it was {'d'"),
+        (40, ("begun", "trace"), "0" * 64, "continues another trace"),
+        (40, ("begun",), None, "does not record that it continues"),
+        (40, ("robots", "q", "start"), 0, "q begins at 0"),
+        (
+            40,
+            ("robots", "q", "objective"),
+            {"visit": [0, 4]},
+            "q has the objective 'visit 0, 4', but had '",
+        ),
+    ],
+)
+def test_a_header_that_tells_otherwise_is_found(
+    end: int, where: tuple[str, ...], other: object, said: str
+) -> None:
+    scenario = loaded(DOOR)
+    first = read_lines(play(scenario).lines[:end])
+    run = play(resumed(first, scenario))
+    place = run.records[0]["scenario"]
+    for key in where[:-1]:
+        place = place[key]
+    place[where[-1]] = other
+    found = audit(read_lines(run.lines), first).findings
+    told = [one.explanation for one in found if one.rule == "continuation"]
+    assert any(re.search(said, one) for one in told), told

@@ -1,0 +1,101 @@
+"""Formulas keep their memory in the rest of a run."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from once import SCENARIOS
+from runtime.played import Run, loaded, play
+from runtime.resuming.cuts import FORMULAS, REMEMBERS, begun
+from safenav import Mission
+from safenav.audit.check import audit
+from safenav.certify.bundle import make_bundle
+from safenav.certify.check import check_bundle
+from safenav.certify.record import syntheses_of
+from safenav.certify.run import Kept
+from safenav.runtime.analysis.resuming import resumed
+from safenav.runtime.mission import default_synthesizer
+from safenav.scenario.settings import Clock
+from safenav.synthesis.cache import Cache
+from safenav.trace.reading import read_lines
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("name", FORMULAS)
+def test_formulas_remember_in_the_rest(name: str, clock: str) -> None:
+    """What they do at each moment of the run, as the audit derives it, too."""
+    scenario = loaded(REMEMBERS % tuple(map(json.dumps, FORMULAS[name])))
+    run = Run()
+    mission = Mission(replace(scenario, clock=Clock(clock)), listeners=[run])
+    mission.start()
+    for _ in range(24):
+        mission.step()
+        if mission.result is not None:
+            break
+        first, begins = read_lines(run.lines), Run()
+        rest = resumed(first, mission.scenario)
+        remembered = dict(mission.state.robots["r"].memory.values)
+        assert begun(rest).robots["r"].memory == remembered, mission.state.tick
+        Mission(rest, listeners=[begins]).start()
+        assert audit(read_lines(begins.lines), first).findings == ()
+        told = begins.records[0]["scenario"]["begun"]["robots"]["r"]
+        told["memory"] = {key: int(not value) for key, value in told["memory"].items()}
+        wrong = audit(read_lines(begins.lines), first).findings
+        known = clock == "lockstep" and name != "input"  # else another one fits, too
+        assert not known or any("memory" in one.explanation for one in wrong)
+
+
+def test_what_comes_first_is_not_done_again() -> None:
+    """The robot may enter 7 only after 6; cut on its way back, it goes straight there."""
+    scenario = loaded(REMEMBERS % tuple(map(json.dumps, FORMULAS["flag"])))
+    first = play(scenario).upto("move", **{"from": 6})
+    rest = play(resumed(read_lines(first), scenario))
+    assert 6 not in rest.path("r")
+    assert rest.outcome["outcome"] == "completed"
+
+
+ONE_FLAG = """
+map: {{grid: ["#########", "#.......#", "#########"]}}
+robots:
+  a:
+    model: quadcopter
+    start: [1, 1]
+    objective:
+      ltl: {{memory: {{{name}: bool}}, safety: {name}' <-> ({name} | region = 15),
+             liveness: {name} & region = 10}}
+until: {{rounds: 2}}
+clock: {clock}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("name", ["seen", "went"])
+def test_other_formulas_begin_again(name: str, clock: str) -> None:
+    """Their memory has other variables than that of the run before."""
+    whole = play(loaded(ONE_FLAG.format(name="seen", clock=clock)))
+    changed = loaded(ONE_FLAG.format(name=name, clock=clock))
+    resume = resumed(read_lines(whole.upto("goal")), changed)
+    assert ("a" in begun(resume).robots) is (name == "seen")
+    assert play(resume).outcome["outcome"] == "completed"
+
+
+@pytest.mark.parametrize(
+    ("text", "last"),
+    [
+        (REMEMBERS % tuple(map(json.dumps, FORMULAS["flag"])), {"kind": "move", "from": 6}),
+        ((SCENARIOS / "case_study_3.yaml").read_text(), {"kind": "violation"}),
+    ],
+    ids=["memory", "requests"],
+)
+def test_the_rest_is_certified(text: str, last: dict[str, Any], tmp_path: Path) -> None:
+    rest = resumed(read_lines(play(text).upto(nth=-1, **last)), loaded(text))
+    cache, kept, run = Cache(tmp_path / "cache"), Kept(), Run()
+    synthesizer = default_synthesizer(rest, cache=cache)
+    Mission(rest, synthesizer, listeners=[run], progress=kept).run()
+    trace = run.text.encode()
+    kept.complete(syntheses_of(trace, "rest"), cache, synthesizer)
+    make_bundle(tmp_path / "bundle", trace, {}, kept, synthesizer)
+    assert check_bundle(tmp_path / "bundle").accepted

@@ -1,0 +1,94 @@
+"""``safenav resume``."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import warm
+from once import SCENARIOS
+from runtime.played import play, whole
+from runtime.resuming.cuts import CLOSED, DOOR
+from safenav.errors import UsageError
+from safenav.runtime.analysis.resuming import resumed
+from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.reading import read_lines, read_trace
+
+
+def test_what_a_trace_does_not_describe_is_named() -> None:
+    first = read_lines(play(load_scenario(SCENARIOS / "battery_delivery.yaml")).lines[:20])
+    said = "does not fully describe batteries: also name the scenario"
+    with pytest.raises(UsageError, match=said):
+        resumed(first)
+
+
+def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
+    path, rest = tmp_path / "trace.jsonl", tmp_path / "rest.jsonl"
+    lines = play(load_scenario(SCENARIOS / "hello.yaml")).lines
+    with pytest.raises(UsageError, match="nothing to resume"):
+        resumed(read_lines(lines))
+    path.write_text("".join(lines))
+    assert warm.safenav("resume", path).returncode == 2
+    path.write_text("".join(lines[:9]))
+    assert warm.safenav("resume", path, "--trace", rest, "--no-map").returncode == 0
+    assert json.loads(rest.read_text().splitlines()[-1])["outcome"] == "completed"
+
+
+def test_a_resumed_run_has_a_page_a_result_and_limits(tmp_path: Path) -> None:
+    path, page = tmp_path / "trace.jsonl", tmp_path / "rest.html"
+    text = "".join(play(load_scenario(SCENARIOS / "hello.yaml")).lines[:9])
+    path.write_text(text)
+    done = warm.safenav("resume", path, "--json", "--html", page, "--max-ticks", "1")
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["outcome"] == "tick_limit"
+    assert page.read_text().startswith("<!doctype html>")
+    refused = warm.safenav("resume", path, "--html", path)
+    assert refused.returncode == 2 and "would overwrite the trace" in refused.stderr
+    assert path.read_text() == text
+
+
+def test_a_resumed_run_has_the_outputs_of_a_run(tmp_path: Path) -> None:
+    """Beside the trace that it continues, in a folder or as motion; ``--seed`` is in its header."""
+    path, motion = tmp_path / "trace.jsonl", tmp_path / "m.jsonl"
+    path.write_text("".join(play(load_scenario(SCENARIOS / "hello.yaml")).lines[:9]))
+    done = warm.safenav("resume", path, "-o", tmp_path, "--motion", motion, "--seed", "3")
+    assert done.returncode == 0, done.stderr
+    assert {file.name for file in tmp_path.iterdir()} == (
+        {"trace.jsonl", "trace-2.jsonl", "trace-2.html", "m.jsonl"}
+    )
+    rest = read_trace(tmp_path / "trace-2.jsonl")
+    assert rest.header.scenario.seed == 3
+    assert json.loads(motion.read_text().splitlines()[0])["type"] == "header"
+
+
+@pytest.mark.parametrize("option", [["--clock", "live"], ["--lockstep"], ["--live"]])
+def test_a_resumed_run_keeps_its_clock(option: list[str], tmp_path: Path) -> None:
+    path = tmp_path / "trace.jsonl"
+    path.write_text("".join(play(load_scenario(SCENARIOS / "hello.yaml")).lines[:9]))
+    done = warm.safenav("resume", path, *option)
+    assert done.returncode == 2
+    assert "a resumed run has the clock of its trace" in done.stderr
+
+
+def test_a_live_run_stays_live(tmp_path: Path) -> None:
+    source, trace = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
+    source.write_text(whole(CLOSED))
+    run = ("run", source, "--clock", "live", "--seed", "7", "--trace", trace)
+    assert warm.safenav(*run).returncode == 0
+    trace.write_text("".join(trace.read_text().splitlines(keepends=True)[:6]))
+    again = resumed(read_trace(trace), load_scenario(source))
+    assert (again.clock.value, again.seed) == ("live", 7)
+
+
+def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None:
+    first, rest = tmp_path / "first.jsonl", tmp_path / "rest.jsonl"
+    source = tmp_path / "s.yaml"
+    source.write_text(whole(DOOR))
+    lines = play(DOOR).lines
+    first.write_text("".join(lines[:40]))
+    assert warm.safenav("resume", first, source, "--trace", rest, "--no-map").returncode == 0
+    assert warm.safenav("check-trace", rest, "--after", first).returncode == 0
+    first.write_text("".join(lines[:30]))
+    done = warm.safenav("check-trace", rest, "--after", first)
+    assert done.returncode == 1
+    assert "continuation" in done.stdout
