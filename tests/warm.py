@@ -54,20 +54,15 @@ def program(
 ) -> Done:
     """Run a module's ``main`` in the same way; what it returns is the exit status."""
     words = [str(argument) for argument in arguments]
-    place, environment = str(cwd or Path.cwd()), dict(env or os.environ)
-    asked = {"module": module, "words": words, "cwd": place, "env": environment}
     with (
         tempfile.TemporaryFile() as given,
         tempfile.TemporaryFile() as out,
         tempfile.TemporaryFile() as err,
-        tempfile.TemporaryFile() as question,
     ):
         given.write(text.encode())
         given.seek(0)
-        question.write(json.dumps(asked).encode())
-        question.flush()
-        files = [stream.fileno() for stream in (given, out, err, question)]
-        status = _ask(files)
+        files = [stream.fileno() for stream in (given, out, err)]
+        status = _ask(b"run", files, module, words, cwd, env)
         texts = []
         for stream in (out, err):
             stream.seek(0)
@@ -75,9 +70,32 @@ def program(
     return subprocess.CompletedProcess([module, *words], status, *texts)
 
 
-def _ask(files: list[int]) -> int:
+def started(
+    *arguments: object, out: int, cwd: Path | None = None, env: Mapping[str, str] | None = None
+) -> int:
+    """Start ``safenav ARGUMENTS...``, which writes all that it says to ``out``; its process id,
+    which stays its own until the next command, even if it ends."""
+    words = [str(argument) for argument in arguments]
+    with Path(os.devnull).open("rb") as nothing:
+        return _ask(b"start", [nothing.fileno(), out, out], "safenav.cli", words, cwd, env)
+
+
+def _ask(
+    word: bytes,
+    files: list[int],
+    module: str,
+    words: list[str],
+    cwd: Path | None,
+    env: Mapping[str, str] | None,
+) -> int:
+    """The exit status of a command that is run, or the process id of one that is started."""
+    place, environment = str(cwd or Path.cwd()), dict(env or os.environ)
+    asked = {"module": module, "words": words, "cwd": place, "env": environment}
     server = _server()
-    socket.send_fds(server, [b"run"], files)
+    with tempfile.TemporaryFile() as question:
+        question.write(json.dumps(asked).encode())
+        question.flush()
+        socket.send_fds(server, [word], [*files, question.fileno()])
     answer = server.recv(LONGEST)
     assert answer, "the program that starts commands has ended"
     return int(answer)
@@ -111,6 +129,9 @@ def serve(number: int) -> None:
         word, files, _, _ = socket.recv_fds(connection, LONGEST, 4)
         if not word:
             os._exit(0)
+        with contextlib.suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG)[0]:  # what was started and has ended
+                pass
         child = os.fork()
         if not child:
             connection.detach()
@@ -118,9 +139,11 @@ def serve(number: int) -> None:
             _become(files)
         for file in files:
             os.close(file)
-        _, status = os.waitpid(child, 0)
+        answer = child
+        if word == b"run":
+            answer = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         with contextlib.suppress(BrokenPipeError):
-            connection.send(str(os.waitstatus_to_exitcode(status)).encode())
+            connection.send(str(answer).encode())
 
 
 def _become(files: list[int]) -> NoReturn:

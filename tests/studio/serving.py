@@ -8,13 +8,16 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
+from threading import Timer
 from types import TracebackType
 from typing import Any
 
 import aiohttp
+
+from warm import started
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS = ROOT / "scenarios"
@@ -26,23 +29,24 @@ class Served:
     """``safenav ARGUMENTS`` until the block is left; ``address`` is what it printed."""
 
     def __init__(self, *arguments: str | Path, cwd: Path | None = None) -> None:
-        self.process = subprocess.Popen(
-            [str(Path(sys.executable).with_name("safenav")), *map(str, arguments)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            cwd=cwd,
-            env={**os.environ, "BROWSER": "/bin/true"},
-        )
-        assert self.process.stdout is not None
+        reading, writing = os.pipe()
+        self._said = os.fdopen(reading, encoding="utf-8")
+        environment = {**os.environ, "BROWSER": "/bin/true"}
+        self.pid = self._start(writing, arguments, cwd, environment)
+        os.close(writing)
         said = []
-        for line in self.process.stdout:
+        for line in self._said:
             said.append(line)
             found = re.search(r"http://\S+/", line)
             if found is not None:
                 self.address = found[0]
                 return
         raise AssertionError("".join(said))
+
+    def _start(
+        self, out: int, arguments: Sequence[str | Path], cwd: Path | None, env: dict[str, str]
+    ) -> int:
+        return started(*arguments, out=out, cwd=cwd, env=env)
 
     @property
     def port(self) -> int:
@@ -57,13 +61,32 @@ class Served:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-            self.process.wait(MINUTES)
-        assert self.process.stdout is not None
-        with self.process.stdout as rest:
+        hangs = Timer(MINUTES, os.kill, (self.pid, signal.SIGKILL))
+        hangs.start()
+        with suppress(ProcessLookupError):
+            os.kill(self.pid, signal.SIGINT)
+        with self._said as rest:
             said = rest.read()
+        assert not hangs.finished.is_set(), "it did not end"
+        hangs.cancel()
         assert "Traceback" not in said and "Error" not in said, said
+
+
+class ServedAnew(Served):
+    """The same as a program of its own, from its start to its interrupt."""
+
+    def _start(
+        self, out: int, arguments: Sequence[str | Path], cwd: Path | None, env: dict[str, str]
+    ) -> int:
+        program = [str(Path(sys.executable).with_name("safenav")), *map(str, arguments)]
+        self._process = subprocess.Popen(
+            program, stdout=out, stderr=subprocess.STDOUT, cwd=cwd, env=env
+        )
+        return self._process.pid
+
+    def __exit__(self, *ended: Any) -> None:
+        super().__exit__(*ended)
+        self._process.wait(MINUTES)
 
 
 class Page:

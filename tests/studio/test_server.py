@@ -14,14 +14,14 @@ import pytest
 from safenav.errors import UsageError
 from safenav.studio.server import Server, listening
 from safenav.studio.session import Studio
-from studio.serving import MINUTES, ROOT, SCENARIOS, Page, Served, opened, visit
+from studio.serving import MINUTES, ROOT, SCENARIOS, Page, Served, ServedAnew, opened, visit
 
 HELLO = SCENARIOS / "hello.yaml"
 
 
 @pytest.fixture(scope="module")
 def served() -> Iterator[Served]:
-    with Served("run", HELLO, "--live") as found:
+    with ServedAnew("run", HELLO, "--live") as found:
         yield found
 
 
