@@ -10,10 +10,11 @@ import click
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
-from safenav.cli.run_session import RunSession, attendant
+from safenav.cli.run_session import RunSession, attendant, limited
 from safenav.fleet.acting import unserved
 from safenav.fleet.connection import fleet_world
 from safenav.fleet.fleet_file import load_fleet
+from safenav.fleet.stations import FleetFile
 from safenav.fleet.transport import DriveRecording
 from safenav.outfile import write_out
 from safenav.runtime.analysis.resuming import resumed
@@ -94,22 +95,12 @@ def command(
     robots' own navigation drives them there."""
     plan = load_scenario(scenario)
     if begun is not None:
-        if trace is not None and trace.resolve() == begun.resolve():
-            raise click.UsageError(f"--trace {trace} would overwrite the trace of --resume")
         plan = resumed(read_trace(begun), plan)
-    plan = replace(plan, clock=Clock.LIVE)
-    if time_limit is not None:
-        plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
+    plan = limited(replace(plan, clock=Clock.LIVE), None, time_limit)
     if motion is not None and rehearse:
         raise click.UsageError("--motion: no robot moves in a rehearsal; use safenav motion")
     stations = load_fleet(fleet, plan)
-    tolerances = {
-        name: station.tolerance if station.follow is None else station.follow.tolerance
-        for name, station in stations.stations.items()
-    }
-    sizes = (*oversized(plan), *imprecise(plan, tolerances))
-    for warning in (*plan.map.notes, *sizes, *unserved(plan, stations)):
-        warn(warning)
+    _warn(plan, stations)
     recording = None
     if motion is not None:
         from safenav.motion.making import check_movable
@@ -164,3 +155,14 @@ def command(
             signal.signal(signal.SIGINT, signal.default_int_handler)
             view.wait()
     return status
+
+
+def _warn(plan: Scenario, fleet: FleetFile) -> None:
+    """Warn of robots without room or precision, and of obstacles that the fleet cannot resolve."""
+    tolerances = {
+        name: station.tolerance if station.follow is None else station.follow.tolerance
+        for name, station in fleet.stations.items()
+    }
+    sizes = (*oversized(plan), *imprecise(plan, tolerances))
+    for warning in (*plan.map.notes, *sizes, *unserved(plan, fleet)):
+        warn(warning)

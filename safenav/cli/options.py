@@ -38,6 +38,15 @@ class FiniteRange(click.FloatRange):
         return number
 
 
+class _Input(click.Path):
+    """A path to read, or a pattern of such."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        path = super().convert(value, param, ctx)
+        _claim(Path(str(path)), param, ctx, writes=False)
+        return path
+
+
 class _Output(click.ParamType[Path]):
     """A path to write; ``-`` is standard output. Raises UsageError where nothing can be written.
 
@@ -52,16 +61,35 @@ class _Output(click.ParamType[Path]):
     def convert(
         self, value: str | Path, param: click.Parameter | None, ctx: click.Context | None
     ) -> Path:
-        del param, ctx
         path = Path(value)
         if self._endings is not None and path.suffix not in self._endings:
             try_folder(path)
         elif str(path) != "-":
+            _claim(path, param, ctx, writes=True)
             try_out(path)
         return path
 
 
-INPUT = click.Path(path_type=Path)
+def _claim(
+    path: Path, param: click.Parameter | None, ctx: click.Context | None, *, writes: bool
+) -> None:
+    """Raises UsageError if a file that is to be written is to be read, or written again."""
+    special = str(path) == "-" or (path.exists() and not path.is_file())
+    if special or param is None or ctx is None:
+        return
+    claims: dict[Path, tuple[click.Parameter, bool]] = ctx.meta.setdefault(__name__, {})
+    other, written = claims.setdefault(path.resolve(), (param, writes))
+    if other is not param and (writes or written):
+        one, kept = map(_words, (param, other) if writes else (other, param))
+        raise UsageError(f"{one} {path} would overwrite {kept}; give another file")
+
+
+def _words(param: click.Parameter) -> str:
+    return max(param.opts, key=len) if isinstance(param, click.Option) else f"the {param.name}"
+
+
+INPUT = _Input(path_type=Path)
+PATTERN = _Input(path_type=str)
 FILE = _Output()
 FOLDER = _Output(())
 TRACE_PAGE_OR_FOLDER = _Output((".jsonl", ".html"))

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
-from safenav.cli.run_session import MakeMission, RunSession, attendant
+from safenav.cli.run_session import MakeMission, RunSession, attendant, limited
 from safenav.errors import ExitCode, UsageError, exit_code_of
 from safenav.outfile import write_out
 from safenav.report.terminal.synthesis_progress import WaitingLine
@@ -84,12 +84,11 @@ class Outputs(Struct, frozen=True):
         """``stem``: the name of the files of ``output``, if that is a folder."""
         if output is not None:
             trace, html = _by_its_ending(output, stem, trace, html)
+            if motion is not None and motion.resolve() in [
+                p and p.resolve() for p in (trace, html)
+            ]:
+                raise UsageError(f"--motion {motion} would overwrite --output; give another file")
         return cls(trace, html, motion)
-
-    def refuse_beside(self, given: Path, words: str) -> None:
-        """Raises UsageError if a file is the given one, or another output."""
-        files = {"--trace": self.trace, "--html": self.html, "--motion": self.motion}
-        _refuse_same_files(given, files, words)
 
     def temporary(self, stem: str) -> str | None:
         """The name of a trace that the others are made of, if they need one."""
@@ -148,7 +147,6 @@ def command(
         from safenav.studio.starting import start_live
 
         _refuse_beside_live(click.get_current_context())
-        _refuse_same_files(scenario, {"--trace": trace})
         start_live(scenario, seed=seed, trace=trace, clock=clock)
         return ExitCode.OK
     plan = load_scenario(scenario)
@@ -156,11 +154,10 @@ def command(
         warn(note)
     if seed is not None:
         plan = replace(plan, seed=seed)
-    plan = _limited(plan, max_ticks, time_limit)
+    plan = limited(plan, max_ticks, time_limit)
     if clock is not None:
         plan = replace(plan, clock=Clock(clock))
     files = Outputs.of(output, scenario.stem, trace, html, motion)
-    files.refuse_beside(scenario, "the scenario")
     _check_movable(plan, motion)
     operator = attendant(operator, plan.clock is Clock.LIVE, as_json)
 
@@ -198,14 +195,6 @@ def _simulated(verify: bool, *, attended: bool) -> MakeMission:
     )
 
 
-def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
-    """The scenario with the limits of the command line."""
-    limits = plan.limits
-    ticks = limits.ticks if ticks is None else ticks
-    seconds = limits.seconds if seconds is None else seconds
-    return replace(plan, limits=replace(limits, ticks=ticks, seconds=seconds))
-
-
 def _check_movable(plan: Scenario, motion: Path | None) -> None:
     if motion is not None:
         from safenav.motion.making import check_movable
@@ -236,19 +225,6 @@ def _by_its_ending(
         return trace, output
     file = options.made_folder(output) / (stem if stem != "-" else "scenario")
     return file.with_name(f"{file.name}.jsonl"), file.with_name(f"{file.name}.html")
-
-
-def _refuse_same_files(
-    given: Path, outputs: dict[str, Path | None], words: str = "the scenario"
-) -> None:
-    """Raises UsageError if a file that is to be written is the given one, or another output."""
-    taken = {given.resolve(): words}
-    for option, path in outputs.items():
-        if path is None:
-            continue
-        first = taken.setdefault(path.resolve(), option)
-        if first != option:
-            raise UsageError(f"{option} {path} would overwrite {first}; give another file")
 
 
 def _write_motion(trace: Path, motion: Path) -> list[str]:
@@ -309,10 +285,9 @@ def resume(
     if clock:
         raise UsageError("a resumed run has the clock of its trace, and no live page; see --html")
     files = Outputs.of(output, next_part(trace).stem, own, html, motion)
-    files.refuse_beside(trace, "the trace")
     begun = read_trace(trace)
     plan = resumed(begun, None if scenario is None else load_scenario(scenario))
-    plan = _limited(plan, max_ticks, time_limit)
+    plan = limited(plan, max_ticks, time_limit)
     plan = plan if seed is None else replace(plan, seed=seed)
     _check_movable(plan, motion)
     if begun.header.scenario.world == "external":

@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
+from msgspec.structs import replace
 
 from safenav.cli.operator import TERMINAL, run_with_operator
 from safenav.errors import ExitCode, UsageError, exit_code_of
@@ -174,6 +175,14 @@ class RunSession:
             "syntheses": result.syntheses,
             "synthesis_seconds": result.synthesis_seconds,
         }
+
+
+def limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
+    """The scenario with the limits of the command line."""
+    limits = plan.limits
+    ticks = limits.ticks if ticks is None else ticks
+    seconds = limits.seconds if seconds is None else seconds
+    return replace(plan, limits=replace(limits, ticks=ticks, seconds=seconds))
 
 
 def attendant(given: str | None, live: bool, as_json: bool) -> str | None:

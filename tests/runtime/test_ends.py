@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -208,26 +207,6 @@ def test_no_synthesizer_outlives_a_killed_run(tmp_path: Path) -> None:
     run.kill()
     run.communicate(timeout=300)
     assert all(gone(int(pid)) for pid in pids.read_text().split())
-
-
-@pytest.mark.parametrize(("one", "other"), [*combinations(["--trace", "--html", "--motion"], 2)])
-def test_outputs_never_overwrite_each_other(one: str, other: str, tmp_path: Path) -> None:
-    run = safenav("run", HELLO, one, tmp_path / "out", other, tmp_path / "." / "out")
-    _, error = run.communicate(timeout=300)
-    assert run.returncode == 2
-    assert f"would overwrite {one}" in error
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("option", ["--trace", "--html", "--motion"])
-def test_outputs_never_overwrite_the_scenario(option: str, tmp_path: Path) -> None:
-    file = tmp_path / "s.yaml"
-    file.write_text(HELLO.read_text())
-    run = safenav("run", file, option, file)
-    _, error = run.communicate(timeout=300)
-    assert run.returncode == 2
-    assert "overwrite" in error
-    assert file.read_text() == HELLO.read_text()
 
 
 def test_a_mission_is_stepped_in_its_order() -> None:

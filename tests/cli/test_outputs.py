@@ -1,0 +1,63 @@
+"""No command writes over what it reads, or twice into one file."""
+
+from pathlib import Path
+from shutil import copy
+
+import pytest
+from click.testing import CliRunner, Result
+
+from safenav.cli import command_of
+from safenav.errors import UsageError
+
+HELLO = Path(__file__).parents[2] / "scenarios" / "hello.yaml"
+
+
+def given(line: str) -> Result:
+    name, *arguments = line.split()
+    return CliRunner().invoke(command_of(name), arguments)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "run s.yaml --trace s.yaml",
+        "run --html ./s.yaml s.yaml",
+        "run s.yaml --motion s.yaml",
+        "run s.yaml --live --trace s.yaml",
+        "run s.yaml --trace out --html ./out",
+        "run s.yaml --trace out --motion out",
+        "run s.yaml --html out --motion out",
+        "run s.yaml --output out.html --html out.html",
+        "resume t.jsonl --trace t.jsonl",
+        "resume t.jsonl s.yaml --html s.yaml",
+        "drive s.yaml --fleet f.yaml --trace f.yaml",
+        "drive s.yaml --fleet f.yaml --motion s.yaml",
+        "drive s.yaml --fleet f.yaml --resume t.jsonl --trace t.jsonl",
+        "draw s.yaml -o s.yaml",
+        "motion t.jsonl -o t.jsonl",
+        "replay -o t.jsonl t.jsonl",
+        "export t.jsonl --mcap t.jsonl",
+        "export t.jsonl --mcap out --waypoints out",
+        "batch f.yaml s.yaml --junit s.yaml",
+        "batch s.yaml --csv out --results out",
+    ],
+)
+def test_a_file_is_not_overwritten(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("s.yaml", "f.yaml", "t.jsonl"):
+        (tmp_path / name).write_text("kept")
+    found = given(line).exception
+    assert isinstance(found, UsageError) and "would overwrite" in str(found)
+    assert [file.read_text() for file in tmp_path.iterdir()] == ["kept"] * 3
+
+
+def test_a_motion_is_not_written_over_the_trace_in_a_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out").mkdir()
+    copy(HELLO, "s.yaml")
+    found = given("run s.yaml --output out --motion out/s.jsonl").exception
+    assert isinstance(found, UsageError) and "would overwrite --output" in str(found)
