@@ -98,6 +98,7 @@ LOCKSTEP = {
     "taken out of service while an order is awaited": 54297,
     "a helper is kept away by one out of service": 58813,
     "its battery is replaced while it starves": 58211,
+    "with assignable goals a helper is due in one pose": 172141,
 }
 PLAIN = {
     "an input gives an objective, and nobody passes": (73200, False),
@@ -244,6 +245,7 @@ ELSEWHERE = {
     "an operator has put it where it should not go": (mixed_mission, 154495, True, True, True, 23),
     "an operator has put it on an obstacle": (mixed_mission, 159479, True, True, True, 12),
     "an input is off, and its robot's round begins anew": (formula_mission, 162953, *LOCK, 16),
+    "what is requested can never be resolved": (mixed_mission, 172282, True, True, True, 7),
     "a robot that waits has had its turn": (mixed_mission, 147702, *LOCK, 10),
 }
 

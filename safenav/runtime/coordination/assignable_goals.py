@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from msgspec.structs import replace
-
 from safenav.runtime.coordination.task_candidates import TaskDraft
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -23,8 +21,7 @@ from safenav.world.poses import FAR, Mask, region_mask
 def own_objective(robot: RobotState, draft: TaskDraft) -> TaskDraft:
     """A draft as a strategy with assignable goals sees it: the robot's own objective, whatever its
     assignment."""
-    own = robot.robot.objective
-    return replace(draft, objective=own, avoid=frozenset(), must=frozenset(), forbidden=frozenset())
+    return TaskDraft(draft.assignment, robot.robot.objective)
 
 
 def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> dict[str, int]:
