@@ -11,7 +11,7 @@ from typing import Any
 from safenav.audit.continuation import NAME, continuation_problems
 from safenav.audit.judging import RULES, findings
 from safenav.audit.rules.rule import Finding
-from safenav.audit.situation import Situation
+from safenav.audit.run.situation import Situation
 from safenav.trace.fields import plain
 from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import Arrive, Move, Push

@@ -14,8 +14,8 @@ from safenav.audit.lines import Line
 from safenav.audit.rules.deadlines import MISSION, DeadlineRule
 from safenav.audit.rules.plans import FollowsPlanRule, Left
 from safenav.audit.rules.rule import Rule
-from safenav.audit.situation import Situation
-from safenav.audit.turn import Status
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Status
 
 NAME = "continuation"
 """The name of this rule."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from safenav.audit.lines import Line
-from safenav.audit.passes import Passes
 from safenav.audit.rules import (
     batteries,
     beliefs,
@@ -27,7 +26,8 @@ from safenav.audit.rules import (
     synthesis,
 )
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation
+from safenav.audit.run.passes import Passes
+from safenav.audit.run.situation import Situation
 
 _MODULES = (
     *(order, deadlines, batteries, motion, beliefs, obstacles, requests, stack, objectives),

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from safenav.audit.kinds import shape_of
-from safenav.audit.members import Need, OpenObstacle
+from safenav.audit.needs import Need, OpenObstacle
 
 Line = Any
 """``type`` is its type; a field that is absent is None, or what the page names as its default."""

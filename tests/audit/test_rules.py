@@ -13,7 +13,7 @@ from audit.trace_script import Line, Script, both, obstacle, robot, text
 from safenav.audit.check import check_trace
 from safenav.audit.judging import NAMES_RULE, RULES
 from safenav.audit.lines import read_line
-from safenav.audit.situation import Situation
+from safenav.audit.run.situation import Situation
 
 CASES: list[Case] = [*CASES_OF_RUNS, *CASES_OF_PLANS, *CASES_OF_LIVE]
 GOOD = GOOD_IN_TICKS | GOOD_LIVE

@@ -184,7 +184,7 @@ def test_a_copy_of_the_checker_runs_nothing_but_its_own_text(name: str, tmp_path
     assert said.startswith("refused: ")
 
 
-@pytest.mark.parametrize("name", ["check_run.py", "audit/state.py"])
+@pytest.mark.parametrize("name", ["check_run.py", "audit/run/state.py"])
 @pytest.mark.parametrize("content", [None, b"def"], ids=["missing", "damaged"])
 def test_a_checker_without_one_of_its_parts_refuses(
     name: str, content: bytes | None, tmp_path: Path

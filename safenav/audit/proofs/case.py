@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from safenav.audit.deriving import open_obstacle, poses_in, team_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Objective
-from safenav.audit.members import OpenObstacle, OpenObstacles
+from safenav.audit.needs import OpenObstacle, OpenObstacles
 from safenav.audit.poses import Poses
+from safenav.audit.possibilities.deriving import open_obstacle, poses_in, team_of
+from safenav.audit.possibilities.team import Team
 from safenav.audit.proofs.states import Recalled, with_memory
-from safenav.audit.situation import Situation
-from safenav.audit.team import Team
+from safenav.audit.run.situation import Situation
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,10 @@ from itertools import combinations
 from typing import Any
 
 from safenav.audit.language import Pose
-from safenav.audit.members import OpenObstacle, OpenObstacles
+from safenav.audit.needs import OpenObstacle, OpenObstacles
 from safenav.audit.poses import Poses
+from safenav.audit.possibilities.team import TooManyError
 from safenav.audit.proofs.case import Case
-from safenav.audit.team import TooManyError
 
 Sets = Mapping[str, Poses]
 

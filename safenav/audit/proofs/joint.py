@@ -16,10 +16,10 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from safenav.audit.language import Pose
-from safenav.audit.members import OpenObstacle, OpenObstacles
+from safenav.audit.needs import OpenObstacle, OpenObstacles
+from safenav.audit.possibilities.team import TooManyError
 from safenav.audit.proofs.case import Case, Wish
 from safenav.audit.proofs.states import plain
-from safenav.audit.team import TooManyError
 
 MOST_STATES = 200_000
 

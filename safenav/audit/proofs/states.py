@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from safenav.audit.formulas import Formulas
 from safenav.audit.language import Pose
-from safenav.audit.members import Member
 from safenav.audit.poses import PoseGraph
+from safenav.audit.possibilities.members import Member
 
 
 class Recalled(str):

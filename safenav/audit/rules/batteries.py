@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from safenav.audit.deriving import poses_in
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose, RefusedError, closure, distance
 from safenav.audit.lines import Line, Objective
+from safenav.audit.possibilities.deriving import poses_in
 from safenav.audit.proofs.case import case_of
 from safenav.audit.proofs.joint import can_get
 from safenav.audit.rules.rule import Rule, Said
-from safenav.audit.situation import Situation
-from safenav.audit.turn import Status, taken
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Status, taken
 
 BATTERY = ".battery"
 MOST_MOVED = 20_000

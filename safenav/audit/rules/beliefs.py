@@ -8,7 +8,7 @@ from itertools import islice
 from safenav.audit.kinds import STAYING
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule, Said
-from safenav.audit.situation import Situation
+from safenav.audit.run.situation import Situation
 
 
 class BeliefRule(Rule):

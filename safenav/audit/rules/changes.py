@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule, Said, judges
-from safenav.audit.situation import Situation
-from safenav.audit.turn import moment, taken
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import moment, taken
 
 
 @judges("line", "appeared")

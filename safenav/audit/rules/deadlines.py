@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import product
 
-from safenav.audit.bound import Bound, impossible, least_within, mission_end
-from safenav.audit.kinds import shape_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
+from safenav.audit.possibilities.bound import (
+    Bound,
+    goals_left,
+    impossible,
+    least_within,
+    mission_end,
+    mission_ends,
+)
 from safenav.audit.rules.batteries import BATTERY, lasts_until
 from safenav.audit.rules.requests import SETTLES
 from safenav.audit.rules.rule import Rule, Said
-from safenav.audit.situation import Situation
+from safenav.audit.run.situation import Situation
 
 MISSION = "mission"
 ENDS = ("kept", "late", "excused")
@@ -335,14 +340,16 @@ class DeadlineRule(Rule):
             if record.due != clock.begun + self._within[of] or clock.over or clock.lost:
                 yield f"no round of {of} is due at {record.due}"
             clock.lost = True
-            truths = {self._bounds(now).round(of, goals) for goals in self._left(of, now)}
+            left = goals_left(of, now, self._first)
+            truths = {self._bounds(now).round(of, goals) for goals in left}
         elif self._open.get(of) != record.due or of in self._lost:
             yield f"{of} has no promise that is due at {record.due}"
             return
         else:
             self._lost.add(of)
             bounds = self._bounds(now)
-            truths = self._mission(now) if of == MISSION else {bounds.resolution(of)}
+            ends = of == MISSION and mission_ends(bounds, self._tick, self._first)
+            truths = ends or {bounds.resolution(of)}
         if record.earliest not in truths:
             told = " or ".join(str(truth) for truth in truths)
             yield f"{of} is possible from tick {told} on, not {record.earliest}"
@@ -354,43 +361,6 @@ class DeadlineRule(Rule):
             bound = Bound(now, self._tick, self._had)
             self._bound = (self._tick, self._had, bound)
         return self._bound[2]
-
-    def _left(self, robot: str, now: Situation, rounds: int = 1) -> Iterator[list[frozenset[int]]]:
-        """The targets that a robot has still to meet for its round, and the ``rounds`` after it;
-        a strict one that has met none may begin with any where no strategy says."""
-        own, progress = now.own[robot], now.progress[robot]
-        targets, count, turn = own.targets, len(own.targets), progress.next(own)
-        left = max(count * rounds - len(progress.met), 0)
-        begins = [turn or 0]
-        if turn is None and shape_of(own.kind).strict:
-            begins = [self._first[robot]] if robot in self._first else [*range(count)]
-        for first in begins:
-            yield [targets[(first + k) % count] for k in range(left)]
-
-    def _mission(self, now: Situation) -> set[int | None]:
-        """The earliest ticks at which the whole mission can be completed; several where a robot
-        may begin with any target."""
-        ends: list[set[int | None]] = [{self._tick}]
-        wanted = now.header.until.rounds or 1
-        for name in now.header.robots:
-            progress, objective, shape = (
-                now.progress[name],
-                now.own[name],
-                shape_of(now.own[name].kind),
-            )
-            if shape.settles:
-                first = progress.ahead if shape.in_turn else 0
-                choices = [[*objective.targets[first:]] if progress.rounds < 1 else []]
-            elif shape.in_turn:
-                choices = [*self._left(name, now, wanted - progress.rounds)]
-            else:
-                continue
-            found = {self._bounds(now).round(name, goals) for goals in choices if goals}
-            ends += [found] if found else []
-        return {
-            None if None in choice else max(end for end in choice if end is not None)
-            for choice in product(*ends)
-        }
 
     def _refused(self, of: str, outcome: Line, now: Situation) -> Iterator[Said]:
         least = (outcome.refused or {})[of]

@@ -8,8 +8,8 @@ from safenav.audit.formulas import rules_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, Wrong, judges
-from safenav.audit.situation import Situation
-from safenav.audit.turn import Status, taken
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Status, taken
 from safenav.audit.world import opposite
 
 

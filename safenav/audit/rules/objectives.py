@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
-from safenav.audit.passes import EITHER
-from safenav.audit.progress import Progress
 from safenav.audit.rules.rule import Rule, Said, judges
-from safenav.audit.situation import Situation
-from safenav.audit.turn import Turn
+from safenav.audit.run.passes import EITHER
+from safenav.audit.run.progress import Progress
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Turn
 
 
 @judges("line", "goal")

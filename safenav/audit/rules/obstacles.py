@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
-from safenav.audit.situation import Situation
-from safenav.audit.turn import Status, taken
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Status, taken
 from safenav.audit.world import opposite
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
-from safenav.audit.situation import Situation
+from safenav.audit.run.situation import Situation
 
 _COMPLETE_ENDINGS = ("completed", "tick_limit")
 

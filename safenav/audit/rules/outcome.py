@@ -8,8 +8,8 @@ from typing import Any
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective, proof_of
 from safenav.audit.rules.rule import Rule, Said
-from safenav.audit.situation import Situation
-from safenav.audit.turn import Status
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Status
 
 
 class OutcomeRule(Rule):

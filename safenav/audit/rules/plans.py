@@ -9,8 +9,8 @@ from itertools import combinations, islice, pairwise
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
-from safenav.audit.situation import Situation
-from safenav.audit.turn import Status
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Status
 from safenav.audit.world import opposite
 
 Left = tuple[dict[str, tuple[Line, ...]], set[tuple[str, int, str, int]]]

@@ -6,19 +6,19 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from safenav.audit.deriving import team_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose, closure
 from safenav.audit.lines import Line, proof_of
+from safenav.audit.possibilities.deriving import team_of
+from safenav.audit.possibilities.team import Team, TooManyError
 from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems, tree_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
-from safenav.audit.remembering import remembered, row_of
 from safenav.audit.rules.rule import Finding, Rule, Said
-from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.audit.team import Team, TooManyError
-from safenav.audit.turn import FINAL, Status
+from safenav.audit.run.remembering import remembered, row_of
+from safenav.audit.run.situation import RESYNTHESIS, Situation
+from safenav.audit.run.turn import FINAL, Status
 
 MOST_SERVED = 20_000
 """Joint states that are enumerated for a request that is set aside."""

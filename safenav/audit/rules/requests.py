@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 
-from safenav.audit.deriving import (
+from safenav.audit.kinds import ALTERNATION, STAYING
+from safenav.audit.lines import Line, Objective
+from safenav.audit.needs import OpenObstacles
+from safenav.audit.possibilities.deriving import (
     is_stop,
     meets_own_first,
     open_obstacles,
     serving,
     team_of,
 )
-from safenav.audit.kinds import ALTERNATION, STAYING
-from safenav.audit.lines import Line, Objective
-from safenav.audit.members import Act, Duty, OpenObstacles, Settlement
+from safenav.audit.possibilities.members import Act, Duty, Settlement
+from safenav.audit.possibilities.team import MOST_NODES, TooManyError, TrappedError
 from safenav.audit.rules.rule import Finding, Postponed, Rule, Said, judges
-from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.audit.team import MOST_NODES, TooManyError, TrappedError
-from safenav.audit.turn import FINAL, helpers_of
+from safenav.audit.run.situation import RESYNTHESIS, Situation
+from safenav.audit.run.turn import FINAL, helpers_of
 
 SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")
 """The lines of a settlement."""

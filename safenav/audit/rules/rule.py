@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, cast
 
 from safenav.audit.lines import Line
-from safenav.audit.situation import Situation
+from safenav.audit.run.situation import Situation
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from safenav.audit.deriving import can_alternate
 from safenav.audit.kinds import ALTERNATION
 from safenav.audit.lines import Line, Objective
+from safenav.audit.possibilities.deriving import can_alternate
 from safenav.audit.rules.rule import Postponed, Rule, Said, Wrong, judges
-from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.audit.turn import StackEntry, helpers_of
+from safenav.audit.run.situation import RESYNTHESIS, Situation
+from safenav.audit.run.turn import StackEntry, helpers_of
 
 
 @judges("line", "push")

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from safenav.audit.kinds import ALTERNATION, STAYING, shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said
-from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.audit.turn import is_of_user
+from safenav.audit.run.situation import RESYNTHESIS, Situation
+from safenav.audit.run.turn import is_of_user
 
 _CAUSES: dict[str, tuple[str, ...]] = {
     "request": ("violation", "request", "met", "acted"),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from safenav.audit.deriving import team_of
 from safenav.audit.language import TooLargeError, require
 from safenav.audit.lines import Line, proof_of
-from safenav.audit.situation import Situation
+from safenav.audit.possibilities.deriving import team_of
+from safenav.audit.run.situation import Situation
 from safenav.certify.checker.check_strategies import Json
 
 

@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 import pytest
 
 from safenav.audit.language import HEADINGS, Pose
-from safenav.audit.members import Member, Need, OpenObstacle
+from safenav.audit.needs import Need, OpenObstacle
 from safenav.audit.poses import PoseGraph
+from safenav.audit.possibilities.members import Member
+from safenav.audit.possibilities.team import Team, TooManyError
 from safenav.audit.proofs.case import Case, Wish
 from safenav.audit.proofs.joint import can_be_served
 from safenav.audit.rules.proofs import problems_of
-from safenav.audit.team import Team, TooManyError
 
 # A corridor of regions 1 to 5; nobody may enter 0 or 6.
 FREE = frozenset(range(1, 6))

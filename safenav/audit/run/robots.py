@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line, Made, Objective
-from safenav.audit.progress import Progress
-from safenav.audit.turn import taken
+from safenav.audit.run.progress import Progress
+from safenav.audit.run.turn import taken
 from safenav.audit.world import World
 
 DECIMALS = 6
@@ -13,7 +13,7 @@ DECIMALS = 6
 
 
 class Robots:
-    """The robots, with the header and its map. Only ``audit.situation`` changes them."""
+    """The robots, with the header and its map. Only ``situation`` changes them."""
 
     def __init__(self, header: Line) -> None:
         self.header = header.scenario

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from safenav.audit.lines import Line, Objective
-from safenav.audit.remembering import Memories
-from safenav.audit.robots import DECIMALS
-from safenav.audit.state import State
-from safenav.audit.turn import (
+from safenav.audit.run.remembering import Memories
+from safenav.audit.run.robots import DECIMALS
+from safenav.audit.run.state import State
+from safenav.audit.run.turn import (
     StackEntry,
     Status,
     Turn,

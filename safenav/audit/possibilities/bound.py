@@ -8,15 +8,16 @@ each robot goes to its next place by the fastest that the obstacles still open l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from heapq import heappop, heappush
+from itertools import product
 
-from safenav.audit.deriving import open_obstacle
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line
-from safenav.audit.situation import Situation
+from safenav.audit.possibilities.deriving import open_obstacle
+from safenav.audit.run.situation import Situation
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]
@@ -230,6 +231,45 @@ def mission_end(bound: Bound) -> int | None:
             return None
         ends.append(min(possible))
     return max(ends)
+
+
+def goals_left(
+    robot: str, now: Situation, firsts: Mapping[str, int], rounds: int = 1
+) -> Iterator[list[frozenset[int]]]:
+    """The targets that a robot has still to meet for its round, and the ``rounds`` after it; a
+    strict one that has met none may begin with any where no strategy says (``firsts``)."""
+    own, progress = now.own[robot], now.progress[robot]
+    targets, count, turn = own.targets, len(own.targets), progress.next(own)
+    left = max(count * rounds - len(progress.met), 0)
+    begins = [turn or 0]
+    if turn is None and shape_of(own.kind).strict:
+        begins = [firsts[robot]] if robot in firsts else [*range(count)]
+    for first in begins:
+        yield [targets[(first + k) % count] for k in range(left)]
+
+
+def mission_ends(bound: Bound, tick: int, firsts: Mapping[str, int]) -> set[int | None]:
+    """The earliest ticks at which the whole mission can be completed from now on; several where a
+    robot may begin with any target."""
+    now = bound.now
+    ends: list[set[int | None]] = [{tick}]
+    wanted = now.header.until.rounds or 1
+    for name in now.header.robots:
+        progress, targets = now.progress[name], now.own[name].targets
+        shape = shape_of(now.own[name].kind)
+        if shape.settles:
+            first = progress.ahead if shape.in_turn else 0
+            choices = [[*targets[first:]] if progress.rounds < 1 else []]
+        elif shape.in_turn:
+            choices = [*goals_left(name, now, firsts, wanted - progress.rounds)]
+        else:
+            continue
+        found = {bound.round(name, goals) for goals in choices if goals}
+        ends += [found] if found else []
+    return {
+        None if None in choice else max(end for end in choice if end is not None)
+        for choice in product(*ends)
+    }
 
 
 def least_within(now: Situation, robot: str) -> int | None:

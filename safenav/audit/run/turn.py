@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 
 from safenav.audit.lines import Line, Objective
-from safenav.audit.progress import Progress
+from safenav.audit.run.progress import Progress
 
 
 class Status(Enum):

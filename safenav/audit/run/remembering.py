@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from safenav.audit.formulas import rules_of
 from safenav.audit.language import Pose, RefusedError, Row
 from safenav.audit.lines import Line
-from safenav.audit.state import State
+from safenav.audit.run.state import State
 
 
 class Memories:

@@ -10,11 +10,12 @@ from safenav.audit.formulas import Formulas, rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import HEADINGS, Pose, RefusedError
 from safenav.audit.lines import Objective
-from safenav.audit.members import FAR, Member, OpenObstacle
+from safenav.audit.needs import OpenObstacle
 from safenav.audit.poses import PoseGraph, Poses
-from safenav.audit.situation import Situation
-from safenav.audit.team import Team
-from safenav.audit.turn import Status
+from safenav.audit.possibilities.members import FAR, Member
+from safenav.audit.possibilities.team import Team
+from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Status
 
 NEWEST = "newest"
 

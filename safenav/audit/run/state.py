@@ -5,43 +5,18 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 
 from safenav.audit.lines import Line, Obstacle
-from safenav.audit.members import Need, OpenObstacle
-from safenav.audit.robots import Robots
-from safenav.audit.turn import StackEntry, Status, Turn, helpers_of
+from safenav.audit.needs import Need, OpenObstacle
+from safenav.audit.run.robots import Robots
+from safenav.audit.run.turn import StackEntry, Status, Turn, helpers_of
 
 
 class State(Robots):
-    """The state at some line. Only ``audit.situation`` changes it."""
+    """The state at some line. Only ``situation`` changes it."""
 
     def __init__(self, header: Line, records: Iterable[Line]) -> None:
         super().__init__(header)
-        robots, begun = self.header.robots, self.begun
-        first = [Obstacle.of(told, robots) for told in self.header.obstacles]
-        found = [record.obstacle for record in records if record.type == "discovered"]
-        later = [Obstacle.of(told, robots) for told in found]
-        self.obstacles = {o.name: o for o in later} | {o.name: o for o in first}
-        self.truth = {name: o.traversable for name, o in self.obstacles.items()}
-        self.listed = {
-            name: [o for o in first if o.name == name] or [obstacle]
-            for name, obstacle in self.obstacles.items()
-        }
-        """All obstacles of one name: an obstacle may reappear."""
-        self.status = {
-            name: Status.ABSENT if all(o.from_ is not None for o in listed) else Status.UNRESOLVED
-            for name, listed in self.listed.items()
-        }
-        self.met_before: dict[str, list[frozenset[str]]] = {
-            name: [frozenset(group) for group in groups]
-            for name, groups in (begun.met or {}).items()
-        }
-        """The groups that met needs of obstacles before, as long as these have not appeared."""
-        self.open = {
-            name: self.opened(name) if self.status[name] is Status.UNRESOLVED else obstacle.opened()
-            for name, obstacle in self.obstacles.items()
-        }
-        """Each obstacle with its needs as far as they are not met; its last need stays."""
-        self.introduced = {obstacle.name for obstacle in self.header.obstacles}
-        """Obstacles that the scenario lists, or that a line has described."""
+        self._list(records)
+        begun = self.begun
         stays, closed = {*(begun.stays or ())}, {*(begun.closed or ())} & self.status.keys()
         self.status |= dict.fromkeys(closed, Status.UNTRAVERSABLE)
         self.status |= dict.fromkeys(stays, Status.GIVEN_UP)
@@ -74,12 +49,42 @@ class State(Robots):
         self.waits: Line | None = None
         """The line by which the team waits for an operator, or for a change of the scenario."""
         self.outcome: Line | None = None
+        self.turn = Turn(0, None, self.header_line, dict(self.objectives))
+
+    def _list(self, records: Iterable[Line]) -> None:
+        """Take the obstacles of the header, and those that lines describe."""
+        robots, begun = self.header.robots, self.begun
+        first = [Obstacle.of(told, robots) for told in self.header.obstacles]
+        found = [record.obstacle for record in records if record.type == "discovered"]
+        later = [Obstacle.of(told, robots) for told in found]
+        self.obstacles = {o.name: o for o in later} | {o.name: o for o in first}
+        self.truth = {name: o.traversable for name, o in self.obstacles.items()}
+        self.listed = {
+            name: [o for o in first if o.name == name] or [obstacle]
+            for name, obstacle in self.obstacles.items()
+        }
+        """All obstacles of one name: an obstacle may reappear."""
+        self.status = {
+            name: Status.ABSENT if all(o.from_ is not None for o in listed) else Status.UNRESOLVED
+            for name, listed in self.listed.items()
+        }
+        self.met_before: dict[str, list[frozenset[str]]] = {
+            name: [frozenset(group) for group in groups]
+            for name, groups in (begun.met or {}).items()
+        }
+        """The groups that met needs of obstacles before, as long as these have not appeared."""
+        self.open = {
+            name: self.opened(name) if self.status[name] is Status.UNRESOLVED else obstacle.opened()
+            for name, obstacle in self.obstacles.items()
+        }
+        """Each obstacle with its needs as far as they are not met; its last need stays."""
+        self.introduced = {obstacle.name for obstacle in self.header.obstacles}
+        """Obstacles that the scenario lists, or that a line has described."""
         self._at: dict[int, list[Obstacle]] = {}
         for obstacle in self.obstacles.values():
             self._at.setdefault(obstacle.region, []).append(obstacle)
         self.sweeping = [name for name, obstacle in self.obstacles.items() if obstacle.sweeps]
         """The obstacles that sweep regions."""
-        self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
     def opened(self, obstacle: str) -> OpenObstacle:
         """Return an obstacle that is there from now on, as far as it was resolved before."""

@@ -10,18 +10,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import combinations, product
 
 from safenav.audit.language import Pose, distance
-from safenav.audit.members import (
-    FAR,
-    Act,
-    Duty,
-    Member,
-    OpenObstacle,
-    OpenObstacles,
-    Sets,
-    Settlement,
-    Step,
-)
+from safenav.audit.needs import OpenObstacle, OpenObstacles
 from safenav.audit.poses import Poses
+from safenav.audit.possibilities.members import FAR, Act, Duty, Member, Sets, Settlement, Step
 
 MOST_NODES = 20_000
 

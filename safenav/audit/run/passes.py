@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from safenav.audit.lines import Line, Made
-from safenav.audit.state import State
+from safenav.audit.run.state import State
 
 MOST_SILENT = 1000
 """Passes without a line that are expanded in a row: no run has as many, a damaged file may."""
