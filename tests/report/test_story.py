@@ -118,3 +118,14 @@ def test_why_an_action_failed_is_said_once() -> None:
     for reason, ends in (("failed", "failed"), ("it jams", "failed, it jams")):
         said = told(records.ActionEnd(4, 1, "quad", failed, None, reason))
         assert said[0].endswith(f"the action of quad ends (door@gate: {ends})")
+
+
+def test_rounds_of_the_objective_of_an_input_are_not_told() -> None:
+    text = ROOM.replace("[7, 10]}}", "[7, 10]}, when: {alarm: {hold: 7}}}")
+    on, off = (records.Inputs(tick, {"alarm": tick == 3}) for tick in (3, 6))
+    goals = [records.Goal(4, "quad", 0, 7, 1), records.Goal(8, "quad", 1, 10, 1)]
+    said = told(on, goals[0], off, goals[1], text=f"{text}inputs: {{alarm: {{at: [3-5]}}}}\n")
+    assert [line[11:] for line in said if "reaches" in line] == [
+        "quad reaches 7 [1, 1]",
+        "quad reaches 10 [1, 4], round 1 done",
+    ]

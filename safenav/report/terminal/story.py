@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable
 
 import click
+from msgspec.structs import replace
 
 from safenav.outcome import Outcome, Verdict
 from safenav.report.terminal.fold import folded
@@ -78,6 +79,7 @@ class Story:
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
         self._own = {r.name: r.objective for r in scenario.robots}
         self._stops: set[str] = set()
+        self._modes: frozenset[str] = frozenset()
         self._depth = 0
         self._now: float | None = None
         self._stamp = ""
@@ -119,6 +121,8 @@ class Story:
                 self._say(event)
             case records.Goal():
                 self._goal(event)
+            case records.Inputs():
+                self._inputs(event)
             case records.End():
                 self._ended(event)
             case records.Depart() | records.Held() | records.Backtrack() | records.Belief():
@@ -170,9 +174,20 @@ class Story:
         if event.robot in self._stops:
             return
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
-            formulas = isinstance(self._own[event.robot], Ltl)
-            self._line(event.tick, self._wording.goal(event, formulas=formulas))
+            formulas, shown = isinstance(self._own[event.robot], Ltl), event
+            if event.robot in self._modes:  # the rounds of an input's objective do not count
+                formulas, shown = False, replace(event, round=0)
+            self._line(event.tick, self._wording.goal(shown, formulas=formulas))
         self._rounds[event.robot] = event.round
+
+    def _inputs(self, event: records.Inputs) -> None:
+        """A robot has another objective while an input is on; then its rounds restart."""
+        of = ((robot.name, name) for robot in self._scenario.robots for name, _ in robot.when)
+        modes = frozenset(robot for robot, name in of if event.values.get(name))
+        for robot in modes ^ self._modes:
+            self._rounds.pop(robot, None)
+        self._modes = modes
+        self._say(event)
 
     def _ended(self, event: records.End) -> None:
         self._map()
