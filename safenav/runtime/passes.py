@@ -108,6 +108,8 @@ class Passes(Algorithm):
             self.guarded(partial(self.settle, [Continued()]))
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
+        if team.waiting is not None and team.waits_until is not None:
+            self._together |= team.waits_until <= self.world.now()
         for change in self.world.changes(team.occupied()):
             known, waits = team.knowledge.knows(change.obstacle), team.waiting is not None
             self._together |= team.waits_for_operator or (waits and change.by_user)
@@ -117,8 +119,6 @@ class Passes(Algorithm):
                 team.failures.appeared(change.obstacle.name)
             team.introduce(change.obstacle, change.truth)
             self.guarded(partial(self.settle, [ObstacleChanged(change)]))
-        if team.waiting is not None and team.waits_until is not None:
-            self._together |= team.waits_until <= self.world.now()
         if self._together:
             self._resume()
         if begun is not None and begun.plan is not None and team.waiting is None:

@@ -309,3 +309,21 @@ def test_durations_are_told_in_the_unit_that_fits(seconds: float, words: str) ->
 def test_headings_of_the_first_tick_come_from_the_header(replays: dict[str, Replay]) -> None:
     quad, digit = replays["door"].robots
     assert quad.headings[0] is None and digit.headings[0] is Heading.EAST
+
+
+PUSHED = """
+clock: live
+map: {grid: ["#######", "#.....#", "#######"]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [push], motion: disc, speed: 1}}
+robots: {cart: {model: cart, start: 8, objective: {once: [12]}}}
+obstacles: [{type: door, region: 10}]
+until: {rounds: 1}
+"""
+
+
+def test_an_obstacle_on_which_a_robot_acts_is_not_hidden(tmp_path: Path) -> None:
+    path = tmp_path / "pushed.jsonl"
+    path.write_text(play(PUSHED).text)
+    told = [status.value for _, status in read_replay(path).statuses["door@10"]]
+    assert told == ["hidden", "found", "resolved"]

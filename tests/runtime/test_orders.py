@@ -80,7 +80,7 @@ def test_a_program_orders_during_a_run() -> None:
     kinds = mission.scenario.catalogue.obstacles
     for kind, region, said in (
         ("door", 9, "a door stops robots"),
-        ("parcel", 10, "region 10 is a wall"),
+        ("parcel", 10, "region 10 is off the map"),
     ):
         with pytest.raises((UsageError, IndexError), match=said):
             mission.intervene(PlaceOrder(kinds[kind], region))

@@ -393,3 +393,25 @@ def test_a_strategy_suffices_again_when_the_obstacle_is_away(clock: Clock) -> No
     gone = run.one("gone")
     run.records.remove(gone)
     assert "strategy" in run.broken
+
+
+BEHIND = """
+map: {grid: ["#########", "#.......#", "#########"]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [press]}}
+  obstacles:
+    gate: {action: press, resolve_at: [[1, 5]]}
+    beam: {needs: [{action: lift}]}
+robots: {cart: {model: cart, start: [1, 3], objective: {visit: [[1, 1], [1, 5]]}}}
+obstacles: [{type: gate, region: [1, 2]}, {type: beam, region: [1, 4], until: 8}]
+until: {rounds: 1}
+"""
+
+
+def test_what_is_impossible_for_now_is_not_called_impossible_forever() -> None:
+    """The button of the gate is behind the beam, which disappears in tick 8."""
+    run = play(BEHIND)
+    assert run.outcome["outcome"] == "completed"
+    waits = [line["explanation"] for line in run.all("waiting")]
+    assert waits and not any("ever" in said for said in waits)
+    assert any("no robot can resolve gate@11" in said for said in waits)

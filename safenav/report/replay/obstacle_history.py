@@ -33,6 +33,7 @@ class ObstacleHistory:
         self.statuses: dict[str, Changes[ObstacleStatus]] = {}
         self.loads: dict[str, Changes[tuple[str, ...]]] = {}
         self.met: dict[str, Changes[int]] = {}
+        self._acts: dict[int, int] = {}
         for each in found:
             self._add(self._hidden(each))
 
@@ -85,7 +86,14 @@ class ObstacleHistory:
                     self._status(line, ObstacleStatus.REQUESTED)
                 elif self.statuses[self._known(line).name].now is ObstacleStatus.HIDDEN:
                     self._status(line, ObstacleStatus.FOUND)  # an order that has to wait
+            case records.Act():
+                self._acts[line.command] = line.tick
+            case records.ActionEnd(results=results):  # only its end names what nobody knew
+                begun = self._acts.pop(line.command, line.tick)
+                for name in results:
+                    self._seen(name, begun)
             case records.Met():
+                self._seen(self._known(line).name, line.tick)
                 carried = self._known(line).carried
                 if line.need < len(carried) and carried[line.need]:
                     carriers = line.robots or (line.robot,)
@@ -112,6 +120,11 @@ class ObstacleHistory:
             case records.Gone():
                 self._status(line, ObstacleStatus.RESOLVED)
                 self.loads[line.obstacle].put(line.tick, ())
+
+    def _seen(self, name: str, tick: int) -> None:
+        """A robot acts on an obstacle, so it is not hidden, even if no robot has requested it."""
+        if name in self.hidden and self.statuses[name].now is ObstacleStatus.HIDDEN:
+            self.statuses[name].append((tick, ObstacleStatus.FOUND))
 
     def _known(self, line: ObstacleLine) -> Hidden:
         if line.obstacle not in self.hidden:

@@ -303,7 +303,8 @@ def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
         if request.recorded is None or not enough:
             said.append(requested(team, request, floor, (), because))
         what = obstacle_words(request.obstacle.name, team.scenario.map.word)
-        why = f"{'no robot can ever' if enough else 'this team cannot'} resolve {what}"
+        ever = "no robot can" if team.changes_to_come() else "no robot can ever"
+        why = f"{ever if enough else 'this team cannot'} resolve {what}"
         knowledge.join(request.obstacle, why)
         reason = BlockReason.UNRESOLVABLE if enough else BlockReason.NO_CAPABLE_ROBOT
         proof = infeasibility.recorded_closure(floor, closure)
