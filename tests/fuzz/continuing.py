@@ -12,7 +12,7 @@ from safenav.lines import json_line
 from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import formulas_in
+from safenav.scenario.objective import Ltl, formulas_in
 from safenav.trace.reading import read_bytes, read_lines
 from safenav.trace.writing import as_data
 from safenav.world.moves import Heading, Mobility, Pose
@@ -95,9 +95,11 @@ def excuse(before: str, rest: Sequence[Line], scenario: Scenario) -> str | None:
         if other.name != name
     ):
         return "a flat battery beside other robots"
-    lost = end.get("unrealizable") or {}
+    lost, begun = end.get("unrealizable") or {}, rest[0]["scenario"]["begun"]
     if lost and all(_must_leave(robots[name], scenario) for name in lost):
         return "formulas that forbid a robot to stay"
+    if lost and begun["plan"] and all(isinstance(robots[n].objective, Ltl) for n in lost):
+        return "formulas in the middle of a joint plan"
     return None
 
 

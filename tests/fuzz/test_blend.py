@@ -247,6 +247,9 @@ ELSEWHERE = {
     "an input is off, and its robot's round begins anew": (formula_mission, 162953, *LOCK, 16),
     "what is requested can never be resolved": (mixed_mission, 172282, True, True, True, 7),
     "a robot that waits has had its turn": (mixed_mission, 147702, *LOCK, 10),
+    "a robot without a strategy, and an order is to come": (formula_mission, 171360, *LIVE, 86),
+    "a robot that was charging continues": (mixed_mission, 147181, *LOCK, 60),
+    "two with formulas lift together": (formula_mission, 164260, *LIVE, 64),
 }
 
 

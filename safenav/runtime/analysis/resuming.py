@@ -164,12 +164,15 @@ def _obstacles(
         met = 0 if to_come else len(state.met.get(obstacle.name, ()))
         if met == len(obstacle.needs) and truth is None:
             continue  # the trace has lost its resolution
+        # an order needs a tick at which it comes
+        appears = _later(obstacle.appears, state) if to_come or obstacle.ordered else None
+        if to_come and appears is not None and state.begins < state.time:
+            appears = max(2, appears)  # a robot stood in its way when this tick began
         yield replace(
             obstacle,
             type=_left(obstacle.type, met),
             traversable=truth if to_come else state.truths.get(obstacle.name, truth),
-            # an order needs a tick at which it comes
-            appears=_later(obstacle.appears, state) if to_come or obstacle.ordered else None,
+            appears=appears,
             goes=_later(obstacle.goes, state),
         )
 

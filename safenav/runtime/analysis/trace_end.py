@@ -424,11 +424,11 @@ class TraceEnd(Struct):
         did something else, or its next target is there, too, which its strategy takes as met."""
         own, region = self.own[robot], self.poses[robot].region
         moves = self.moved is not None and self.moved[0] == robot
-        if not self.pursues(robot) or moves or not own.begun:
+        if not self.pursues(robot) or not own.begun:
             return True
         known = own.pursuit
-        if not known.in_turn or known.stays(own.turn, region):
-            return False
+        if not known.in_turn or (known.stays(own.turn, region) and not moves):
+            return moves
         return bool(known.met(own.turn, region))
 
     def _given(self, record: records.NewObjective) -> None:

@@ -155,7 +155,7 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
             else:
                 again = Unsettled(reason, refused, frozenset(waiting), frozenset(off))
                 return Decision(event, next=again)
-            outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
+            outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED if team.tick else said
     told = tuple(synthesis_record(team, results[name], said) for name in names)
     return Decision(event, records=told, end=infeasibility.no_strategy(team, results, outcome))
 
@@ -166,7 +166,7 @@ def _begun(team: TeamState, event: events.Started, settled: Settled) -> Decision
     if event.waits:
         everywhere = tuple(member.floor for member in settled.floor.problem.members)
         alone = replace(settled, found=Settlement(safe_poses=everywhere))
-        return replace(_assigned(team, event, alone), next=Unsettled(Reason.BLOCKED))
+        return replace(_assigned(team, event, alone), next=Unsettled(Reason.INITIAL))
     if team.scenario.continues and settled.found.proof is not None:
         end = infeasibility.infeasible_end(team, settled.floor, settled.found.proof, {}, {})
         return Decision(event, settled=settled, end=end)

@@ -40,6 +40,25 @@ def test_no_part_of_a_round_is_done_twice(kind: str) -> None:
             assert before + after == met, end
 
 
+CROSSES = """
+map: {grid: ["......"]}
+robots:
+  a: {model: husky, start: 3, objective: {patrol: [{any: [1, 2]}, 0]}}
+  b: {model: husky, start: 5, objective: {hold: 5}}
+until: {rounds: 2}
+"""
+
+
+def test_a_target_that_a_robot_crosses_does_not_count_again() -> None:
+    """Nor where it has had its turn, and the other robot has not."""
+    scenario = loaded(CROSSES)
+    whole = play(scenario)
+    met = [one for one in goals(whole.records) if one[0] == "a"]
+    for end in range(2, len(whole.records) - 1):
+        rest = goals(whole.records[:end]) + goals(continued(whole, end, scenario).records)
+        assert [one for one in rest if one[0] == "a"] == met, end
+
+
 def test_deadlines_keep_their_ages() -> None:
     """At the end of a tick those of the rest are due when those of the run are, and the mission
     is completed no later."""

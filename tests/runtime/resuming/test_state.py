@@ -152,6 +152,28 @@ def test_a_run_that_waits_for_an_operator_still_does(
     assert audit(read_lines(run.lines), first).findings == ()
 
 
+IN_THE_WAY = """
+map: {grid: ["....."]}
+robots:
+  a: {model: husky, start: 0, objective: {visit: [2, 0]}}
+  d: {model: digit, start: 4, heading: west, objective: {hold: 4}}
+obstacles: [{type: door, region: 2, from: 3}]
+until: {rounds: 2}
+"""
+
+
+def test_an_obstacle_appears_where_a_robot_has_left() -> None:
+    """In the tick after that, also if the run is cut off between the two."""
+    scenario = loaded(IN_THE_WAY)
+    whole = play(scenario)
+    appeared = whole.one("appeared")
+    for end in range(2, whole.records.index(appeared)):
+        rest = continued(whole, end, scenario)
+        had = bool(begun(resumed(read_lines(whole.lines[:end]), scenario)).had)
+        over = whole.records[end - 1]["tick"] - had
+        assert over + rest.one("appeared")["tick"] == appeared["tick"], end
+
+
 TWO_CARRY = """
 map: {grid: [".......", "......."]}
 catalogue:
