@@ -174,6 +174,14 @@ def rooms(random: Random, down: int, across: int, height: int, width: int) -> li
     return ["".join(row) for row in cells]
 
 
+def walled(random: Random, rows: int, cols: int, walls: float) -> list[str]:
+    """A room with walls in it."""
+    inside = [
+        "".join("#" if random.random() < walls else "." for _ in range(cols)) for _ in range(rows)
+    ]
+    return ["#" * (cols + 2), *(f"#{row}#" for row in inside), "#" * (cols + 2)]
+
+
 def scattered(random: Random, rows: int, cols: int, walls: float) -> list[str]:
     """A room with walls in it, all free regions connected: the largest part is kept."""
     inner = [["#" if random.random() < walls else "." for _ in range(cols)] for _ in range(rows)]

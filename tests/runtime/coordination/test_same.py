@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from campaigns.generate.build import walled
 from certify.making import certified
 from runtime.coordination.floors import Bot, Floor
 from runtime.played import play
@@ -29,11 +30,7 @@ def floor(seed: int) -> Floor:
     robots; one may be unable to turn on the spot."""
     random = Random(seed)
     rows, cols = 2, random.randint(3, 4)
-    wall = "#" * (cols + 2)
-    inside = [
-        "".join("#" if random.random() < 0.15 else "." for _ in range(cols)) for _ in range(rows)
-    ]
-    grid = [wall, *(f"#{row}#" for row in inside), wall]
+    grid = walled(random, rows, cols, 0.15)
     free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
     turns = random.random() < 0.5
     bots = {

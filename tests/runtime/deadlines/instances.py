@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
+from campaigns.generate.build import walled
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Stage
 from safenav.world.map import RegionMap
@@ -91,12 +92,7 @@ def instance(seed: int) -> Instance:
 def _map(random: Random) -> RegionMap:
     while True:
         rows, cols = random.choice(((2, 3), (2, 4), (2, 5), (3, 3), (3, 4)))
-        wall = "#" * (cols + 2)
-        inside = [
-            "".join("#" if random.random() < 0.15 else "." for _ in range(cols))
-            for _ in range(rows)
-        ]
-        world = RegionMap.from_grid([wall, *(f"#{row}#" for row in inside), wall])
+        world = RegionMap.from_grid(walled(random, rows, cols, 0.15))
         if len(world.free) > 5:
             return world
 

@@ -7,6 +7,7 @@ from random import Random
 import pytest
 from msgspec.structs import replace
 
+from campaigns.generate.build import walled
 from runtime.played import Run, play
 from safenav.runtime.deadlines.round_deadlines import Walk, best_places, least_within, next_places
 from safenav.world.map import Heading, RegionMap
@@ -43,11 +44,7 @@ def rounds(seed: int) -> Rounds:
     random = Random(f"rounds {seed}")
     while True:
         rows, cols = random.randint(2, 4), random.randint(3, 6)
-        wall = "#" * (cols + 2)
-        inside = [
-            "".join("#" if random.random() < 0.2 else "." for _ in range(cols)) for _ in range(rows)
-        ]
-        world = RegionMap.from_grid([wall, *(f"#{row}#" for row in inside), wall])
+        world = RegionMap.from_grid(walled(random, rows, cols, 0.2))
         if len(world.free) >= 6:
             break
     turns = random.choice((Mobility.FREE, Mobility.HEADING, Mobility.HEADING))

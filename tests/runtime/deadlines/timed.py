@@ -2,6 +2,7 @@
 
 from random import Random
 
+from campaigns.generate.build import walled
 from runtime.teams import team_scenario
 
 
@@ -29,15 +30,12 @@ def busy_scenario(seed: int) -> str:
     """Several requests that are due soon: orders and obstacles in the way, on one or two floors."""
     random = Random(f"busy {seed}")
     rows, cols = random.randint(3, 6), random.randint(5, 9)
-    inside = [
-        "".join("#" if random.random() < 0.12 else "." for _ in range(cols)) for _ in range(rows)
-    ]
-    free = [(r + 1, c + 1) for r in range(rows) for c in range(cols) if inside[r][c] == "."]
+    grid = walled(random, rows, cols, 0.12)
+    free = [(r, c) for r, row in enumerate(grid) for c, cell in enumerate(row) if cell == "."]
     random.shuffle(free)
     shared = random.random() < 0.5
-    lines = ["safenav: 1", "map:", "  grid:"]
-    lines += [f'    - "{row}"' for row in ("#" * (cols + 2), *(f"#{row}#" for row in inside))]
-    lines += [f'    - "{"#" * (cols + 2)}"', "catalogue:", "  robots:"]
+    lines = ["safenav: 1", "map:", "  grid:", *(f'    - "{row}"' for row in grid)]
+    lines += ["catalogue:", "  robots:"]
     count = random.choice((2, 2, 3, 3, 4))
     for k in range(count):
         skills = [action for action in ("lift", "push") if random.random() < 0.6]

@@ -7,6 +7,7 @@ from random import Random
 import click
 import pytest
 
+from campaigns.generate.build import walled
 from certify.making import certified
 from once import SCENARIOS
 from runtime.played import Run, loaded, play
@@ -287,8 +288,7 @@ def test_bundles_of_robots_with_batteries_are_accepted(text: str) -> None:
 def stop(seed: int, *, once: bool = False) -> str:
     """A robot with a battery, alone on its floor, among rooms with doors that it opens itself."""
     random = Random(seed)
-    rows = ["".join("#" if random.random() < 0.15 else "." for _ in range(7)) for _ in range(4)]
-    grid = ["#########", *(f"#{row}#" for row in rows), "#########"]
+    grid = walled(random, 4, 7, 0.15)
     free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
     random.shuffle(free)
     turns = random.random() < 0.5

@@ -5,6 +5,7 @@ from random import Random
 
 import pytest
 
+from campaigns.generate.build import walled
 from safenav.runtime.stops import NEVER, Stops
 from safenav.scenario.model import Battery
 from safenav.world.map import RegionMap
@@ -18,11 +19,7 @@ State = tuple[int, int]
 def floor(seed: int) -> Stops | None:
     random = Random(seed)
     rows, cols = random.randint(2, 4), random.randint(3, 5)
-    wall = "#" * (cols + 2)
-    inside = [
-        "".join("#" if random.random() < 0.2 else "." for _ in range(cols)) for _ in range(rows)
-    ]
-    world = RegionMap.from_grid([wall, *(f"#{row}#" for row in inside), wall])
+    world = RegionMap.from_grid(walled(random, rows, cols, 0.2))
     free = sorted(world.free)
     if len(free) < 6:
         return None

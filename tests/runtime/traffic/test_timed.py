@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 
+from campaigns.generate.build import walled
 from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.played import play
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
@@ -30,11 +31,7 @@ def crowd(seed: int) -> tuple[Problem, tuple[int, ...]]:
     """Two or three robots on one small floor, and an obstacle that some of them resolve."""
     random = Random(seed)
     rows, cols, count = random.randint(2, 3), random.randint(3, 4), random.choice((2, 3, 3))
-    wall = "#" * (cols + 2)
-    inside = [
-        "".join("#" if random.random() < 0.2 else "." for _ in range(cols)) for _ in range(rows)
-    ]
-    world = RegionMap.from_grid([wall, *(f"#{row}#" for row in inside), wall])
+    world = RegionMap.from_grid(walled(random, rows, cols, 0.2))
     free = sorted(world.free)
     if len(free) < count + 2:
         return crowd(seed + 100_000)
