@@ -16,6 +16,7 @@ from safenav.fleet.connection import fleet_world
 from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.stations import FleetFile
 from safenav.fleet.transport import DriveRecording
+from safenav.fleet.world import FleetWorld
 from safenav.outfile import write_out
 from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission, default_synthesizer
@@ -144,17 +145,21 @@ def command(
         run.run(operator, joins=motion is None)  # one file of motion, one run
         connection.close()
         if motion is not None and run.trace is not None and world is not None:
-            from safenav.fleet.driven import driven_motion
-            from safenav.motion.file.reading import text_of
-
-            began = run.mission.began
-            made = driven_motion(read_trace(run.trace), world, stations.stations, began)
-            write_out(motion, text_of(made))
+            _write_motion(motion, run.trace, world, stations, run.mission.began)
         status = run.report(scenario)
         if view is not None:
             signal.signal(signal.SIGINT, signal.default_int_handler)
             view.wait()
     return status
+
+
+def _write_motion(
+    file: Path, trace: Path, world: FleetWorld, fleet: FleetFile, began: float
+) -> None:
+    from safenav.fleet.driven import driven_motion
+    from safenav.motion.file.reading import text_of
+
+    write_out(file, text_of(driven_motion(read_trace(trace), world, fleet.stations, began)))
 
 
 def _warn(plan: Scenario, fleet: FleetFile) -> None:

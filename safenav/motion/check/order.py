@@ -115,10 +115,9 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
     if trace.header.clock is None:
         return
     begun: dict[int, Depart | Act] = {}
-    reserved: dict[tuple[str, int, bool], list[float]] = {}
+    robots = trace.header.scenario.robots
+    reserved = {(name, robot.start, True): [0.0] for name, robot in robots.items()}
     acts: list[tuple[frozenset[str], float, float]] = []
-    for name, robot in trace.header.scenario.robots.items():
-        reserved[name, robot.start, True] = [0.0]
     for record in trace.records:
         t = record.t or 0.0
         if isinstance(record, Depart | Act):

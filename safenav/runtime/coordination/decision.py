@@ -30,7 +30,7 @@ from safenav.runtime.coordination.task_candidates import TaskCandidates, TaskDra
 from safenav.runtime.coordination.waiting import early
 from safenav.runtime.deadlines.choice import InTime, after, choose
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
-from safenav.runtime.duties.requests import OpenRequest, Requests
+from safenav.runtime.duties.requests import Requests
 from safenav.runtime.duties.settlement import Settled, Settlement, settle
 from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
 from safenav.runtime.resolution.problem import BudgetExhaustedError
@@ -298,7 +298,7 @@ def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
     for gate in closure.stuck:
         request = requests.of(floor.gates[gate])
         assert request is not None
-        enough = _enough(team, request)
+        enough = infeasibility.enough(team, request.obstacle.type)
         because = shortfall_words(lacks[floor.gates[gate]], team.scenario.map.word, "it")
         if request.recorded is None or not enough:
             said.append(requested(team, request, floor, (), because))
@@ -311,16 +311,6 @@ def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
         said.append(blocked(team, request.obstacle, reason, proof, because))
         requests = requests.without(request.obstacle.name, given_up=True)
     return Decision(event, knowledge, requests, lacks, records=tuple(said), next=event)
-
-
-def _enough(team: TeamState, request: OpenRequest) -> bool:
-    """Whether enough robots have the action of each need."""
-    robots = [robot.robot for robot in team.robots.values()]
-    kind = request.obstacle.type
-    return all(
-        sum(kind.actions(number) <= robot.capabilities for robot in robots) >= need.robots
-        for number, need in enumerate(kind.needs)
-    )
 
 
 def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:

@@ -15,6 +15,7 @@ from safenav.runtime.resolution.proofs import Refutation, TeamClosure, closure_o
 from safenav.runtime.resolution.solve import PoseSets
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion
+from safenav.scenario.model import ObstacleType
 from safenav.scenario.objective import Ltl, Word
 from safenav.scenario.objective_text import describe
 from safenav.spec.task import Task
@@ -30,6 +31,15 @@ def closed(team: TeamState) -> tuple[Floor, TeamClosure]:
     Robots out of service may return."""
     floor = floor_of(team, hopeful=True)
     return floor, closure_of(PoseSets.around(floor.problem, floor.poses, floor.stages))
+
+
+def enough(team: TeamState, kind: ObstacleType) -> bool:
+    """Whether enough robots have the action of each need of an obstacle."""
+    robots = [robot.robot for robot in team.robots.values()]
+    return all(
+        sum(kind.actions(number) <= robot.capabilities for robot in robots) >= need.robots
+        for number, need in enumerate(kind.needs)
+    )
 
 
 def recorded(floor: Floor, refutation: Refutation) -> Proof:
