@@ -415,3 +415,14 @@ def test_what_is_impossible_for_now_is_not_called_impossible_forever() -> None:
     waits = [line["explanation"] for line in run.all("waiting")]
     assert waits and not any("ever" in said for said in waits)
     assert any("no robot can resolve gate@11" in said for said in waits)
+
+
+def test_a_proof_that_ignores_what_has_disappeared_is_refused() -> None:
+    run = play(BEHIND)
+    gone = run.records.index(run.one("gone", obstacle="beam@13"))
+    poses = [[region, None] for region in (12, 13, 14, 15)]
+    robots = {"cart": {"poses": poses, "live": False}}
+    proof = {"kind": "closure", "resolved": [], "never": [], "robots": robots}
+    said = {"outcome": "operator_needed", "cause": "unrealizable", "proof": proof}
+    forged = Run([*run.records[: gone + 1], {**run.outcome, **said, "tick": 8, "ticks": 7}])
+    assert "gate@11 is still given up, though an obstacle has disappeared since" in forged.findings

@@ -33,6 +33,10 @@ class ProofRule(Rule):
 
     def __init__(self) -> None:
         self._never: set[str] = set()
+        self._stale: set[str] = set()
+        """Those of them that were given up before an obstacle disappeared that was in the way."""
+        self._given: set[str] = set()
+        """Those of them that were given up by a proof."""
         self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
         """Memory of each robot that had no strategy, by its name and specification."""
         self._waited: tuple[str, frozenset[str]] = "", frozenset()
@@ -46,7 +50,10 @@ class ProofRule(Rule):
         if record.type == "synthesis":
             self._memory[record.robot, record.spec] = record.memory
         elif record.type in ("appeared", "gone", "reopened"):
-            self._never.discard(record.obstacle)
+            for names in (self._never, self._given, self._stale):
+                names.discard(record.obstacle)
+            if record.type == "gone" and record.obstacle in now.discovered:
+                self._stale |= self._given
         elif record.type == "blocked" and record.reason == "operator":
             self._never.add(record.obstacle)
         elif record.type == "blocked" and record.reason not in FINAL:
@@ -76,6 +83,8 @@ class ProofRule(Rule):
                 else:
                     yield None, "an operator is needed, but that is not proven"
                 return
+            for name in sorted(self._stale):
+                yield name, f"{name} is still given up, though an obstacle has disappeared since"
             for name in _could_be_given_up(proof, now):
                 yield f"no need of {name} can ever be met, but it does not become permanent"
             try:
@@ -125,6 +134,8 @@ class ProofRule(Rule):
         else:
             yield f"{record.obstacle} is given up without proof"
         self._never.add(record.obstacle)
+        self._given.add(record.obstacle)
+        self._stale.discard(record.obstacle)
 
 
 def _numbers(told: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str:
