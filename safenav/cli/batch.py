@@ -42,7 +42,7 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("paths", metavar="PATH...", type=options.PATTERN, nargs=-1, required=True)
+@click.argument("paths", metavar="PATH...", type=options.TEXT_INPUT, nargs=-1, required=True)
 @click.option(
     "-j",
     "--jobs",

@@ -39,7 +39,7 @@ class FiniteRange(click.FloatRange):
 
 
 class _Input(click.Path):
-    """A path to read, or a pattern of such."""
+    """A path to read, or a pattern of such paths (as text)."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         path = super().convert(value, param, ctx)
@@ -89,7 +89,7 @@ def _words(param: click.Parameter) -> str:
 
 
 INPUT = _Input(path_type=Path)
-PATTERN = _Input(path_type=str)
+TEXT_INPUT = _Input(path_type=str)
 FILE = _Output()
 FOLDER = _Output(())
 TRACE_PAGE_OR_FOLDER = _Output((".jsonl", ".html"))
@@ -105,6 +105,7 @@ live = click.option(
 )
 operator = click.option(
     "--operator",
+    type=TEXT_INPUT,
     metavar="FILE",
     help="When a live run needs an operator, read interventions from this file (-: prompt here).",
 )

@@ -24,6 +24,7 @@ def given(line: str) -> Result:
         "run --html ./s.yaml s.yaml",
         "run s.yaml --motion s.yaml",
         "run s.yaml --live --trace s.yaml",
+        "run s.yaml --operator f.yaml --trace f.yaml",
         "run s.yaml --trace out --html ./out",
         "run s.yaml --trace out --motion out",
         "run s.yaml --html out --motion out",
