@@ -118,19 +118,7 @@ def command(
     metres in the frame of the map, as in ROS; with --motion at the end of each move, with times
     and speeds), a ROS 2 bag, tables, columns of samples."""
     if output is not None:
-        match output.suffix:
-            case ".csv" | ".json" if waypoints is None:
-                waypoints = output
-            case ".mcap" if mcap is None:
-                mcap = output
-            case ".npz" if columns is None:
-                columns = output
-            case ".csv" | ".json" | ".mcap" | ".npz":
-                raise UsageError(f"--output {output} repeats another output option; give one")
-            case _:
-                raise UsageError(
-                    f"--output {output}: its ending must be .csv, .json, .mcap or .npz"
-                )
+        waypoints, mcap, columns = _by_its_ending(output, waypoints, mcap, columns)
     if waypoints is None and mcap is None and stem is None and columns is None:
         raise UsageError(
             "no output: give -o FILE (.csv, .json, .mcap or .npz), --waypoints FILE, "
@@ -166,6 +154,23 @@ def command(
         text = json_of(found, frame) if as_json else csv_of(found)
     write_out(waypoints, text)
     return ExitCode.OK
+
+
+def _by_its_ending(
+    output: Path, waypoints: Path | None, mcap: Path | None, columns: Path | None
+) -> tuple[Path | None, Path | None, Path | None]:
+    """Waypoints, bag and columns with ``--output``. Raises UsageError for another ending, or if
+    another option names that output."""
+    match output.suffix:
+        case ".csv" | ".json" if waypoints is None:
+            return output, mcap, columns
+        case ".mcap" if mcap is None:
+            return waypoints, output, columns
+        case ".npz" if columns is None:
+            return waypoints, mcap, output
+        case ".csv" | ".json" | ".mcap" | ".npz":
+            raise UsageError(f"--output {output} repeats another output option; give one")
+    raise UsageError(f"--output {output}: its ending must be .csv, .json, .mcap or .npz")
 
 
 def _columns(run: Trace, motion: Motion | None, path: Path, rate: float, robot: str | None) -> None:
