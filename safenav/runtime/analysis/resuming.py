@@ -148,20 +148,21 @@ def _obstacles(
     listed: Iterable[Obstacle], trace: Trace, state: TraceEnd, flat: set[str]
 ) -> Iterable[Obstacle]:
     truths = {(o.name, o.from_): o.traversable for o in trace.header.scenario.obstacles}
-    there = state.appeared | state.closed | state.stays | state.asked.keys()
+    known = state.obstacles
+    there = known.appeared | known.closed | known.stays | known.asked.keys()
     if trace.header.scenario.world == "external":  # which does not report all that appears
-        there |= state.gone
+        there |= known.gone
     for obstacle in listed:
         to_come = obstacle.appears is not None and (
             obstacle.appears > state.time or obstacle.name not in there
         )
-        if (obstacle.name in state.gone and not to_come) or obstacle.name in flat:
+        if (obstacle.name in known.gone and not to_come) or obstacle.name in flat:
             continue
         if obstacle.goes is not None and obstacle.goes <= state.time:
             continue
         told = truths.get((obstacle.name, obstacle.appears))
         truth = obstacle.traversable if told is None else told  # of an external world
-        met = 0 if to_come else len(state.met.get(obstacle.name, ()))
+        met = 0 if to_come else len(known.met.get(obstacle.name, ()))
         if met == len(obstacle.needs) and truth is None:
             continue  # the trace has lost its resolution
         # an order needs a tick at which it comes
@@ -171,7 +172,7 @@ def _obstacles(
         yield replace(
             obstacle,
             type=_left(obstacle.type, met),
-            traversable=truth if to_come else state.truths.get(obstacle.name, truth),
+            traversable=truth if to_come else known.truths.get(obstacle.name, truth),
             appears=appears,
             goes=_later(obstacle.goes, state),
         )
@@ -193,7 +194,7 @@ def _met(listed: Iterable[Obstacle], state: TraceEnd) -> dict[str, tuple[tuple[s
     """The robots that met the needs of obstacles whose next need the same robots must meet."""
     found = {}
     for obstacle in listed:
-        groups = state.met.get(obstacle.name, [])
+        groups = state.obstacles.met.get(obstacle.name, [])
         first = _first_left(obstacle.needs, len(groups))
         if first < len(groups) < len(obstacle.needs):
             found[obstacle.name] = tuple(groups[first:])

@@ -8,24 +8,19 @@ from collections.abc import Mapping
 
 from msgspec import Struct, field
 
-from safenav.begun import Begun, Done, PlanLeft, RoundClock
+from safenav.begun import Begun, Done, RoundClock
 from safenav.outcome import Outcome
-from safenav.runtime.analysis.memories import Memories
+from safenav.runtime.analysis.followed_plan import FollowedPlan
+from safenav.runtime.analysis.obstacles_end import ObstaclesEnd
+from safenav.runtime.analysis.pursued import Pursued
 from safenav.runtime.deadline_monitor.ledger import Round
-from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import name_parts
-from safenav.scenario.objective import Ltl, Objective, station
-from safenav.trace import records, setting, vocabulary
+from safenav.scenario.objective import Ltl, station
+from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.told_objective import objective_of
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import (
-    ChangeCause,
-    DeadlineVerdict,
-    HoldReason,
-    MovedBy,
-    OperatorIntervention,
-)
+from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict, HoldReason, MovedBy
 from safenav.world.moves import Pose
 
 CHANGES = (
@@ -36,60 +31,9 @@ CHANGES = (
 """Lines after which robots may have other targets."""
 
 
-class Pursued(Struct):
-    """A robot's own objective, ``within`` so many ticks a round, and its progress with it.
-    ``begun``: what it meets counts; ``memories``: those of its formulas, if it has any."""
-
-    objective: TracedObjective
-    within: int | None = None
-    begun: bool = False
-    rounds: int = 0
-    seen: set[int] = field(default_factory=set)
-    turn: int = 0
-    clock: Round = field(default_factory=Round)
-    memories: Memories | None = None
-
-    @property
-    def pursuit(self) -> Objective:
-        """The objective itself; of an unknown kind, no targets count."""
-        return objective_of(self.objective) or Ltl()
-
-    def meet(self, goal: records.Goal) -> None:
-        """Count a goal."""
-        known, counted = self.pursuit, goal.round > self.rounds
-        self.begun, self.rounds = True, goal.round
-        self.seen.add(goal.goal)
-        if counted or (known.settles and self.rounds):  # it stays where it has met all
-            self.seen.clear()
-        if counted:
-            self.clock.restart(goal.tick)
-        if known.in_turn:
-            last = len(known.targets) - 1
-            ahead = min(goal.goal + 1, last) if known.settles else (goal.goal + 1) % (last + 1)
-            self.turn = ahead
-
-    def stay(self, region: int) -> None:
-        """Count a turn that ends in a region: a tick where the robot settles has no line."""
-        if self.begun and self.pursuit.stays(self.turn, region):
-            self.rounds += 1
-        self.begun = True
-
-    def recount(self, tick: int) -> None:
-        """Count rounds from a resolution on."""
-        self.rounds = 0
-        self.seen.clear()
-        self.clock.restart(tick)
-
-
 class TraceEnd(Struct):
     """The end of a trace. ``in_force``: the objective that each robot pursues; ``chosen``: the
-    inputs that a user has set; ``due``: the ticks in which open requests are due, ``late``: those
-    that were; ``closed``: the obstacles that were found untraversable;
-    ``asked``: the requests that are open or given up, each with where its requesters wait;
-    ``stays``: the obstacles of which an operator says that they stay, ``given_up``: those that no
-    robot can resolve as things stood; ``backs_up``: the robot and the obstacle from which it does;
-    ``plan``: the joint plan that is followed, with the steps that each robot has ``taken``, or the
-    one of the header that is ``to_follow``;
+    inputs that a user has set; ``plan``: the joint plan that is followed;
     ``had``: the robots that have had their turn in the last tick, ``had_before``: those of tick 1
     that had it in the run before;
     ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
@@ -102,25 +46,13 @@ class TraceEnd(Struct):
     own: dict[str, Pursued]
     in_force: dict[str, TracedObjective]
     out: set[str] = field(default_factory=set)
-    gone: set[str] = field(default_factory=set)
-    appeared: set[str] = field(default_factory=set)
-    truths: dict[str, bool | None] = field(default_factory=dict)
-    met: dict[str, list[tuple[str, ...]]] = field(default_factory=dict)
     chosen: dict[str, bool] = field(default_factory=dict)
-    due: dict[str, int] = field(default_factory=dict)
-    late: set[str] = field(default_factory=set)
-    closed: set[str] = field(default_factory=set)
-    asked: dict[str, dict[str, int]] = field(default_factory=dict)
-    stays: set[str] = field(default_factory=set)
-    given_up: set[str] = field(default_factory=set)
-    backs_up: tuple[str, str] | None = None
+    obstacles: ObstaclesEnd = field(default_factory=ObstaclesEnd)
     flat: str | None = None
     moved: tuple[str, int] | None = None
     stayed: bool = False
     since: dict[str, int] = field(default_factory=dict)
-    plan: PlanLeft | None = None
-    taken: dict[str, int] = field(default_factory=dict)
-    to_follow: bool = False
+    plan: FollowedPlan = field(default_factory=FollowedPlan)
     had: set[str] = field(default_factory=set)
     had_before: frozenset[str] = frozenset()
     away: set[str] = field(default_factory=set)
@@ -128,7 +60,6 @@ class TraceEnd(Struct):
     arrived: dict[str, float] = field(default_factory=dict)
     ran: bool = False
     live: bool = False
-    continues: bool = False
     time: float = 0.0
 
     @property
@@ -155,20 +86,15 @@ class TraceEnd(Struct):
         header, robots = trace.header.scenario, trace.header.scenario.robots
         end = cls(
             {name: Pose.of(robot.start, robot.heading) for name, robot in robots.items()},
-            {name: _pursued(name, header) for name in robots},
+            {name: Pursued.at_start(name, header) for name in robots},
             {name: robot.objective for name, robot in robots.items()},
+            obstacles=ObstaclesEnd.of(header.begun),
             flat=header.flat,
         )
         if header.begun is not None:
-            end.continues, end.ran = True, header.begun.ran
-            end.due, end.late = dict(header.begun.due), {*header.begun.late}
-            end.closed, end.stays = {*header.begun.closed}, {*header.begun.stays}
-            end._plans(header.begun.plan)
-            end.to_follow = True
-            end.had_before = frozenset(header.begun.had)
+            end.ran, end.had_before = header.begun.ran, frozenset(header.begun.had)
+            end.plan.begin(header.begun.plan, to_follow=True)
             end.since = {name: 1 - age for name, age in header.begun.waited.items()}
-            end.asked = {name: {**robots} for name, robots in header.begun.asked.items()}
-            end.met = {name: [*groups] for name, groups in header.begun.met.items()}
         for record in trace.records:
             end.take(record)
         end.look()
@@ -185,16 +111,21 @@ class TraceEnd(Struct):
         self.live = record.t is not None
         self.ran |= record.tick > 0 and not isinstance(record, records.End)
         self.time = record.t if record.t is not None else record.tick
+        self.obstacles.take(record, self.poses)
+        self._moved(record)
+        self._changed(record)
+
+    def _moved(self, record: records.Record) -> None:
+        """Note where robots are, and whose turn it is."""
         match record:
-            case records.Violation():
-                self._encountered(record)
             case records.Move():
-                self._sets_out()
+                self.plan.sets_out()
                 self.look()
                 self._turn_over()
                 self.had.add(record.robot)
-                if self.backs_up is not None and record.robot == self.backs_up[0]:
-                    self._waits(record.to if record.toward is None else record.toward)
+                self.obstacles.waits(
+                    record.robot, record.to if record.toward is None else record.toward
+                )
                 if record.toward is None:
                     pose = Pose.of(record.to, record.heading)
                     self._step(record.robot, pose, decided=record.by is MovedBy.STRATEGY)
@@ -203,28 +134,32 @@ class TraceEnd(Struct):
             case records.Arrive():
                 self._step(record.robot, Pose.of(record.at, record.heading), decided=False)
                 self.moved = record.robot, record.at
-                if self.backs_up is not None and record.robot == self.backs_up[0]:
-                    self._waits(record.at)
-            case records.Depart() | records.Held():
-                if isinstance(record, records.Depart):
-                    self._sets_out()
-                    self._stood(record.robot, self.time > self.arrived.get(record.robot, 0.0))
-                elif record.why is HoldReason.STRATEGY:
+                self.obstacles.waits(record.robot, record.at)
+            case records.Depart():
+                self.plan.sets_out()
+                self._stood(record.robot, self.time > self.arrived.get(record.robot, 0.0))
+                self.moved = None
+                self.obstacles.waits(record.robot, record.to)
+            case records.Held():
+                if record.why is HoldReason.STRATEGY:
                     self._stood(record.robot, long=True)
                 self.moved = None
-                if self.backs_up is not None and record.robot == self.backs_up[0]:
-                    here = self.poses[record.robot].region
-                    self._waits(record.to if isinstance(record, records.Depart) else here)
-            case records.Operator() if record.intervention is OperatorIntervention.PERMANENT:
-                self._forget(record.obstacle or "")
-                self.stays.add(record.obstacle or "")
+                self.obstacles.waits(record.robot, self.poses[record.robot].region)
             case records.Operator() if record.robot is not None and record.region is not None:
                 self.poses[record.robot] = Pose.of(record.region, record.heading)
+            case records.Goal() if self.pursues(record.robot):
+                self.own[record.robot].meet(record)
+                self.moved = None
+            case _:
+                pass
+
+    def _changed(self, record: records.Record) -> None:
+        """Note what robots pursue, and how far they are with it."""
+        match record:
             case records.Plan():
-                self._plans(record)
-                self.to_follow = False
+                self.plan.begin(record)
             case records.PlanEnd():
-                self.plan = None
+                self.plan.begin(None)
             case records.Push() | records.Pop():
                 self.in_force |= record.objectives
             case records.Told():
@@ -239,51 +174,20 @@ class TraceEnd(Struct):
                     self._turned(record)
             case records.NewObjective():
                 self._given(record)
-            case records.Goal() if self.pursues(record.robot):
-                self.own[record.robot].meet(record)
-                self.moved = None
             case records.Inputs():
                 self.inputs = *self.inputs[-1:], (record.tick, record.values)
                 self.chosen = {name: record.values[name] for name in record.user or ()}
-            case records.Resolved():
-                if record.traversable is not False:
-                    self.gone.add(record.obstacle)
-                else:
-                    self.closed.add(record.obstacle)
-                self._forget(record.obstacle)
-                restarts = name_parts(record.obstacle)[0] != self.flat
-                for pursued in self.own.values() if restarts else ():
+            case records.Resolved() if name_parts(record.obstacle)[0] != self.flat:
+                for pursued in self.own.values():
                     pursued.recount(record.tick)
-                self._over(record.obstacle)
-            case records.Truth():
-                self.truths[record.obstacle] = record.traversable
-            case records.Gone():
-                self.gone.add(record.obstacle)
-                self.closed.discard(record.obstacle)
-                self._forget(record.obstacle)
-                self._over(record.obstacle)
-            case records.KnownObstacle():
-                self._over(record.obstacle)
-                self.given_up.add(record.obstacle)
-            case records.Reopened():
-                self.given_up.discard(record.obstacle)
-            case records.Appeared():
-                if record.tick > 1 or not self.continues:  # else it has appeared before
-                    self.met.pop(record.obstacle, None)
-                self.gone.discard(record.obstacle)
-                self.closed.discard(record.obstacle)
-                self._forget(record.obstacle)
-                self.appeared.add(record.obstacle)
-            case records.Met():
-                groups = self.met.setdefault(record.obstacle, [])
-                groups.append(record.robots or (record.robot,))
             case records.Service():
                 if record.active:
                     self.own[record.robot].clock.restart(record.tick)
                 if record.cause is not ChangeCause.BATTERY:
                     (self.out.discard if record.active else self.out.add)(record.robot)
-            case records.Deadline():
-                self._judged(record)
+            case records.Deadline() if record.of in self.own:
+                judged = record.verdict not in (DeadlineVerdict.LOST, DeadlineVerdict.KEPT)
+                self.own[record.of].clock.over |= judged
             case _:
                 pass
 
@@ -293,9 +197,8 @@ class TraceEnd(Struct):
         self.stayed = before.region == pose.region
         if not self.stayed:
             self.since[robot] = round(self.time)
-        if self.plan is not None and pose != before:
-            ahead = self.plan.robots[robot][self.taken[robot] + 1 :]
-            self.taken[robot] += bool(ahead) and Pose.of(*ahead[0]) == pose
+        if pose != before:
+            self.plan.step(robot, pose)
         memories = self.own[robot].memories
         if memories is not None and robot not in self.away and (decided or pose != before):
             tick = self.time if not self.live else 0
@@ -315,36 +218,6 @@ class TraceEnd(Struct):
         """Note which robots do something else than their own objective."""
         for name, pursued in self.own.items():
             pursued.clock.disturbed |= not self.pursues(name) or name in self.out
-
-    def _plans(self, plan: records.Plan | PlanLeft | None) -> None:
-        """Follow a joint plan from now on."""
-        self.plan = None if plan is None else PlanLeft(plan.robots, plan.orders, plan.reason)
-        self.taken = dict.fromkeys(self.own, 0)
-
-    def _sets_out(self) -> None:
-        """Forget the plan of the header if no robot follows it."""
-        if self.to_follow:
-            self.plan, self.to_follow = None, False
-
-    def _left(self) -> PlanLeft | None:
-        """The rest of the joint plan; None where a robot has left it, or all have arrived."""
-        if self.plan is None or self.plan.robots.keys() != self.own.keys():
-            return None
-        left = {name: way[self.taken[name] :] for name, way in self.plan.robots.items()}
-        if all(len(way) == 1 for way in left.values()):
-            return None
-        for name, way in left.items():
-            here = self.poses[name]
-            if len(way) == 1:  # it may have left it
-                left[name] = (here.place,)
-            elif Pose.of(*way[0]) != here:
-                return None
-        orders = (
-            (first, i - self.taken[first], then, j - self.taken[then])
-            for first, i, then, j in self.plan.orders
-        )
-        to_come = tuple(order for order in orders if order[1] > 0 and order[3] > 0)
-        return PlanLeft(left, to_come, self.plan.reason)
 
     def _waited(self) -> dict[str, int]:
         """The ticks for which robots have stood with the same target, but where they are to be."""
@@ -382,11 +255,11 @@ class TraceEnd(Struct):
             for name, own in self.own.items()
             if own.begun or (own.memories is not None and own.memories.begun)
         }
-        due = {of: max(0, at - tick) for of, at in self.due.items()} if timed else {}
-        late = tuple(sorted(self.late)) if timed else ()
+        due = {of: max(0, at - tick) for of, at in self.obstacles.due.items()} if timed else {}
+        late = tuple(sorted(self.obstacles.late)) if timed else ()
         had = tuple(sorted(self.had)) if self.begins < self.time else ()
-        closed = tuple(sorted(self.closed))
-        stays = tuple(sorted(self.stays))
+        closed = tuple(sorted(self.obstacles.closed))
+        stays = tuple(sorted(self.obstacles.stays))
         return Begun(
             trace.digest or None,
             robots,
@@ -394,9 +267,9 @@ class TraceEnd(Struct):
             late,
             closed,
             had,
-            asked=self.asked,
+            asked=self.obstacles.asked,
             stays=stays,
-            plan=self._left(),
+            plan=self.plan.left(self.poses),
             waited={} if self.live else self._waited(),
             charging=charging,
             ran=self.ran,
@@ -405,7 +278,7 @@ class TraceEnd(Struct):
     def _charges(self, robot: str, header: records.Header) -> bool:
         """Whether a robot charges where it stands: it is to stay there, not for a request."""
         here, chargers = self.poses[robot].region, header.scenario.chargers or ()
-        waits = any(here == waits.get(robot) for waits in self.asked.values())
+        waits = any(here == waits.get(robot) for waits in self.obstacles.asked.values())
         charges = header.scenario.robots[robot].battery is not None and here in chargers
         return charges and not self.pursues(robot) and not waits and self._stays(robot)
 
@@ -449,64 +322,7 @@ class TraceEnd(Struct):
         if record.form is vocabulary.Form.OTHER_MEMORY and self.pursues(record.robot):
             self.own[record.robot].turn = next(iter((record.memory or {"": 0}).values()))
 
-    def _encountered(self, record: records.Violation) -> None:
-        """Note a request; obstacles that are known to stay are not requested."""
-        name, robot = record.obstacle, record.robot
-        if name not in self.closed | self.stays | self.given_up:
-            requesters = self.asked.setdefault(name, {})
-            requesters.pop(robot, None)
-            requesters[robot] = self.poses[robot].region
-            self.backs_up = robot, name
-
-    def _waits(self, here: int) -> None:
-        """Note where a robot that has backed up from an obstacle waits."""
-        assert self.backs_up is not None
-        robot, name = self.backs_up
-        self.backs_up = None
-        if robot in self.asked.get(name, ()):
-            self.asked[name][robot] = here
-
-    def _forget(self, obstacle: str) -> None:
-        """Note that an obstacle is no longer there as the team knew it."""
-        self.asked.pop(obstacle, None)
-        self.stays.discard(obstacle)
-        self.given_up.discard(obstacle)
-
-    def _over(self, obstacle: str) -> None:
-        """Note that no request for an obstacle is due from here on."""
-        self.due.pop(obstacle, None)
-        self.late.discard(obstacle)
-
-    def _judged(self, record: records.Deadline) -> None:
-        if record.verdict is DeadlineVerdict.LOST:
-            return
-        if record.of in self.own:
-            self.own[record.of].clock.over |= record.verdict is not DeadlineVerdict.KEPT
-        elif record.verdict is DeadlineVerdict.SET:
-            if record.cause is None:  # a charge is computed again
-                self.due[record.of] = record.due
-        else:
-            self.due.pop(record.of, None)
-            if record.verdict is DeadlineVerdict.LATE:
-                self.late.add(record.of)
-
 
 def ended_late(trace: Trace) -> bool:
     """Return whether a missed deadline ended the run."""
     return trace.outcome is not None and trace.outcome.outcome is Outcome.LATE
-
-
-def _pursued(name: str, header: setting.ScenarioHeader) -> Pursued:
-    """The progress of a robot with which a trace begins."""
-    within = {} if header.promises is None else header.promises.within
-    own = Pursued(header.robots[name].objective, within.get(name))
-    done = None if header.begun is None else header.begun.robots.get(name)
-    if done is not None:
-        own.begun, own.rounds, own.seen, own.turn = True, done.rounds, {*done.seen}, done.turn
-        own.clock = Round.continued(done.clock)
-    if isinstance(own.pursuit, Ltl) and own.pursuit.memory:
-        start = Pose.of(header.robots[name].start, header.robots[name].heading)
-        own.memories = Memories.at_start(guarantees_of(own.pursuit), start)
-        if done is not None and done.memory:
-            own.memories.possible, own.memories.begun = [done.memory], True
-    return own
