@@ -245,7 +245,9 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
         said = ", ".join(begun.stays or ()) or "no obstacle"
         yield f"{said} stays, but stayed {', '.join(sorted(stay)) or 'none'}"
     for name, groups in (begun.met or {}).items():
+        before = (now.begun.met or {}).get(name, ((),))[-1]  # it appears again in tick 1
         carriers = now.open[name].carriers() if name in now.open else frozenset()
+        carriers = carriers or frozenset(before)
         if {*groups[-1]} != carriers:
             robots = ", ".join(sorted(carriers)) or "no robot"
             yield f"{', '.join(groups[-1])} carries {name}, but it was {robots}"

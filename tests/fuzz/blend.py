@@ -143,13 +143,15 @@ def continued(
     every: int | None = None,
     at: int | None = None,
     again: int | None = None,
+    times: int = 1,
     faults: Mapping[str, float] | None = None,
     operator: bool = False,
     patience: int = 60,
 ) -> Played:
     """A run that is killed after a random record, or after one (``at``), or each so many
     (``every``), within the line after that, and continued: its last rest, and what is wrong with
-    any; and that rest ``again`` after so many records. Nothing fails in a rest, and no operator
+    any; and that rest ``again`` after so many records, or after random ones, so that there are
+    so many ``times``. Nothing fails in a rest, and no operator
     helps. Raises InputError for a scenario that is refused."""
     scenario, played = load_scenario_text(json.dumps(data)), Played()
     if faults is not None or operator:
@@ -174,6 +176,9 @@ def continued(
         played.add(rest_of(scenario, whole, end, patience, alone=alone))
     if again is not None:
         played.add(rest_of(scenario, played.lines, again, patience, alone=alone))
+    for _ in range(times - 1 if len(played.lines) >= 4 else 0):
+        end = random.randrange(1, max(2, len(played.lines) - 1))
+        played.add(rest_of(scenario, played.lines, end, patience, alone=alone))
     return played
 
 
@@ -265,7 +270,8 @@ def judged(seed: int, options: argparse.Namespace) -> Judged:
     about: Any = {"faults": faults, "operator": options.operator, "patience": options.patience}
     try:
         if options.continued:
-            one = continued(data, seed, every=options.every, **about)
+            cuts: Any = {"every": options.every, "times": options.times or 1}
+            one = continued(data, seed, **cuts, **about)
         else:
             one = play(data, seed, **about)
     except InputError:
@@ -277,4 +283,4 @@ def judged(seed: int, options: argparse.Namespace) -> Judged:
 
 
 if __name__ == "__main__":
-    sys.exit(campaign(judged, __doc__, "lockstep faults operator formulas continued every="))
+    sys.exit(campaign(judged, __doc__, "lockstep faults operator formulas continued every= times="))

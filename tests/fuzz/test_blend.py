@@ -272,6 +272,10 @@ TWICE = {
     "after a robot has met the last target, and rounds begin anew": (118029, mixed_mission, 5, 27),
     "before a joint plan begins again": (118028, formula_mission, 37, 4),
     "before a robot's formulas remember anything": (118030, formula_mission, 4, 9),
+    "before a load that a robot carries appears again": (175365, mixed_mission, 40, 1),
+    "after a turn that was had before, and what it met is not counted": (
+        *(175219, mixed_mission, 38, 5),
+    ),
 }
 
 

@@ -167,7 +167,7 @@ def _obstacles(
             continue  # the trace has lost its resolution
         # an order needs a tick at which it comes
         appears = _later(obstacle.appears, state) if to_come or obstacle.ordered else None
-        if to_come and appears is not None and state.begins < state.time:
+        if to_come and appears is not None and state.had and state.begins < state.time:
             appears = max(2, appears)  # a robot stood in its way when this tick began
         yield replace(
             obstacle,

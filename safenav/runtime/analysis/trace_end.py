@@ -35,7 +35,7 @@ class TraceEnd(Struct):
     """The end of a trace. ``in_force``: the objective that each robot pursues; ``chosen``: the
     inputs that a user has set; ``plan``: the joint plan that is followed;
     ``had``: the robots that have had their turn in the last tick, ``had_before``: those of tick 1
-    that had it in the run before;
+    that had it in the run before, and in which all that they met was counted;
     ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
     which inputs changed, and their values then; ``arrived``: when robots with formulas did, or
     began with a known memory there; ``flat``: the type of obstacle of robots without charge;
@@ -92,7 +92,9 @@ class TraceEnd(Struct):
             flat=header.flat,
         )
         if header.begun is not None:
-            end.ran, end.had_before = header.begun.ran, frozenset(header.begun.had)
+            end.ran, done = header.begun.ran, header.begun.robots
+            counted = {name for name, one in done.items() if not one.uncounted}
+            end.had_before = frozenset(counted.intersection(header.begun.had))
             end.plan.begin(header.begun.plan, to_follow=True)
             end.since = {name: 1 - age for name, age in header.begun.waited.items()}
         for record in trace.records:
