@@ -240,8 +240,7 @@ class Situation(State):
                 self.form[robot, record.objective] = record.form
                 if record.reason == "charge":
                     self.stop[robot] = record.objective.targets
-                always_own = record.places is not None  # a strategy of assignable goals
-                if record.node is not None and not always_own:  # it was installed
+                if record.node is not None and record.places is None:  # else it is for its own
                     self._rests(robot)
                     self._put_in_force({robot: record.objective}, record.line)
                 if record.tick > 0:
