@@ -5,8 +5,10 @@ from collections.abc import Callable
 import pytest
 
 from certify.making import certified
-from runtime.played import Run, play
+from runtime.played import Run, loaded, play
+from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.settings import Clock
+from safenav.trace.reading import read_lines
 
 CART = """
 map: {grid: ["########", "#......#", "###.####", "########"]}
@@ -426,3 +428,27 @@ def test_a_proof_that_ignores_what_has_disappeared_is_refused() -> None:
     said = {"outcome": "operator_needed", "cause": "unrealizable", "proof": proof}
     forged = Run([*run.records[: gone + 1], {**run.outcome, **said, "tick": 8, "ticks": 7}])
     assert "gate@11 is still given up, though an obstacle has disappeared since" in forged.findings
+
+
+CLOSED = """
+clock: live
+map: {grid: ["#######", "#.....#", "#######", "#.....#", "#######"]}
+catalogue:
+  robots: {rover: {mobility: free, layer: ground, capabilities: [sense]}}
+  obstacles: {load: {needs: [{action: lift}], blocks: []}}
+robots:
+  a: {model: rover, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}
+  b: {model: rover, start: [3, 1], objective: {visit: [[3, 5], [3, 1]]}}
+obstacles: [{type: uncertainty, region: [1, 3], traversable: false}]
+orders: [{at: 90, type: load, region: [3, 3]}]
+changes: [{at: 40, robot: b, service: out}]
+until: {rounds: 1}
+"""
+
+
+def test_a_wait_is_resumed_although_the_first_tick_changes_something_first() -> None:
+    run = play(CLOSED)
+    assert run.outcome["outcome"] == "operator_needed"
+    rest = play(resumed(read_lines(run.lines[:-1]), loaded(CLOSED)))
+    assert [line["tick"] for line in rest.all("service")] == [1]
+    assert rest.outcome["outcome"] == "operator_needed"

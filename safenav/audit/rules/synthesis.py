@@ -8,7 +8,7 @@ from safenav.audit.kinds import ALTERNATION, STAYING, shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.run.situation import RESYNTHESIS, Situation
-from safenav.audit.run.turn import is_of_user
+from safenav.audit.run.turn import SCENARIO_CHANGES, is_of_user
 
 _CAUSES: dict[str, tuple[str, ...]] = {
     "request": ("violation", "request", "met", "acted"),
@@ -18,6 +18,8 @@ _CAUSES: dict[str, tuple[str, ...]] = {
     "objective": ("objective",),
     "round": ("goal",),
 }
+_BEGINS = ("move", "depart", "act", "outcome")
+"""Lines before which the reports and changes of the first tick have been decided."""
 
 
 class SynthesisRule(Rule):
@@ -44,8 +46,9 @@ class SynthesisRule(Rule):
         changed = record.type == "objective" or is_of_user(record)  # before all is decided again
         if changed or now.ends_wait(record):
             self._resumed = record.tick
-        if self._staying and (record.tick or record.type == "outcome"):
-            yield from self._staying if "waiting" not in self._happened else ()
+        if self._staying and (record.tick > 1 or record.type in _BEGINS):
+            excused = self._happened & {"waiting", *SCENARIO_CHANGES}  # decided in the first tick
+            yield from () if excused else self._staying
             self._staying = []
         if record.type == "synthesis":
             yield from self._problems(record, now)
