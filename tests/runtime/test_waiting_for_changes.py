@@ -2,11 +2,14 @@
 
 from collections.abc import Callable
 
+import click
 import pytest
 
 from certify.making import certified
 from runtime.played import Run, loaded, play
+from safenav.report.terminal.story import Story
 from safenav.runtime.analysis.resuming import resumed
+from safenav.runtime.mission import Mission
 from safenav.scenario.settings import Clock
 from safenav.trace.reading import read_lines
 
@@ -449,6 +452,11 @@ until: {rounds: 1}
 def test_a_wait_is_resumed_although_the_first_tick_changes_something_first() -> None:
     run = play(CLOSED)
     assert run.outcome["outcome"] == "operator_needed"
-    rest = play(resumed(read_lines(run.lines[:-1]), loaded(CLOSED)))
+    scenario, said = resumed(read_lines(run.lines[:-1]), loaded(CLOSED)), list[str]()
+    rest = play(scenario)
     assert [line["tick"] for line in rest.all("service")] == [1]
     assert rest.outcome["outcome"] == "operator_needed"
+    story = Story(scenario, lambda line: said.append(click.unstyle(str(line))), maps=False)
+    Mission(scenario, listeners=[story]).run()
+    assert any("a: hold" in line for line in said)
+    assert not any("a reaches" in line for line in said)  # it stays where it is

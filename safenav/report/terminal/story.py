@@ -235,7 +235,11 @@ class Story:
                 if place is not None and place <= {*self._scenario.chargers}:
                     words += ", to charge"
             allows = f" ({event.allows})" if event.allows else ""
-            another = not first and self._doing.get(event.robot) != words
+            another = self._doing.get(event.robot) != words
+            stays = first and another and objective is not None and station(objective) is not None
+            if stays:  # a run that continues another one waits
+                self._stops.add(event.robot)
+            another = stays or (not first and another)
             if event.verdict is not Verdict.REALIZABLE or charges:
                 another = False
             else:
