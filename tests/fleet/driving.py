@@ -82,13 +82,13 @@ class Lab:
         text = text.replace("map:\n", f"map:\n  resolution: {SIDE}\n")
         text += "catalogue: {obstacles: {door: {action: push, sweeps: neighbours}}}\n"
         text = re.sub(r"^  (resolved|blocked|helpers):.*\n", "", text, flags=re.MULTILINE)
+        if (case, transport) != (THIRD, "simulation"):  # a second round shows nothing new
+            text = text.replace("until: {rounds: 2}", "until: {rounds: 1}")
         self.scenario, self.fleet = folder / f"{case}.yaml", folder / "fleet.yaml"
         self.trace, self.motion = folder / "trace.jsonl", folder / "motion.jsonl"
         self.scenario.write_text(text)
         self.transport = transport
         self.port, self.domain = _free_port(), 20 + os.getpid() % 200
-        if (case, transport) != (THIRD, "simulation"):  # a second round shows nothing new
-            text = text.replace("until: {rounds: 2}", "until: {rounds: 1}")
         pace = 1.0 if streams else PACE[transport]
         fast = 1.0 if transport == "simulation" else pace
         given = {
