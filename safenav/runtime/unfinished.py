@@ -11,10 +11,8 @@ def where_out(team: TeamState, robot: RobotState) -> str:
     region = robot.pose.region
     barred = [
         other.name
-        for other in team.robots.values()
-        if other.active
-        and robot.robot.conflicts(other.robot)
-        and any(target == {region} for target in other.own.objective.targets)
+        for other in team.in_conflict(robot.robot)
+        if other.active and any(target == {region} for target in other.own.objective.targets)
     ]
     said = [team.failures.out[robot.name]] if robot.name in team.failures.out else []
     if barred:

@@ -3,7 +3,7 @@ the last resorts (the table in ``budgets``)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 from msgspec import Struct, field
@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.background_search import BackgroundSearch
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.formula_memory import plain_poses, remembering
@@ -32,16 +31,14 @@ from safenav.scenario.objective import Ltl
 
 
 class PlanSearch(Struct):
-    """Searches for plans. ``rivals``: whether a robot shares its floor; ``starved``: the robot that
-    the plan is for; ``failures``: searches in a row with an exhausted budget, ``used``: their work,
-    ``work``: the rest for the present one; ``spent``: all such searches; ``hopeless``: the
-    served obstacles that no plan for the mission resolves, as the last one has shown."""
+    """Searches for plans. ``starved``: the robot that the plan is for; ``failures``: searches in a
+    row with an exhausted budget, ``used``: their work, ``work``: the rest for the present one;
+    ``spent``: all such searches; ``hopeless``: the served obstacles that no plan for the mission
+    resolves, as the last one has shown."""
 
     state: TeamState
-    thinking: BackgroundSearch
     searches: Searches
     certificates: ContinuationPlans
-    rivals: Mapping[str, bool]
     failures: int = 0
     used: int = 0
     spent: int = 0
@@ -54,10 +51,11 @@ class PlanSearch(Struct):
     @property
     def hindered(self) -> bool:
         """Whether a robot out of service shares its floor, and plans are for the whole mission."""
-        out = any(self.rivals[name] for name in self.state.out_of_service)
+        out = not self.searches.sharing.isdisjoint(self.state.out_of_service)
         return out and self.searches.turning
 
-    def _search(self, problem: SearchProblem, goals: Goals | None = None) -> Search:
+    def search_of(self, problem: SearchProblem, goals: Goals | None = None) -> Search:
+        """A search within the rest of the work."""
         return self.searches.search(problem, goals, work=self.work)
 
     def sought(self, plain: Floor, floor: Floor, helping: bool) -> tuple[SearchProblem, Answer]:
@@ -80,7 +78,7 @@ class PlanSearch(Struct):
             tried = [problem.course] if exhausted else []
             for rules in (self.searches.course(floor), *tried):
                 other = self.searches.problem(floor, replace(rules, any_first=True))
-                search = self._search(other)
+                search = self.search_of(other)
                 found = search.run(1)
                 if exhausted or isinstance(found, Found):
                     problem, answer = other, found
@@ -101,7 +99,7 @@ class PlanSearch(Struct):
         found, if it is so or no other one is found."""
         if not self.searches.turning or self._can_restart(problem, found.states[-1]):
             return found
-        search = self._search(problem)
+        search = self.search_of(problem)
         search.goal = lambda state: (
             problem.course.completed(state) and self._can_restart(problem, state)
         )
@@ -112,7 +110,7 @@ class PlanSearch(Struct):
         """Whether no search has shown that the rounds cannot restart in a state."""
         counts = tuple((index, 0, 0) for index, _, _ in state.counts)
         begun = problem.course.begun(state.poses, counts, state.stages)
-        return not self._search(problem.at(begun)).refuted()
+        return not self.search_of(problem.at(begun)).refuted()
 
     def _proof(self, plain: Floor) -> tuple[SearchProblem, Answer] | None:
         """The search that proves that no order of moves completes the mission with what the
@@ -122,7 +120,7 @@ class PlanSearch(Struct):
             return None
         course = Course(floor.problem, self.state.scenario.until.rounds, any_first=True)
         problem = self.searches.problem(floor, course)
-        answer = self._search(problem).singles(budgets.PROOF_BUDGET)
+        answer = self.search_of(problem).singles(budgets.PROOF_BUDGET)
         return (problem, answer) if isinstance(answer, Exhausted) else None
 
     def _left_well(self, problem: SearchProblem, found: Found, helping: bool) -> Found:
@@ -139,7 +137,7 @@ class PlanSearch(Struct):
         states = charged.course.along(begun, (state.poses for state in cut[1:]))
         if ends_well(states[-1]) and all(map(lasts, states)):
             return found
-        search = self._search(charged)
+        search = self.search_of(charged)
         search.goal = lambda state: self.leg_done(charged, state, helping) and ends_well(state)
         search.keeps = lambda state: (
             lasts(state) and (state.stages == begun.stages or ends_well(state))
@@ -164,7 +162,7 @@ class PlanSearch(Struct):
     def continued(self, problem: SearchProblem, states: Sequence[JointState]) -> Found | None:
         """Moves, and a plan for the rest of the mission after them; None if none is found soon."""
         own = self.searches.own_of_charging()
-        rest = self._search(problem.at(states[-1]), own).run(1)
+        rest = self.search_of(problem.at(states[-1]), own).run(1)
         return Found((*states, *rest.states[1:])) if isinstance(rest, Found) else None
 
     def leg(self, problem: SearchProblem) -> list[JointState] | None:
@@ -205,7 +203,7 @@ class PlanSearch(Struct):
                 return state.stages != start.stages
             return state.stages[gate] != start.stages[gate]
 
-        search = self._search(problem, {index: goal})
+        search = self.search_of(problem, {index: goal})
         search.goal = lambda state: changed(state) or bool(goal >> state.poses[index] & 1)
         return search.run(1)
 
@@ -274,7 +272,7 @@ class PlanSearch(Struct):
         """Search for a plan; return the search and its result."""
         self.hopeless, floor = frozenset(), problem.floor
         self._cut_off, self._leg_end = self.searches.cut_off(floor), 0
-        turning, search = self.searches.turning, self._search(problem)
+        turning, search = self.searches.turning, self.search_of(problem)
         if turning or remembering(floor.problem):
             hindered = self.hindered
             answer = search.run(1, chain=budgets.CERTIFICATE_CHAIN) if hindered else search.run(1)
@@ -308,7 +306,7 @@ class PlanSearch(Struct):
         states = list(found.states)
         while not problem.course.completed(here := states[-1]) and here.stages == states[0].stages:
             leg = problem.at(here)
-            search = self._search(leg)
+            search = self.search_of(leg)
             search.goal = partial(self.leg_done, leg, helping=False)
             answer = search.run(1, 0)
             if not isinstance(answer, Found) or len(answer.states) == 1:
@@ -339,7 +337,7 @@ class PlanSearch(Struct):
 
         def serving(gates: frozenset[int]) -> tuple[SearchProblem, Search, Answer]:
             less = replace(problem, course=problem.course.serving(gates))
-            search = self._search(less)
+            search = self.search_of(less)
             return less, search, search.run(1)
 
         found = serving(frozenset())
@@ -366,6 +364,6 @@ class PlanSearch(Struct):
             return
         counts = self.searches.counts(floor)
         active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]
-        few = deadlock_of_few(floor, active, course.rounds, counts, self.thinking.check, self.work)
+        few = deadlock_of_few(floor, active, course.rounds, counts, self.searches.check, self.work)
         if few is not None:
             raise deadlocked(self.state, *few)

@@ -32,25 +32,18 @@ class PlanTrigger(Struct, frozen=True):
 
 
 class PlanTriggers:
-    """Finds triggers in the state of a team. ``rivals``: whether each robot shares its floor;
-    ``watch``: how long each has made no progress towards its target."""
+    """Finds triggers in the state of a team. ``watch``: how long each robot has made no progress
+    towards its target."""
 
-    def __init__(
-        self,
-        state: TeamState,
-        searches: Searches,
-        rivals: Mapping[str, bool],
-        clock: Callable[[], float],
-    ) -> None:
+    def __init__(self, state: TeamState, searches: Searches, clock: Callable[[], float]) -> None:
         self.state = state
-        sharing = (robot for robot in state.scenario.robots if rivals[robot.name])
+        sharing = (robot for robot in state.scenario.robots if robot.name in searches.sharing)
         slowest = max((robot.model.timing.most for robot in sharing), default=1)
         begun = state.scenario.begun
         self._objectives = {robot.name: robot.objective for robot in state.scenario.robots}
         self.watch = StarvationMonitor(slowest, None if begun is None else begun.waited)
         self.tried: Counter[Hashable] = Counter()
         self._searches = searches
-        self._rivals = rivals
         self._clock = clock
 
     def next(self) -> PlanTrigger | None:
@@ -76,7 +69,7 @@ class PlanTriggers:
         floor = self._searches.aimed(self._searches.floor())
         unmoved = execution.still(waits, moving)
         for name in robots:  # in this order: the first is named, and the plan is made for it
-            if name not in unmoved or not self._rivals[name] or not robots[name].active:
+            if name not in unmoved or name not in self._searches.sharing or not robots[name].active:
                 continue
             if not 0 < self._distance(floor, name) < FAR:
                 continue
@@ -93,7 +86,7 @@ class PlanTriggers:
     def frees(self, name: str) -> bool:
         """Whether a plan may help a robot that has no strategy from where it is."""
         floor = self._searches.aimed(self._searches.floor())
-        possible = self.state.scenario.deadlock and self._rivals[name]
+        possible = self.state.scenario.deadlock and name in self._searches.sharing
         if not possible or not 0 < self._distance(floor, name) < FAR:
             return False
         key = name, floor.poses, floor.stages
@@ -108,7 +101,8 @@ class PlanTriggers:
             return None
         settled.notes.hurried = True
         step = next(iter(settled.in_time.steps), None)
-        if step is None or not any(self._rivals[settled.floor.names[i]] for i in step.group):
+        names, sharing = settled.floor.names, self._searches.sharing
+        if step is None or sharing.isdisjoint(names[i] for i in step.group):
             return None
         first = settled.floor.names[step.group[0]]
         return PlanTrigger(f"{settled.floor.gates[step.gate]} is due", first, step.gate)
@@ -136,7 +130,7 @@ class PlanTriggers:
         floor = self._searches.aimed(self._searches.floor())
         found = None
         for name, robot in self.state.robots.items():
-            if not self._rivals[name]:
+            if name not in self._searches.sharing:
                 continue
             goal = self._searches.goal(floor, name)
             distance = self._distance(floor, name)

@@ -62,11 +62,8 @@ class Traffic:
         self.thinking = BackgroundSearch(stop)
         self.searches = searches = Searches(state, self.thinking)
         self._certificates = certificates = ContinuationPlans(state, searches)
-        robots = state.scenario.robots
-        sweeps = state.scenario.sweeping and len(robots) > 1
-        self._rivals = {robot.name: sweeps or bool(state.rivals(robot)) for robot in robots}
-        self.occasions = PlanTriggers(state, searches, self._rivals, clock)
-        self.search = PlanSearch(state, self.thinking, searches, certificates, self._rivals)
+        self.occasions = PlanTriggers(state, searches, clock)
+        self.search = PlanSearch(state, searches, certificates)
         self.resolving = ResolutionPlans(state, searches, self.search)
         self.plan = PlanProgress(state, searches)
 
@@ -122,7 +119,7 @@ class Traffic:
             settled = self.state.last_settled
             again = settled.in_time is not None and not settled.notes.followed
             return vocabulary.PlanEndReason.CHANGED if again else None
-        if not self.state.scenario.deadlock or not any(self._rivals.values()):
+        if not self.state.scenario.deadlock or not self.searches.sharing:
             return None
         if self.state.live:
             now = self.clock()

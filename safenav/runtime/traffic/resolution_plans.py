@@ -12,7 +12,6 @@ from safenav.runtime.team import Role, TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.formula_memory import remembering
 from safenav.runtime.traffic.joint import Effort, Found, JointState
-from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.plan_search import PlanSearch
 from safenav.runtime.traffic.searches import Searches, SearchProblem
 from safenav.runtime.traffic.shortening import Separation, following, shortened, timed
@@ -33,7 +32,7 @@ class ResolutionPlans(Struct):
         ``known``: the floor on which it is to continue, if that is another one."""
         if remembering(self.searches.aimed(floor).problem):
             return None
-        check = self.search.thinking.check
+        check = self.searches.check
         found = Quickest(floor.problem, floor.stages, floor.poses, gate, check).plan()
         if found is None:
             return None
@@ -111,19 +110,16 @@ class ResolutionPlans(Struct):
         if after is None or (before is not None and before <= after):
             return states
         if self.searches.turning:
-            rest = self._search(beyond.at(found[-1])).run(*budgets.CERTIFICATE)
+            rest = self.search.search_of(beyond.at(found[-1])).run(*budgets.CERTIFICATE)
             if not isinstance(rest, Found):
                 return states
             self.search.certificates.keep(course, (*found, *rest.states[1:]))
         return found
 
-    def _search(self, problem: SearchProblem) -> Search:
-        return self.searches.search(problem, work=self.search.work)
-
     def _next_leg(self, problem: SearchProblem) -> int | None:
         """The ticks until each robot has counted once after a resolution, or there is another one;
         None if that is not found soon."""
-        course, start, search = problem.course, problem.start, self._search(problem)
+        course, start, search = problem.course, problem.start, self.search.search_of(problem)
         search.goal = lambda state: (
             state.stages != start.stages
             or all(

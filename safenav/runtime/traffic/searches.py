@@ -54,12 +54,20 @@ class Searches:
         self._aims: dict[str, Milestones] = {}
         self._remembering: dict[bool, tuple[Problem, _Graphs, Problem]] = {}
         self._hopeless: Problem | None = None
+        robots = state.scenario.robots
+        sweeps = state.scenario.sweeping and len(robots) > 1
+        self.sharing = frozenset(r.name for r in robots if sweeps or state.rivals(r))
+        """The robots that share their floor with others."""
 
     @property
     def turning(self) -> bool:
         """Whether a robot with headings shares its floor."""
         problem = self._state.last_settled.floor.problem
         return any(m.turns and problem.interferes(i) for i, m in enumerate(problem.members))
+
+    def check(self) -> None:
+        """Raise what ends a search from outside."""
+        self._stop.check()
 
     def floor(self) -> Floor:
         """Return the problem as it was settled last, with every robot at its current pose."""

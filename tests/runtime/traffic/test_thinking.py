@@ -75,7 +75,7 @@ def slow(patch: pytest.MonkeyPatch, over: threading.Event) -> list[str]:
     def late(search: PlanSearch, *about: object) -> object:
         searched.append(threading.current_thread().name)
         while not over.wait(0.01):
-            search.thinking.check()
+            search.searches.check()
         return usual(search, *about)  # type: ignore[arg-type]
 
     patch.setattr(PlanSearch, "_searched", late)
