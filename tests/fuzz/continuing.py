@@ -1,7 +1,7 @@
 """Runs that are killed and continued: whether the rest is what the whole run would have been."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -69,15 +69,18 @@ def rest_of(
     surprised = any(record["type"] == "violation" for record in records)  # in a trap, perhaps
     alone = alone and json.loads(whole[0])["scenario"]["world"] == "simulated"
     if alone and not surprised and rest.outcome not in (before, "completed"):
-        rest.excuse = excuse(before, records, scenario)
+        rest.excuse = excuse(before, records, scenario, _acting(whole[:end]))
         if rest.excuse is None:
             rest.found.append(f"{before}, but continued from line {end} {rest.outcome}")
     return rest
 
 
-def excuse(before: str, rest: Sequence[Line], scenario: Scenario) -> str | None:
+def excuse(
+    before: str, rest: Sequence[Line], scenario: Scenario, acting: Collection[str] = ()
+) -> str | None:
     """Why a rest may end otherwise than the whole run, which ended ``before``; None: it may not.
-    Its plans, and the steps of its strategies, may be others (docs/coordination.md)."""
+    Its plans, and the steps of its strategies, may be others (docs/coordination.md). ``acting``:
+    the robots that act again, since the trace tells no result (docs/limits.md)."""
     end = rest[-1]
     if before in LIMITS:
         return "the whole run had not ended"
@@ -95,12 +98,27 @@ def excuse(before: str, rest: Sequence[Line], scenario: Scenario) -> str | None:
         if other.name != name
     ):
         return "a flat battery beside other robots"
+    if end["outcome"] == "operator_needed" and flat & {*acting}:
+        return "a flat battery where an action is repeated"
     lost, begun = end.get("unrealizable") or {}, rest[0]["scenario"]["begun"]
     if lost and all(_must_leave(robots[name], scenario) for name in lost):
         return "formulas that forbid a robot to stay"
     if lost and begun["plan"] and all(isinstance(robots[n].objective, Ltl) for n in lost):
         return "formulas in the middle of a joint plan"
     return None
+
+
+def _acting(lines: Sequence[str]) -> set[str]:
+    """The robots whose last action has no result in these lines."""
+    acting = set[str]()
+    for record in map(json.loads, lines):
+        if record["type"] == "act":
+            acting |= {*record["robots"]}
+        elif record["type"] in ("resolved", "met"):
+            acting -= {record["robot"], *record.get("robots", ())}
+        elif record["type"] in ("move", "depart"):
+            acting.discard(record["robot"])
+    return acting
 
 
 def _must_leave(robot: Robot, scenario: Scenario) -> bool:

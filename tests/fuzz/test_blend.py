@@ -250,6 +250,7 @@ ELSEWHERE = {
     "a robot without a strategy, and an order is to come": (formula_mission, 171360, *LIVE, 86),
     "a robot that was charging continues": (mixed_mission, 147181, *LOCK, 60),
     "two with formulas lift together": (formula_mission, 164260, *LIVE, 64),
+    "no strategy enters a region in one pose only": (mixed_mission, 172141, *LOCK, 5),
 }
 
 

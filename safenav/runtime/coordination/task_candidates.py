@@ -64,11 +64,21 @@ def task_candidates(team: TeamState, name: str, draft: TaskDraft) -> TaskCandida
         (rung, replace(task, fairness=fairness, goal_places=places))
         for rung, memory in _forms(team, state, draft)
         for task in (_task(team, state, draft, rung.objective, memory),)
-        for places in (goal_places(team, state, draft, rung.objective, memory),)
-        if places is not None
+        for places in _tried_places(team, state, draft, rung.objective, memory)
         for fairness in rungs(task)
     )
     return TaskCandidates(draft.objective, candidates)
+
+
+def _tried_places(
+    team: TeamState, state: RobotState, draft: TaskDraft, objective: Objective, memory: Memory
+) -> Iterator[tuple[frozenset[Pose], ...]]:
+    """The poses in which to meet the targets; among others any suffice if those do not go."""
+    places = goal_places(team, state, draft, objective, memory)
+    if places is not None:
+        yield places
+    if places and draft.places and team.rivals(state.robot):
+        yield ()
 
 
 def _forms(
