@@ -39,7 +39,8 @@ class Case:
     """``at``: each robot's pose, or where it will arrive. ``obstacles``: known and unresolved ones;
     ``shut``: obstacles that can never be resolved.
     ``rounds``: how often an objective is to be met after a resolution. ``zones``: robots of which
-    at most one is in some regions."""
+    at most one is in some regions. ``flat``: the type of obstacle whose resolution, that of a
+    battery, resets no rounds."""
 
     team: Team
     at: Mapping[str, Pose]
@@ -48,6 +49,7 @@ class Case:
     shut: frozenset[str] = frozenset()
     rounds: int = 1
     zones: tuple[tuple[frozenset[str], frozenset[int]], ...] = ()
+    flat: str | None = None
 
     def obstacle(self, name: str) -> OpenObstacle | None:
         return next((obstacle for obstacle in self.obstacles if obstacle.name == name), None)
@@ -90,6 +92,7 @@ def case_of(
         frozenset(never),
         now.header.until.rounds or 1,
         tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),
+        now.header.flat,
     )
 
 

@@ -198,10 +198,11 @@ class _Enumeration:
         Only the one that has ``moved`` can meet a goal then, unless something is resolved."""
         after = self._after_acting(state.obstacles, self._places(state))
         obstacles, left = tuple(obstacle for obstacle in after if obstacle.left), state.left
-        if moved is not None and len(obstacles) == len(after):
+        restarts = any(not each.left and each.order[0] != self._case.flat for each in after)
+        if moved is not None and not restarts:
             met = _met(self._wishes[moved], state.poses[moved], left[moved])
             return _State(state.poses, (*left[:moved], met, *left[moved + 1 :]), obstacles)
-        if len(obstacles) < len(after):
+        if restarts:
             left = tuple(map(self._anew, self._wishes, left))
         left = tuple(map(_met, self._wishes, state.poses, left))
         return _State(state.poses, left, obstacles)

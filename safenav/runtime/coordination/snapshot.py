@@ -37,7 +37,8 @@ def floor_of(
             frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in pairs)
             for pairs in (none, refused)
         )
-        gates.append(OpenObstacle.of(obstacle, robots, scenario.map, *out))
+        gate = OpenObstacle.of(obstacle, robots, scenario.map, *out)
+        gates.append(replace(gate, restarts=scenario.restarts_rounds(obstacle.name)))
         stages.append(stage_of(state, obstacle))
     members = tuple(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)

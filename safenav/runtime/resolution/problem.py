@@ -57,7 +57,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
     they have the action. ``refused``: robots for whose duty no strategy was found; one that gets
     there all the same acts. ``sweeps``: the regions where no other robot may
     be while a robot resolves it. ``order``: robots take loads in this order where they can take
-    several."""
+    several. ``restarts``: rounds restart when it is resolved."""
 
     name: str
     region: int
@@ -67,6 +67,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
     sweeps: Mask = 0
     order: tuple[str, int, int] = ("", 0, 0)
     refused: frozenset[int] = frozenset()
+    restarts: bool = True
 
     @classmethod
     def of(

@@ -228,9 +228,9 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         """Let every robot act where it stands, and count the goals that waiting meets there."""
         acting = self.problem.acting_in(stages)
         if any(mask >> pose & 1 for mask, pose in zip(acting, poses, strict=True)):
-            before = self._resolved(stages)
+            before = self._restarts(stages)
             stages = performed(self.problem, poses, stages, self.sent)
-            if self._resolved(stages) != before:
+            if self._restarts(stages) != before:
                 counts = tuple((index, 0, 0) for index, _, _ in counts)
                 who = range(len(poses))
         changed: list[Count] | None = None
@@ -241,8 +241,10 @@ class Course(Struct, frozen=True, eq=False, dict=True):
                 changed[robot] = count
         return JointState(poses, tuple(changed) if changed else counts, stages)
 
-    def _resolved(self, stages: Stages) -> int:
-        return sum(self.problem.resolved(gate, stages) for gate in range(len(stages)))
+    def _restarts(self, stages: Stages) -> int:
+        """The number of resolutions after which rounds restart."""
+        gates = enumerate(self.problem.gates)
+        return sum(self.problem.resolved(k, stages) for k, gate in gates if gate.restarts)
 
     def _counted(self, robot: int, pose: int, count: Count) -> Count:
         pursuit, here = self._pursuits[robot], self._reached[robot][pose]

@@ -313,6 +313,17 @@ def test_an_action_that_sweeps_waits_until_the_others_have_left(
     assert can_be_served({"door"}, about, 1000) is served
 
 
+@pytest.mark.parametrize("flat", [None, "empty"])
+def test_the_resolution_of_a_battery_resets_no_rounds(flat: str | None) -> None:
+    """a has met its target behind v, and could not get there again."""
+    robots = [robot("a", 1, 5), robot("v", 3, 3, can="lift")]
+    about = moment(robots, obstacle("empty@2", 2, need("lift", 4), blocks=""), together=True)
+    battery = about.obstacles[0]._replace(order=("empty", 2, 1))
+    wishes = {**about.wishes, "a": replace(about.wishes["a"], rounds_left=0)}
+    about = replace(about, obstacles=(battery,), wishes=wishes, flat=flat)
+    assert can_be_served({"empty@2"}, about, 1000) is (flat is not None)
+
+
 def test_who_is_left_out_of_a_proof_must_not_be_of_any_help() -> None:
     about = moment(
         [robot("a", 1, 5), robot("b", 5, 1), robot("c", 3, 3, can="push")],

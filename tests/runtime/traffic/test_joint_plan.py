@@ -90,6 +90,18 @@ def test_two_robots_change_places_by_a_niche() -> None:
         play(floor, found, random.Random(seed))
 
 
+@pytest.mark.parametrize(("restarts", "end"), [(True, Exhausted), (False, Found)])
+def test_rounds_restart_with_resolutions_but_of_batteries(restarts: bool, end: type) -> None:
+    """a has met its target behind v, and could not get there again."""
+    bots = {"a": Bot("7", [10]), "v": Bot("8", [8], "lift")}
+    floor = Floor(TUBE, bots, [Block(8, [("lift", 1, [9], False)], blocks=[])])
+    gates = (replace(floor.problem.gates[0], restarts=restarts),)
+    floor.problem, floor.counts = replace(floor.problem, gates=gates), ((0, 0, 1), (0, 0, 0))
+    completed, resolved = Course(floor.problem, 1).completed, floor.problem.resolved
+    found = search(floor, goal=lambda one: resolved(0, one.stages) and completed(one)).run()
+    assert isinstance(found, end)
+
+
 HALVES = ["#########", "#...#...#", "#...#...#", "#.......#", "#...#...#", "#########"]
 DOOR = 31
 
