@@ -91,12 +91,8 @@ def excuse(
         return "late with durations that are drawn" if drawn else None
     robots = {robot.name: robot for robot in scenario.robots}
     flat = {r["robot"] for r in rest if r["type"] == "service" and r.get("cause") == "battery"}
-    if end["outcome"] == "operator_needed" and any(
-        scenario.conflict(robots[name], other)
-        for name in flat
-        for other in scenario.robots
-        if other.name != name
-    ):
+    beside = any(scenario.in_conflict(robots[name]) for name in flat)
+    if end["outcome"] == "operator_needed" and beside:
         return "a flat battery beside other robots"
     if end["outcome"] == "operator_needed" and flat & {*acting}:
         return "a flat battery where an action is repeated"

@@ -267,6 +267,22 @@ def test_a_run_continues_from_one_of_its_lines(
     assert not one.found
 
 
+EXCUSED = {
+    "a flat battery beside other robots": (mixed_mission, 160592, False, 48),
+    "late with durations that are drawn": (mixed_mission, 164376, False, 22),
+    "formulas that forbid a robot to stay": (formula_mission, 149415, True, 52),
+    "formulas in the middle of a joint plan": (formula_mission, 171360, True, 87),
+}
+
+
+@pytest.mark.parametrize("excuse", EXCUSED)
+def test_a_rest_may_end_otherwise_for_these_reasons(excuse: str) -> None:
+    made, seed, live, at = EXCUSED[excuse]
+    one = continued(made(seed, live=live), seed, at=at)
+    assert not one.found
+    assert {*one.excuses} == {excuse}
+
+
 TWICE = {
     "before what is requested is so again": (118003, mixed_mission, 8, 2),
     "after a turn that was had before": (118010, mixed_mission, 33, 27),
