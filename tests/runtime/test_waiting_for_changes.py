@@ -460,3 +460,25 @@ def test_a_wait_is_resumed_although_the_first_tick_changes_something_first() -> 
     Mission(scenario, listeners=[story]).run()
     assert any("a: hold" in line for line in said)
     assert not any("a reaches" in line for line in said)  # it stays where it is
+
+
+UNTRAVERSABLE = """
+map: {grid: ["#######", "#.....#", "#######"]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [sense]}}
+robots: {cart: {model: cart, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}}
+obstacles: [{type: uncertainty, region: [1, 3], traversable: false, until: 11}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", Clock)
+def test_what_was_found_untraversable_disappears_at_its_time(clock: Clock) -> None:
+    text = f"{UNTRAVERSABLE}clock: {clock}\n"
+    run = play(text)
+    assert run.outcome["outcome"] == "completed"
+    gone = run.one("gone", obstacle="uncertainty@10")
+    assert gone.get("t", gone["tick"]) == 11
+    waits = run.records.index(run.one("waiting"))
+    rest = play(resumed(read_lines(run.lines[: waits + 2]), loaded(text)))
+    assert rest.outcome["outcome"] == "completed" and not rest.findings

@@ -242,8 +242,11 @@ class SimulatedWorld:
             key=lambda obstacle: obstacle.appears or 0,
         )
         closed = () if scenario.begun is None else scenario.begun.closed
+        self._closed: dict[str, Obstacle] = {}
         for obstacle in scenario.obstacles:
-            if obstacle.appears is None and obstacle.name not in closed:
+            if obstacle.name in closed:
+                self._closed[obstacle.name] = obstacle
+            elif obstacle.appears is None:
                 self.works.open[obstacle.name] = work_on(obstacle, scenario)
         self._drawn = draw_truths(scenario)
         self.truths: dict[str, bool | None] = {}
@@ -266,6 +269,8 @@ class SimulatedWorld:
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         done = self.works.perform(robot, self._regions, self.cleared)
+        found = (work.obstacle for work in done if self.truths[work.obstacle.name] is False)
+        self._closed |= {obstacle.name: obstacle for obstacle in found}
         return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
 
     def within_reach(self, robot: Robot) -> list[tuple[Work, tuple[str, ...]]]:
@@ -282,7 +287,7 @@ class SimulatedWorld:
 
     def times(self) -> list[int]:
         """The ticks at which obstacles are to appear or disappear."""
-        standing = [work.obstacle.goes for work in self.works.open.values()]
+        standing = [obstacle.goes for obstacle in self._there()]
         coming = [obstacle.appears for obstacle in self._coming]
         return [tick for tick in (*standing, *coming) if tick is not None]
 
@@ -321,7 +326,8 @@ class SimulatedWorld:
         return obstacle.region not in occupied and obstacle.region not in self.standing()
 
     def remove(self, name: str) -> bool:
-        """Remove an obstacle immediately; whether it was there."""
+        """Remove an obstacle immediately; whether a robot could have resolved it."""
+        self._closed.pop(name, None)
         return self.works.open.pop(name, None) is not None
 
     def take_away(self, name: str) -> None:
@@ -329,14 +335,18 @@ class SimulatedWorld:
         self._taken_away.add(name)
         self._coming = [o for o in self._coming if o.name != name or o not in self._brought]
 
+    def _there(self) -> list[Obstacle]:
+        """The obstacles that are there, also those that robots have found to be untraversable."""
+        return [*(work.obstacle for work in self.works.open.values()), *self._closed.values()]
+
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
         """Return the changes. Obstacles appear at their tick, or as soon as no robot is there."""
         found = []
-        for work in list(self.works.open.values()):
-            by_user = work.obstacle.name in self._taken_away
-            if by_user or (work.obstacle.goes is not None and work.obstacle.goes <= tick):
-                del self.works.open[work.obstacle.name]
-                found.append(Change(work.obstacle, appeared=False, by_user=by_user))
+        for obstacle in self._there():
+            by_user = obstacle.name in self._taken_away
+            if by_user or (obstacle.goes is not None and obstacle.goes <= tick):
+                self.remove(obstacle.name)
+                found.append(Change(obstacle, appeared=False, by_user=by_user))
         self._taken_away.clear()
         for obstacle in list(self._coming):
             assert obstacle.appears is not None
