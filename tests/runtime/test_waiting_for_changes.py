@@ -480,5 +480,8 @@ def test_what_was_found_untraversable_disappears_at_its_time(clock: Clock) -> No
     gone = run.one("gone", obstacle="uncertainty@10")
     assert gone.get("t", gone["tick"]) == 11
     waits = run.records.index(run.one("waiting"))
+    end = {"type": "outcome", "outcome": "operator_needed"}
+    ended = Run([*run.records[:waits], {**run.outcome, **run.records[waits], **end}])
+    assert "the run ends, but the scenario changes something at 11" in ended.findings
     rest = play(resumed(read_lines(run.lines[: waits + 2]), loaded(text)))
     assert rest.outcome["outcome"] == "completed" and not rest.findings

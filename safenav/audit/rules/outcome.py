@@ -111,9 +111,9 @@ _COUNT = ("goal", "gone", "objective", "operator", "blocked")
 class CompletedRule(Rule):
     """A run is completed if and only if each robot has met its objective ``until.rounds`` times
     since the last resolution and has it in force; requests that no robot needs any longer may be
-    open, those of orders once the scenario changes nothing more within its limits (D 5.6). A round
-    counts from the goal lines; one that was begun before the resolution may be counted at its last
-    target."""
+    open, those of orders once the scenario changes nothing more within its limits (D 5.6); no run
+    that has begun ends for want of an operator before. A round counts from the goal lines; one that
+    was begun before the resolution may be counted at its last target."""
 
     name = "completed"
 
@@ -183,6 +183,8 @@ class CompletedRule(Rule):
         if outcome.outcome == "completed" and undone and later:
             what = f"{', '.join(undone)} is not done, and the scenario changes something at"
             yield f"{what} {min(later):g}"
+        if outcome.outcome == "operator_needed" and outcome.tick > 0 and later:
+            yield f"the run ends, but the scenario changes something at {min(later):g}"
         if outcome.outcome == "tick_limit" and self._over(now):
             yield f"every robot has met its objective {wanted} times: it is completed"
 
@@ -252,7 +254,7 @@ def _coming(now: Situation, *, surely: bool) -> Iterator[float]:
         times += [t for t in edges if _is_in(t, spans) != _is_in(t - 1, spans)]
     for name, listed in now.listed.items():
         for each in listed:
-            here = now.status[name].unmet and len(listed) == 1
+            here = not now.status[name].away and len(listed) == 1
             times += [each.from_] if each.from_ and not surely else []
             times += [each.until] if each.until and (here or not surely) else []
     last = limits.seconds if now.live else limits.ticks
