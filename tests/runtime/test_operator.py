@@ -49,6 +49,9 @@ PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilit
 
 
 UNTIL = GATE.replace("region: [2, 5]", "region: [2, 5], until: 30")
+PARCEL = GATE.replace("gate: {", "parcel: {needs: [{action: lift}], blocks: []}\n    gate: {") + (
+    "orders: [{at: 1, type: parcel, region: [1, 3]}]\n"
+)
 BACK = PUSHER_OUT.replace("changes: [", "changes: [{at: 40, robot: bee, service: back}, ")
 BACK_AND_OUT = PUSHER_OUT.replace("out}]", "out}, {at: 30, robot: cart, service: back}]")
 
@@ -80,6 +83,7 @@ def attended(text: str | Scenario, *waits: list[str]) -> Run:
         (GATE, [["service bee out"], ["resolved gate@27"], ["service bee back"]], "completed"),
         (GATE, [["give_up"]], "operator_needed"),
         (PUSHER_OUT, [["service bee back"]], "completed"),
+        (PARCEL, [["permanent gate@27"], ["resolved parcel@14"], ["give_up"]], "operator_needed"),
     ],
     ids=[
         "resolved",
@@ -90,6 +94,7 @@ def attended(text: str | Scenario, *waits: list[str]) -> Run:
         "out and back",
         "given up",
         "helper back",
+        "permanent after it was given up",
     ],
 )
 def test_a_run_waits_and_goes_on(text: str, waits: list[list[str]], outcome: str) -> None:

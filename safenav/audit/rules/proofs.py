@@ -83,7 +83,8 @@ class ProofRule(Rule):
                 else:
                     yield None, "an operator is needed, but that is not proven"
                 return
-            for name in sorted(self._stale):
+            stale = self._stale - now.permanent
+            for name in sorted(n for n in stale if now.status[n] is Status.GIVEN_UP):
                 yield name, f"{name} is still given up, though an obstacle has disappeared since"
             for name in _could_be_given_up(proof, now):
                 yield f"no need of {name} can ever be met, but it does not become permanent"
