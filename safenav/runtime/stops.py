@@ -227,19 +227,29 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return max(nearest, default=NEVER)
 
     def _safe(self, pose: int, turn: int, charge: float) -> bool:
-        """Whether any step leaves enough charge. A strategy minimizes the steps to the first of its
-        targets that it met last, over all others: where these have several poses, the legs between
-        are not the shortest."""
+        """Whether any step of a strategy leaves enough charge. It minimizes the steps to the first
+        of its targets that it met last, over all others: where these have several poses, the legs
+        between are not the shortest. It steps nowhere from where it cannot meet them forever."""
         goal = self.targets[turn]
         if self._shortest or self.afterwards is not None:
             return True
         left = charge - self.battery.move
-        after = (step for step in self.graph.steps(pose) if self.allowed >> step & 1)
+        goes_on = self._on_chargers.needs
+        after = (
+            step
+            for step in self.graph.steps(pose)
+            if step in goes_on[self.turn(turn + (goal >> step & 1))]
+        )
         if goal >> pose & 1:  # it meets that by staying, or in another of its poses
             after = (step for step in after if goal >> step & 1)
         return all(
             (self._then if goal >> step & 1 else self.need)(step, turn) <= left for step in after
         )
+
+    @cached_property
+    def _on_chargers(self) -> Stops:
+        """The same if it could charge everywhere: it needs nothing where it can continue."""
+        return replace(self, chargers=self.allowed)
 
     @property
     def _shortest(self) -> bool:

@@ -71,6 +71,24 @@ def test_a_target_that_it_may_not_cross_does_not_keep_it_at_its_charger(
     assert play(ROUND % (form, clock)).outcome["outcome"] == "completed"
 
 
+DEAD_END = """
+map: {grid: ["######", "#....#", "######"]}
+catalogue: {robots: {rover: {mobility: heading, layer: ground, capabilities: [],
+                             battery: {capacity: 22, charge: 1}}}}
+robots: {r: {model: rover, start: 10, heading: south, objective: {visit: [9, {any: [8, 9, 10]}]}}}
+chargers: [7, 8, 9]
+until: {rounds: 1}
+limits: {ticks: 20}
+clock: %s
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_step_that_no_strategy_takes_does_not_keep_it_at_its_charger(clock: str) -> None:
+    """It cannot turn to the west of 9."""
+    assert play(DEAD_END % clock).outcome["outcome"] == "completed"
+
+
 SHARED = """
 map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
 catalogue:
