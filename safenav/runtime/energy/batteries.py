@@ -117,7 +117,8 @@ class Batteries:
         elif scenario.chargers:
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
                 robot.stop = stop
-                yield from self.relocation.leave_plan()
+                if not self.relocation.traffic.plan.goes_on_without(robot):
+                    yield from self.relocation.leave_plan()
                 yield Unsettled(Reason.CHARGE)
 
     def _keeps_to_plan(self, robot: RobotState) -> bool:

@@ -12,6 +12,7 @@ from itertools import pairwise
 from msgspec.structs import replace
 
 from safenav.begun import PlanLeft
+from safenav.components import explored
 from safenav.runtime.coordination.snapshot import awaited_by
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.resolution.problem import Floor
@@ -76,6 +77,15 @@ class PlanProgress:
         """Live: whether a robot has completed its part of the plan, and may leave it before the
         others: ``ahead`` is closed to it, and irreversible moves must be ``certified``."""
         return self.execution is not None and self.execution.done(self._index(name))
+
+    def goes_on_without(self, robot: RobotState) -> bool:
+        """Live: whether the plan only moves robots that wait neither for this one, nor for any that
+        do, directly or through others. In lockstep every robot stays while a plan lasts."""
+        if self.execution is None or not self.state.live or self.execution.finished:
+            return False
+        robots, rivals = self.state.robots, self.state.rivals
+        near = explored([robot.name], lambda name: [o.name for o in rivals(robots[name].robot)])
+        return all(self.execution.done(self._index(name)) for name in near)
 
     def takes(self, robot: RobotState) -> int | None:
         """The charge that a robot needs for the remaining plan, up to its next charger or to the

@@ -72,3 +72,27 @@ def test_a_plan_leads_where_the_rounds_can_restart(seed: int) -> None:
     trace = play(UNKNOWN_CRATE.format(seed=seed))
     assert trace.one("resolved")["requested"] is False
     assert trace.outcome["outcome"] == "completed"
+
+
+CHARGES_BELOW = """
+map: {grid: ["############", "#..........#", "#####.######", "#..........#", "############"]}
+clock: live
+catalogue:
+  robots:
+    slow: {mobility: free, layer: air, capabilities: [], speed: 0.4}
+    cart: {mobility: free, layer: ground, capabilities: [], battery: {capacity: 4, charge: 4}}
+robots:
+  a: {model: slow, start: [1, 3], objective: {once: [[1, 7]]}}
+  b: {model: slow, start: [1, 7], objective: {once: [[1, 3]]}}
+  c: {model: cart, start: [3, 1], objective: {patrol: [[3, 1], [3, 3]]}}
+chargers: [[3, 2]]
+until: {rounds: 1}
+limits: {ticks: 3000, seconds: 900}
+"""
+
+
+def test_a_plan_goes_on_when_a_robot_of_another_floor_charges() -> None:
+    played = play(CHARGES_BELOW)
+    assert played.outcome["outcome"] == "completed"
+    assert played.outcome["rounds"]["c"] > 1
+    assert len(played.all("plan")) == 1
