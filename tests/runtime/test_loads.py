@@ -131,6 +131,49 @@ def test_one_load_is_the_default() -> None:
     assert run.records[0]["scenario"]["robots"]["a"]["carries"] == 1
 
 
+SHUT = """\
+safenav: 1
+map: {grid: ["########", "#......#", "#.######", "########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [lift]}
+    van: {mobility: free, layer: ground, capabilities: []}
+  obstacles:
+    crate: {needs: [{action: lift, at: [12]}, {action: lift, at: [14], same: true}], blocks: []}
+    parcel: {needs: [{action: lift, at: [10]}, {action: lift, at: [17], same: true}], blocks: []}
+robots:
+  cart: {model: cart, start: 11, objective: {visit: [11]}}
+  van: {model: van, start: 14, objective: {visit: [13, 14]}}
+orders: [{at: 1, type: crate, region: 12}, {at: 6, type: parcel, region: 10}]
+changes: [{at: 1, robot: van, service: out}]
+until: {rounds: 1}
+limits: {ticks: 60, seconds: 60}
+"""
+ANOTHER = SHUT.replace(
+    "  van: {model", "  other: {model: cart, start: 17, objective: {hold: 17}}\n  van: {model"
+)
+
+
+@pytest.mark.parametrize("clock", Clock)
+@pytest.mark.parametrize(("text", "helper"), [(SHUT, None), (ANOTHER, "other")])
+def test_a_load_that_cannot_be_put_down_keeps_its_robot_from_others(
+    text: str, helper: str | None, clock: Clock
+) -> None:
+    """The van stands out of service where the crate is due."""
+    run = played(text, clock)
+    assert run.outcome["cause"] == "out_of_service"
+    assert {line["helper"] for line in run.all("request", obstacle="parcel@10")} == {helper}
+    assert bool(run.all("resolved", obstacle="parcel@10")) is bool(helper)
+
+
+def test_the_audit_refuses_a_helper_with_another_load() -> None:
+    run = played(SHUT)
+    asked = run.one("request", obstacle="parcel@10", aside=True)
+    asked.update(helper="cart")
+    del asked["aside"]
+    assert "cart helps with parcel@10, but the rules choose no robot" in run.findings
+
+
 def test_whoever_carries_a_load_opens_doors() -> None:
     """Only other loads have to wait."""
     text = HALL.replace("[lift, drop]", "[lift, drop, push]").replace(

@@ -342,6 +342,8 @@ class Team:
         for step in plan:
             at = {name: self._spots(name, sets, obstacles, step.obstacle) for name in step.group}
             together = obstacles[step.obstacle].left[0].together
+            if obstacles[step.obstacle].takes() and self.full(obstacles) & {*step.group}:
+                return None  # it has put down another load before
             if not all(at.values()) or (together and not self.fits(step.group, at)):
                 return None
             found.append(step._replace(at=tuple(at.values())))

@@ -224,7 +224,8 @@ def _replayed(plan: Plan, now: PoseSets, wanted: frozenset[int]) -> Plan | None:
         need = now.problem.next_need(step.gate, now.stages)
         places = {robot: now.spots(robot, need.regions) for robot in step.group}
         together = need.together and not fits(now.problem, step.group, places)
-        if together or not all(places.values()):
+        able = now.problem.able(step.gate, now.stages)  # not before another load is put down
+        if together or not all(places.values()) or not {*step.group} <= {*able}:
             return None
         rebuilt.append(replace(step, at=tuple(places.values())))
         now = now.after(rebuilt[-1])

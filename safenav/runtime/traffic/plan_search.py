@@ -3,13 +3,14 @@ the last resorts (the table in ``budgets``)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from functools import partial
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.resolution.problem import BudgetExhaustedError, Floor
+from safenav.runtime.resolution.solve import PoseSets, Solver
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
@@ -189,7 +190,29 @@ class PlanSearch(Struct):
         if assignment.role is Role.OWN:
             self.state.last_settled.notes.hemmed_in |= {floor.index(self.starved)}
         elif assignment.role is Role.HELPS and assignment.obstacle in floor.gates:
-            self.hopeless = frozenset({floor.gates.index(assignment.obstacle)})
+            self.hopeless = self._with_those_after({floor.gates.index(assignment.obstacle)})
+
+    def _with_those_after(self, gates: Set[int]) -> frozenset[int]:
+        """Some obstacles, and the served ones that cannot be resolved without them: they close the
+        way, or are the loads of a robot."""
+        floor, hopeless, kept = self.searches.floor(), {*gates}, frozenset[int]()
+        everybody = frozenset(range(len(floor.names)))
+        left = [
+            replace(g, refused=everybody) if k in gates else g
+            for k, g in enumerate(floor.problem.gates)
+        ]
+        solver = Solver(replace(floor.problem, gates=tuple(left)), self.searches.check)
+        now = PoseSets.around(solver.problem, floor.poses, floor.stages)
+        try:
+            served = self.state.last_settled.found.served if solver.feasible(now) else ()
+            for gate in served:
+                if gate not in gates and solver.feasible(now, kept | {gate}):
+                    kept |= {gate}
+                else:
+                    hopeless.add(gate)
+        except BudgetExhaustedError:
+            pass  # perhaps later
+        return frozenset(hopeless)
 
     def _leg_of_starved(self, problem: SearchProblem) -> Answer:
         """Search for moves that bring the starving robot to its target."""
@@ -295,7 +318,9 @@ class PlanSearch(Struct):
         if isinstance(answer, Exhausted):
             aside, sent = self.state.requests.aside, problem.course.sent.values()
             sent_to = frozenset(g for g in sent if floor.gates[g] not in aside)
-            self.hopeless = sent_to or problem.course.served  # others may be served without those
+            self.hopeless = problem.course.served
+            if sent_to:  # others may be served without those
+                self.hopeless = self._with_those_after(sent_to)
             problem = replace(problem, course=problem.course.serving(frozenset()))
             search.goal = problem.course.completed
             answer = search.run(budgets.ROUNDS_FIRST)
