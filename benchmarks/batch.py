@@ -89,7 +89,7 @@ def measure(folder: Path, jobs: int, verify: bool) -> Run:
     before = os.times()
     begun = time.perf_counter()
     done = subprocess.run(
-        [*command, "--json", str(report)],
+        [*command, "--results", str(report)],
         capture_output=True,
         text=True,
         env={**os.environ, "SAFENAV_CACHE": "off"},

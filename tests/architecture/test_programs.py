@@ -47,11 +47,12 @@ def test_a_benchmark_with_options_starts(program: Path) -> None:
     [
         ("plans.py", "--plans", "1"),
         ("one_clock.py", "--only", "rooms", "--draws", "1", "--long-plans"),
+        ("batch.py", "--scenarios", "1", "--repeat", "1", "--jobs", "1"),
     ],
     ids=lambda arguments: str(arguments[0]),
 )
-def test_a_benchmark_that_replaces_a_function_measures(arguments: tuple[str, ...]) -> None:
-    """The replacement is called as the function is."""
+def test_a_benchmark_measures(arguments: tuple[str, ...]) -> None:
+    """Those that replace a function, or read what a command writes."""
     command = [sys.executable, str(ROOT / "benchmarks" / arguments[0]), *arguments[1:]]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
