@@ -69,18 +69,26 @@ def rest_of(
     surprised = any(record["type"] == "violation" for record in records)  # in a trap, perhaps
     alone = alone and json.loads(whole[0])["scenario"]["world"] == "simulated"
     if alone and not surprised and rest.outcome not in (before, "completed"):
-        rest.excuse = excuse(before, records, scenario, _acting(whole[:end]))
+        rest.excuse = excuse(
+            before, records, scenario, _acting(whole[:end]), in_transit=_in_transit(whole[:end])
+        )
         if rest.excuse is None:
             rest.found.append(f"{before}, but continued from line {end} {rest.outcome}")
     return rest
 
 
 def excuse(
-    before: str, rest: Sequence[Line], scenario: Scenario, acting: Collection[str] = ()
+    before: str,
+    rest: Sequence[Line],
+    scenario: Scenario,
+    acting: Collection[str] = (),
+    *,
+    in_transit: bool = False,
 ) -> str | None:
     """Why a rest may end otherwise than the whole run, which ended ``before``; None: it may not.
     Its plans, and the steps of its strategies, may be others (docs/coordination.md). ``acting``:
-    the robots that act again, since the trace tells no result (docs/limits.md)."""
+    the robots that act again, since the trace tells no result; ``in_transit``: a step of several
+    ticks is repeated (docs/limits.md)."""
     end = rest[-1]
     if before in LIMITS:
         return "the whole run had not ended"
@@ -88,7 +96,9 @@ def excuse(
         drawn = any(r.model.timing.least < r.model.timing.most for r in scenario.robots)
         if before != "completed":
             return "due before the end of a mission that cannot be completed"
-        return "late with durations that are drawn" if drawn else None
+        if drawn:
+            return "late with durations that are drawn"
+        return "late where a step is repeated" if in_transit else None
     robots = {robot.name: robot for robot in scenario.robots}
     flat = {r["robot"] for r in rest if r["type"] == "service" and r.get("cause") == "battery"}
     beside = any(scenario.in_conflict(robots[name]) for name in flat)
@@ -115,6 +125,15 @@ def _acting(lines: Sequence[str]) -> set[str]:
         elif record["type"] in ("move", "depart"):
             acting.discard(record["robot"])
     return acting
+
+
+def _in_transit(lines: Sequence[str]) -> bool:
+    """Whether a robot has not finished its last step in these lines."""
+    steps = dict[str, bool]()
+    for record in map(json.loads, lines):
+        if record["type"] in ("move", "depart", "arrive"):
+            steps[record["robot"]] = record["type"] == "depart" or "toward" in record
+    return any(steps.values())
 
 
 def _must_leave(robot: Robot, scenario: Scenario) -> bool:

@@ -267,9 +267,17 @@ def test_a_run_continues_from_one_of_its_lines(
     assert not one.found
 
 
+def slow_mission(seed: int, *, live: bool) -> Data:
+    """One in which each step of r1 takes two ticks, with little time."""
+    made = mixed_mission(seed, live=live)
+    made["catalogue"]["robots"]["m1"]["timing"] = 2
+    return {**made, "until": {"rounds": 1, "by": 13}}
+
+
 EXCUSED = {
     "a flat battery beside other robots": (mixed_mission, 160592, False, 48),
     "late with durations that are drawn": (mixed_mission, 164376, False, 22),
+    "late where a step is repeated": (slow_mission, 172321, False, 19),
     "formulas that forbid a robot to stay": (formula_mission, 149415, True, 52),
     "formulas in the middle of a joint plan": (formula_mission, 171360, True, 87),
 }
