@@ -417,7 +417,7 @@ class Resolved(Record, frozen=True, tag="resolved"):
 
 class KnownObstacle(Record, frozen=True, tag="blocked"):
     """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words;
-    ``for_now``: the scenario changes something later."""
+    ``for_now``: the scenario changes something later, or lets it disappear."""
 
     obstacle: str
     robots: frozenset[str]

@@ -477,6 +477,7 @@ def test_what_was_found_untraversable_disappears_at_its_time(clock: Clock) -> No
     text = f"{UNTRAVERSABLE}clock: {clock}\n"
     run = play(text)
     assert run.outcome["outcome"] == "completed"
+    assert run.one("blocked")["for_now"]
     gone = run.one("gone", obstacle="uncertainty@10")
     assert gone.get("t", gone["tick"]) == 11
     waits = run.records.index(run.one("waiting"))

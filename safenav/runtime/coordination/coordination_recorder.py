@@ -72,7 +72,9 @@ def blocked(
 ) -> records.Record:
     """The line of an obstacle that joins O."""
     robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
-    for_now = (proof is not None and team.changes_to_come()) or None
+    may_end = proof is not None and team.changes_to_come()
+    goes = reason is vocabulary.BlockReason.UNTRAVERSABLE and obstacle.goes is not None
+    for_now = may_end or goes or None
     return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because, for_now)
 
 
