@@ -95,8 +95,9 @@ def command(
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
     plan = load_scenario(scenario)
-    if begun is not None:
-        plan = resumed(read_trace(begun), plan)
+    first = None if begun is None else read_trace(begun)
+    if first is not None:
+        plan = resumed(first, plan)
     plan = limited(replace(plan, clock=Clock.LIVE), None, time_limit)
     if motion is not None and rehearse:
         raise click.UsageError("--motion: no robot moves in a rehearsal; use safenav motion")
@@ -140,6 +141,7 @@ def command(
             temporary=None if motion is None else f"{scenario.stem}.jsonl",
             as_json=as_json,
             views=() if view is None else (view,),
+            begun=first,
         )
         run.begin(plan)
         run.run(operator, joins=motion is None)  # one file of motion, one run

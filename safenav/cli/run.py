@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from msgspec.structs import replace
 
 from safenav.cli import options, warn
 from safenav.cli.run_session import MakeMission, RunSession, attendant, limited
-from safenav.errors import ExitCode, UsageError, exit_code_of
+from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.runtime.analysis.resuming import resumed
@@ -281,7 +280,7 @@ def resume(
     """Continue the run of TRACE. Each robot starts at its last recorded pose, with its current
     target; resolved obstacles stay resolved. The resumed run has its own trace. SCENARIO: the
     scenario file of the run, needed if it has batteries, inputs, deadlines or beliefs, which the
-    trace does not contain."""
+    trace does not contain, and to compare both runs with its 'expect'."""
     if clock:
         raise UsageError("a resumed run has the clock of its trace, and no live page; see --html")
     files = Outputs.of(output, next_part(trace).stem, own, html, motion)
@@ -301,14 +300,10 @@ def resume(
     with ExitStack() as stack:
         needed = files.temporary(trace.stem)
         make = _simulated(verify, attended=operator is not None)
-        run = RunSession(make, stack, files.trace, temporary=needed, as_json=as_json, maps=maps)
+        run = RunSession(
+            make, stack, files.trace, temporary=needed, as_json=as_json, maps=maps, begun=begun
+        )
         run.begin(plan)
         run.run(operator, joins=False)
         unmet = files.write(run.trace)
-    assert run.mission.result is not None
-    for complaint in unmet:
-        click.echo(f"{click.style('not as expected:', fg='red')} {complaint}", err=True)
-    if as_json:
-        click.echo(json.dumps(run.record() | ({"unmet": unmet} if unmet else {}), indent=2))
-    status = exit_code_of(run.mission.result.outcome)
-    return (status or ExitCode.NEGATIVE) if unmet else status
+    return run.report(None, files.html, unmet)

@@ -26,6 +26,7 @@ from safenav.runtime.mission import Mission, RunResult
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock, Expect
 from safenav.trace.records import Record
+from safenav.trace.trace import Trace
 from safenav.trace.writing import Listener, TraceWriter, next_part
 
 PATIENCE = 0.8
@@ -42,7 +43,7 @@ class RunSession:
     """A mission and those that continue it where a robot joins, each with a trace of its own.
 
     ``trace``: file of the first one; None: no trace, or with a name ``temporary`` one that lasts
-    until the stack is closed. ``views`` also listen.
+    until the stack is closed. ``views`` also listen. ``begun``: the trace that the run continues.
     """
 
     def __init__(
@@ -55,6 +56,7 @@ class RunSession:
         as_json: bool = False,
         maps: bool = True,
         views: Sequence[Listener] = (),
+        begun: Trace | None = None,
     ) -> None:
         self._make, self._stack, self._views = make, stack, views
         self._as_json, self._maps = as_json, maps
@@ -63,10 +65,11 @@ class RunSession:
             trace = Path(stack.enter_context(TemporaryDirectory())) / temporary
         self.trace = trace
         self.ledger = Ledger()
+        self._whole = Ledger() if begun is None else Ledger.after(begun)
 
     def begin(self, plan: Scenario) -> None:
         """Make the mission of a scenario."""
-        listeners: list[Listener] = [self.ledger]
+        listeners: list[Listener] = [self.ledger, self._whole]
         if self.trace is not None:
             listeners.append(self._stack.enter_context(TraceWriter(self.trace)))
         if not self._as_json:
@@ -95,14 +98,17 @@ class RunSession:
             run_with_operator(self.mission, operator, helping=not self._as_json, another=another)
         signal.setitimer(signal.ITIMER_REAL, 0)
 
-    def report(self, scenario: Path, html: Path | None = None, unmet: Sequence[str] = ()) -> int:
+    def report(
+        self, scenario: Path | None, html: Path | None = None, unmet: Sequence[str] = ()
+    ) -> int:
         """Print how the run ended, and what differs from what the scenario expects (``unmet``:
-        differences found before); the exit code."""
+        differences found before); the exit code. ``scenario``: the file that next steps name, if
+        any."""
         assert self.mission.result is not None
         plan, outcome = self.mission.scenario, self.mission.result.outcome
         expected, interrupted = plan.expect, outcome is Outcome.INTERRUPTED
         compares = not interrupted or expected.outcome is outcome
-        wrong = [*differences(expected, self.ledger, plan.map.word), *unmet] if compares else []
+        wrong = [*differences(expected, self._whole, plan.map.word), *unmet] if compares else []
         if self._as_json:
             as_expected = not wrong if compares else None
             compared = {"as_expected": as_expected, "differences": wrong}
@@ -119,7 +125,8 @@ class RunSession:
             status = status or ExitCode.NEGATIVE
         elif not interrupted and expected.outcome is not None:
             status = ExitCode.OK
-        if status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT) and not self._as_json:
+        ended_badly = status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT)
+        if ended_badly and scenario is not None and not self._as_json:
             for line in self._next_steps(outcome, scenario, html):
                 click.echo(f"    {line}", err=True)
         return status

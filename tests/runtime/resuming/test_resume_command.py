@@ -92,3 +92,37 @@ def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None
     done = warm.safenav("check-trace", rest, "--after", first)
     assert done.returncode == 1
     assert "continuation" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("expect", "resumed_once", "resumed_twice"),
+    [
+        ("{order: [goal rover 8, goal rover 26, goal rover 8], rounds: 2}", 0, 0),
+        ("{ticks: {at_least: 27, at_most: 27}}", 0, 0),
+        ("{ticks: 26}", 1, 0),
+        ("{outcome: tick_limit}", 1, 1),
+        ("{never: [goal rover 8]}", 1, 1),
+    ],
+)
+def test_a_run_and_its_rest_are_compared_with_what_is_expected(
+    expect: str, resumed_once: int, resumed_twice: int, tmp_path: Path
+) -> None:
+    """Of a rest of a rest the beginning is not known."""
+    lab, path, rest = (tmp_path / name for name in ("lab.yaml", "trace.jsonl", "rest.jsonl"))
+    text = (SCENARIOS / "hello.yaml").read_text()
+    lab.write_text(text.replace("{outcome: completed}", expect))
+    path.write_text("".join(play(load_scenario(lab)).lines[:12]))  # after the first goal
+    for trace, code in ((path, resumed_once), (rest, resumed_twice)):
+        done = warm.safenav("resume", trace, lab, "--trace", tmp_path / "new.jsonl", "--no-map")
+        assert done.returncode == code, done.stderr
+        lines = (tmp_path / "new.jsonl").read_text().splitlines(keepends=True)
+        rest.write_text("".join(lines[:4]))
+
+
+def test_a_resumed_run_may_be_expected_to_end_otherwise(tmp_path: Path) -> None:
+    lab, path = tmp_path / "lab.yaml", tmp_path / "trace.jsonl"
+    text = (SCENARIOS / "hello.yaml").read_text().replace("ticks: 100", "ticks: 12")
+    lab.write_text(text.replace("{outcome: completed}", "{outcome: tick_limit}"))
+    path.write_text("".join(play(load_scenario(lab)).lines[:5]))
+    done = warm.safenav("resume", path, lab, "--trace", tmp_path / "rest.jsonl", "--no-map")
+    assert done.returncode == 0, done.stderr
