@@ -25,7 +25,7 @@ from safenav.report.terminal.worst_cases import (
     worst_lines,
 )
 from safenav.runtime.analysis.team_simulation import simulate_team
-from safenav.runtime.coordination.foresight import foreseen
+from safenav.runtime.coordination.foresight import foreseen, unserved
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.deadlines.worst import visited, worst_cases
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
@@ -74,7 +74,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     poses = {
         name: visited(answer.task, answer.result.strategy, plan) for name, answer in answers.items()
     }
-    cases = worst_cases(plan, poses)
+    cases = worst_cases(plan, poses, unserved(plan))
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
     ahead = simulate_team(plan, synthesizer) if realizable and refusal is None else None

@@ -72,9 +72,11 @@ def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
     return [graph.pose(number) for number in bits(reached)]
 
 
-def worst_cases(scenario: Scenario, poses: Mapping[str, Sequence[Pose]]) -> list[Worst]:
+def worst_cases(
+    scenario: Scenario, poses: Mapping[str, Sequence[Pose]], never: Collection[str] = ()
+) -> list[Worst]:
     """The times of each obstacle that is listed or suspected and that some robot can meet from its
-    ``poses``."""
+    ``poses``. ``never``: those that are known not to be resolved, which the bounds may not show."""
     listed = (*(scenario.suspects or ()), *scenario.obstacles)  # if both: with its deadline
     known = list({o.name: o for o in listed if o.appears is None and o.goes is None}.values())
     found, ends = [], monotonic() + ALL_SECONDS
@@ -82,6 +84,10 @@ def worst_cases(scenario: Scenario, poses: Mapping[str, Sequence[Pose]]) -> list
         left = 2 * (len(known) - number)
         alone = _times(scenario, poses, obstacle, [obstacle], _share(ends, left))
         if alone is None:
+            continue
+        if obstacle.name in never:
+            alone = replace(alone, best=None, worst=None, whole=True)
+            found.append(Worst(obstacle, scenario.limit_of(obstacle), alone, None))
             continue
         rest = [other for other in known if other is not obstacle]
         until = _share(ends, left - 1)

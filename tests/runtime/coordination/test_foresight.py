@@ -3,7 +3,10 @@
 import pytest
 
 from runtime.played import loaded, play
-from safenav.runtime.coordination.foresight import foreseen
+from safenav.report.terminal.worst_cases import worst_lines
+from safenav.runtime.coordination.foresight import foreseen, unserved
+from safenav.runtime.deadlines.worst import worst_cases
+from safenav.world.moves import Pose
 
 FLOOR = """
 map:
@@ -40,4 +43,13 @@ def test_check_says_what_a_run_needs(changes: dict[str, object], said: str, ends
     found = foreseen(loaded(text))
     assert bool(said) == bool(found) and all(said in "; ".join(found) for _ in found)
     assert all(NEEDED in each for each in found[:1])
+    assert unserved(loaded(text)) == ({"crate@21"} if "no room" in said else frozenset())
     assert play(text).outcome["outcome"] == ends
+
+
+def test_check_promises_nothing_of_what_is_never_resolved() -> None:
+    scenario = loaded(FLOOR.format(**PLAIN))
+    poses = {"ann": [Pose(30, None)], "ben": [Pose(34, None)]}
+    bounds, known = (worst_cases(scenario, poses, each) for each in ((), unserved(scenario)))
+    assert "at best" in "".join(worst_lines(bounds, str))
+    assert "crate@21: never resolved" in "".join(worst_lines(known, str))
