@@ -106,7 +106,7 @@ class Robot:
         self.ended = robot["end"] or self.ended
         self.acted = robot["acted"] or self.acted
         if robot["goal"] is None:
-            for found in filter(None, self.lab.noticed(self.name, lidar=True).values()):
+            for found in filter(None, self.lab.noticed(self.name).values()):
                 self.reports.publish(String(found))
             _, ranges = self.lab.scan(self.name)
             scan = LaserScan(angle_min=0.0, angle_max=2 * math.pi, range_min=0.05, range_max=7.5)

@@ -138,7 +138,7 @@ class Server:
             good = robot["acted"] == "done"
             reply.write(ros.TriggerReply(client, number, good, robot["acted"]))
         if robot["goal"] is None:
-            for found in filter(None, self.lab.noticed(self.name, lidar=True).values()):
+            for found in filter(None, self.lab.noticed(self.name).values()):
                 self.reports.write(ros.String(found))
             _, ranges = self.lab.scan(self.name)
             step = 2 * math.pi / len(ranges)

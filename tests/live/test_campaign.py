@@ -11,6 +11,7 @@ import pytest
 
 import warm
 from live.campaign import play, repeated, serially
+from safenav.runtime import sweeping
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.execution import Execution
 from safenav.runtime.turns import step_choice
@@ -92,8 +93,8 @@ def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
 
 
 def swept_regions_not_reserved(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(TeamState, "swept", lambda *_: set())
-    patch.setattr(TeamState, "clear_of", lambda *_: True)
+    patch.setattr(sweeping, "swept", lambda *_: set())
+    patch.setattr(sweeping, "clear_of", lambda *_: True)
 
 
 @pytest.mark.slow

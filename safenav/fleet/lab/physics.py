@@ -138,16 +138,16 @@ class Physics(Dynamics):
                 found.append(float(far) if 0 <= far <= FAR else inf)
             return self.now, found
 
-    def noticed(self, name: str, *, lidar: bool) -> dict[Region, str | None]:
+    def noticed(self, name: str, *, bodies: bool = False) -> dict[Region, str | None]:
         """The regions beside a robot, with the name of what it sees there: an uncertain region, or
-        a body unless a ``lidar`` detects those."""
+        with ``bodies`` any obstacle."""
         with self.lock:
             here = self._places.region(*self._at(self._bodies[name])[:2])
             near = () if here is None else self._places.world.neighbours(here)
             found: dict[Region, str | None] = dict.fromkeys(near)
             for one in self._obstacles.now.values():
                 closed = one.touches and not (one.is_door and self._is_open(one))
-                seen = one.obstacle.type.has_truth or (closed and not lidar)
+                seen = one.obstacle.type.has_truth or (closed and bodies)
                 if seen and one.obstacle.region in found:
                     found[one.obstacle.region] = one.obstacle.name
             return found

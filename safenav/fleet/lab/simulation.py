@@ -114,12 +114,14 @@ class SimulationTransport:
             post(transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
 
     def _report(self, name: str) -> None:
-        """Report what is beside a robot; one without a lidar reports also what has left since."""
-        lidar = self._stations[name].scan is not None
-        found, before = self.physics.noticed(name, lidar=lidar), self._beside.get(name, {})
+        """Report what is beside a robot; one that reports without a lidar also what has left
+        since."""
+        station = self._stations[name]
+        sees = station.report is not None and station.scan is None
+        found, before = self.physics.noticed(name, bodies=sees), self._beside.get(name, {})
         self._beside[name] = found
         for region, each in found.items():
             if each is not None:
                 self._post(transport.Reported(name, each))
-            elif not lidar and (gone := before.get(region)) is not None:
+            elif sees and (gone := before.get(region)) is not None:
                 self._post(transport.Reported(name, f"-{gone}"))

@@ -73,7 +73,7 @@ def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> lis
     """Return the differences from ``expect``, one sentence each; empty if there are none.
     ``word``: the name of a region. Without the beginning of a run, only what its end tells, and
     ``never``."""
-    if not ledger.whole:
+    if ledger.whole is False:
         of_all = ("resolved", "blocked", "helpers", "ticks", "least_ticks", "order")
         expect = replace(expect, **dict.fromkeys(of_all))
     found = []

@@ -152,7 +152,7 @@ class LateTransport(SimulationTransport):
             _, ranges = self.physics.scan(name)
             self._send(name, transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
         if state["goal"] is None and self._stations[name].report is not None:
-            for found in self.physics.noticed(name):
+            for found in filter(None, self.physics.noticed(name).values()):
                 self._send(name, transport.Reported(name, found))
 
 
