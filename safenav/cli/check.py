@@ -78,8 +78,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
     ahead = simulate_team(plan, synthesizer) if realizable and refusal is None else None
-    of_scenario += battery_lines(plan, ahead)
-    warnings += battery_lines(plan, ahead)
+    flat = [*battery_lines(plan, ahead)]
+    of_scenario, warnings = [*of_scenario, *flat], [*warnings, *flat]
     if as_json:
         obstacles = [worst_data(case) for case in cases]
         data = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}

@@ -94,9 +94,11 @@ def deadline_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator
 
 def battery_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator[str]:
     """``the battery of cart is empty in tick 48, as simulated without obstacles``."""
-    for robot, tick in ahead.flat.items() if ahead is not None and scenario.flat is None else ():
-        steps = _steps(scenario, ahead) if ahead is not None else ""
-        yield f"the battery of {robot} is empty in tick {tick}, as simulated{steps}"
+    if ahead is None or scenario.flat is not None:
+        return
+    for robot, tick in ahead.flat.items():
+        said = f"the battery of {robot} is empty in tick {tick}, as simulated"
+        yield said + _steps(scenario, ahead)
 
 
 def deadline_data(scenario: Scenario, ahead: TeamSimulation | None) -> list[dict[str, Any]]:
