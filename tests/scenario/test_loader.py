@@ -326,6 +326,7 @@ def test_a_thousand_mistakes_are_not_all_listed() -> None:
         ("expect: completed", "for example {outcome: completed}"),
         ("limits: 500", "for example {ticks: 500}"),
         ("inputs: [alarm]", "for example {alarm: {at: 12-30}}"),
+        ("inputs: {alarm: {at: [[6, 12]]}}", "a list of 2 is not a tick or range"),
         ("inputs: {alarm: off}", "for example {at: 12-30}; {} for one that a program sets"),
         ("obstacles: [door@1]", "for example {type: door, region: 47}"),
         ("never_together: [ann]", "for example {robots: [quad, digit], in: [47]}"),

@@ -32,7 +32,8 @@ def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int,
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not 1 <= first <= last <= MOST_TICKS:
             hint = "for example at: [12, 20-30]; ticks count from 1"
-            findings.add(part, f"{what}: '{clipped(text)}' is not a tick or range", hint)
+            shown = f"'{clipped(text)}'" if isinstance(part, Scalar) else read.described(part)
+            findings.add(part, f"{what}: {shown} is not a tick or range", hint)
         found.append((first, last))
     return tuple(found)
 
