@@ -326,7 +326,6 @@ def test_a_thousand_mistakes_are_not_all_listed() -> None:
         ("expect: completed", "for example {outcome: completed}"),
         ("limits: 500", "for example {ticks: 500}"),
         ("inputs: [alarm]", "for example {alarm: {at: 12-30}}"),
-        ("inputs: {alarm: {at: [[6, 12]]}}", "a list of 2 is not a tick or range"),
         ("inputs: {alarm: off}", "for example {at: 12-30}; {} for one that a program sets"),
         ("obstacles: [door@1]", "for example {type: door, region: 47}"),
         ("never_together: [ann]", "for example {robots: [quad, digit], in: [47]}"),
@@ -348,6 +347,11 @@ def test_a_slip_is_answered_by_what_to_write(written: str, hint: str) -> None:
         load_scenario_text(f"safenav: 1\nmap: {{grid: ['..']}}\n{robots}\n{written}\n")
     (found,) = raised.value.diagnostics
     assert found.hint == hint
+
+
+def test_a_list_in_place_of_a_tick_is_named() -> None:
+    with pytest.raises(InputError, match="a list of 2 is not a tick or range"):
+        load_scenario_text("safenav: 1\nmap: {grid: ['..']}\ninputs: {alarm: {at: [[6, 12]]}}\n")
 
 
 MISSPELT = """
