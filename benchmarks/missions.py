@@ -19,8 +19,8 @@ import yaml
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from campaigns.generate.families import benchmark, maps_folder, mission
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.runtime.traffic.joint import Answer
-from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.states import Answer
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.cache import Cache
 

@@ -19,10 +19,11 @@ import click
 import missions
 
 from safenav.report.terminal.table import table
-from safenav.runtime.traffic import planning, shortening
-from safenav.runtime.traffic.execution import schedule
-from safenav.runtime.traffic.formula_memory import plain_poses
-from safenav.runtime.traffic.joint import Course, JointState
+from safenav.runtime.traffic import planning
+from safenav.runtime.traffic.joint_search import shortening
+from safenav.runtime.traffic.joint_search.execution import schedule
+from safenav.runtime.traffic.joint_search.formula_memory import plain_poses
+from safenav.runtime.traffic.joint_search.states import Course, JointState
 
 MOST_TICKS, MOST_MS = 0.75, 5.0
 """Bars: the ratio of ticks, and the median of the milliseconds."""

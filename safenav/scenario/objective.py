@@ -3,7 +3,7 @@
 A target is a set of regions, any of which counts. A kind is its data, its words, and the moves that
 it forbids; in which order its targets count is a ``Pursuit``. The specification states both in
 formulas (``spec.objective``); the runtime (``runtime.progress``) and joint plans
-(``runtime.traffic.joint``) count by the pursuit, and graph search plays it
+(``runtime.traffic.joint_search.states``) count by the pursuit, and graph search plays it
 (``explain.undisturbed``). The audit and the checker of bundles have a table of their own
 (``audit.kinds``), on purpose. All else queries the kind and never names it
 (``tests/architecture/test_kinds.py``).

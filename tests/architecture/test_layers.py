@@ -79,6 +79,17 @@ def test_imports_go_downwards() -> None:
     assert upwards == []
 
 
+def test_the_joint_search_knows_no_mission() -> None:
+    """Its plans and proofs are functions of data: problem, stops and budgets."""
+    room = "safenav.runtime.traffic.joint_search."
+    allowed = ("resolution.problem", "stops", "traffic.budgets", "traffic.joint_search.")
+    known = tuple(f"safenav.runtime.{name}" for name in allowed)
+    searches = [name for name in MODULES if name.startswith(room)]
+    assert searches
+    others = [other for name in searches for other in own(name) if ".runtime." in other]
+    assert [other for other in others if not other.startswith(known)] == []
+
+
 def test_no_modules_import_each_other() -> None:
     graph = networkx.DiGraph(
         (name, other) for name in MODULES for other in own(name) if "safenav" not in (name, other)
@@ -154,6 +165,7 @@ def test_pages_name_files_that_exist(page: str) -> None:
         ROOT / "slugs" / "src" / "command",
     )
     places += (PACKAGE / "runtime" / "coordination", PACKAGE / "runtime" / "traffic")
+    places += (PACKAGE / "runtime" / "traffic" / "joint_search",)
     named -= {"safenav/cli/NAME.py"}
     missing = [name for name in named if not any((place / name).exists() for place in places)]
     assert missing == []

@@ -13,7 +13,7 @@ import warm
 from live.campaign import play, repeated, serially
 from safenav.runtime import sweeping
 from safenav.runtime.team import RobotState, TeamState
-from safenav.runtime.traffic.execution import Execution
+from safenav.runtime.traffic.joint_search.execution import Execution
 from safenav.runtime.turns import step_choice
 from safenav.scenario.model import Robot
 

@@ -22,8 +22,8 @@ from safenav.outcome import Outcome
 from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.failures import FailureCounts, Reaction
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.runtime.traffic.execution import schedule, still, with_steps_under_way
-from safenav.runtime.traffic.joint import JointState
+from safenav.runtime.traffic.joint_search.execution import schedule, still, with_steps_under_way
+from safenav.runtime.traffic.joint_search.states import JointState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.worlds.protocol import (
     Acted,

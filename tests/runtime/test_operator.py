@@ -17,8 +17,8 @@ from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.intervening import line_read
 from safenav.runtime.mission import Mission
-from safenav.runtime.traffic.joint import Found
-from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.states import Found
 from safenav.runtime.worlds.protocol import Lost
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario

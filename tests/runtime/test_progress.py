@@ -6,7 +6,7 @@ import pytest
 
 from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Member, Problem
-from safenav.runtime.traffic.joint import Course
+from safenav.runtime.traffic.joint_search.states import Course
 from safenav.scenario.objective import (
     Circuit,
     Cover,

@@ -20,8 +20,8 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState
 from safenav.runtime.termination import Stop
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.formula_memory import remembering
-from safenav.runtime.traffic.joint import Count, Course, JointState
+from safenav.runtime.traffic.joint_search.formula_memory import remembering
+from safenav.runtime.traffic.joint_search.states import Count, Course, JointState
 from safenav.scenario.objective import formulas_in
 
 Answer = TypeVar("Answer")

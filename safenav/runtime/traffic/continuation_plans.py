@@ -13,8 +13,8 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.sweeping import taken
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.formula_memory import StateGraph
-from safenav.runtime.traffic.joint import Answer, Course, Effort, Found, JointState
+from safenav.runtime.traffic.joint_search.formula_memory import StateGraph
+from safenav.runtime.traffic.joint_search.states import Answer, Course, Effort, Found, JointState
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, region_mask

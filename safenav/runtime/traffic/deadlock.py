@@ -18,10 +18,10 @@ from safenav.runtime.resolution.problem import Floor, Problem
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES
-from safenav.runtime.traffic.formula_memory import StateGraph
-from safenav.runtime.traffic.immobile import ImmobileRobots
-from safenav.runtime.traffic.joint import Count, Course, Effort, Exhausted
-from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.joint_search.formula_memory import StateGraph
+from safenav.runtime.traffic.joint_search.immobile import ImmobileRobots
+from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.states import Count, Course, Effort, Exhausted
 from safenav.trace import proofs
 from safenav.world.poses import bits
 

@@ -17,9 +17,9 @@ from safenav.runtime.coordination.snapshot import awaited_by
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.traffic import execution
-from safenav.runtime.traffic.formula_memory import plain_poses
-from safenav.runtime.traffic.joint import Count, JointState, has_met
+from safenav.runtime.traffic.joint_search import execution
+from safenav.runtime.traffic.joint_search.formula_memory import plain_poses
+from safenav.runtime.traffic.joint_search.states import Count, JointState, has_met
 from safenav.runtime.traffic.searches import Searches
 from safenav.trace import records, vocabulary
 from safenav.world.moves import Pose

@@ -15,8 +15,10 @@ from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
-from safenav.runtime.traffic.formula_memory import plain_poses, remembering
-from safenav.runtime.traffic.joint import (
+from safenav.runtime.traffic.joint_search.formula_memory import plain_poses, remembering
+from safenav.runtime.traffic.joint_search.local import local_plan
+from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.states import (
     Answer,
     BudgetExhausted,
     Course,
@@ -25,8 +27,6 @@ from safenav.runtime.traffic.joint import (
     Found,
     JointState,
 )
-from safenav.runtime.traffic.joint_plan import Search
-from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.searches import Goals, Searches, SearchProblem
 from safenav.scenario.objective import Ltl
 

@@ -17,7 +17,8 @@ from safenav.runtime.coordination.waiting import in_the_way
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.stops import SPARE
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.traffic import budgets, execution
+from safenav.runtime.traffic import budgets
+from safenav.runtime.traffic.joint_search import execution
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.poses import FAR
 

@@ -25,7 +25,8 @@ from safenav.runtime.traffic.background_search import (
 )
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlocked, meets_the_rest_alone
-from safenav.runtime.traffic.joint import (
+from safenav.runtime.traffic.joint_search.shortening import shortened
+from safenav.runtime.traffic.joint_search.states import (
     Answer,
     BudgetExhausted,
     Count,
@@ -40,7 +41,6 @@ from safenav.runtime.traffic.plan_search import PlanSearch
 from safenav.runtime.traffic.plan_triggers import PlanTrigger, PlanTriggers
 from safenav.runtime.traffic.resolution_plans import ResolutionPlans
 from safenav.runtime.traffic.searches import Searches, SearchProblem
-from safenav.runtime.traffic.shortening import shortened
 from safenav.scenario.settings import Coordination
 from safenav.trace import vocabulary
 from safenav.world.moves import Pose

@@ -14,11 +14,11 @@ from safenav.runtime.formulas import formulas_of
 from safenav.runtime.resolution.problem import BudgetExhaustedError, Floor, Problem, Stages
 from safenav.runtime.stops import Stops
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.traffic import formula_memory
 from safenav.runtime.traffic.background_search import BackgroundSearch
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
-from safenav.runtime.traffic.joint import Count, Course, Effort, JointState
-from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.joint_search import formula_memory
+from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.states import Count, Course, Effort, JointState
 from safenav.runtime.traffic.milestone import Milestones
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl

@@ -3,9 +3,9 @@
 import random
 
 from runtime.coordination.floors import Bot, Floor
-from safenav.runtime.traffic.immobile import ImmobileRobots
-from safenav.runtime.traffic.joint import Course, Exhausted
-from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.joint_search.immobile import ImmobileRobots
+from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.states import Course, Exhausted
 
 
 def test_who_stands_where_another_wants_to_be_and_cannot_move_stops_it() -> None:

@@ -6,10 +6,10 @@ from itertools import pairwise
 import pytest
 
 from runtime.coordination.floors import Bot, Floor
-from runtime.traffic.test_joint_plan import SWAP, TUBE, play, search
+from runtime.traffic.test_joint_search import SWAP, TUBE, play, search
 from safenav.runtime.traffic.continuation_plans import rejoined
-from safenav.runtime.traffic.joint import Found, JointState
-from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.states import Found, JointState
 
 ROOM = ["######", "#....#", "#....#", "######"]
 TEAMS = {

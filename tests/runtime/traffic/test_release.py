@@ -7,9 +7,14 @@ from collections import deque
 from collections.abc import Iterator
 
 from runtime.coordination.floors import Bot, Floor
-from runtime.traffic.test_joint_plan import search
-from safenav.runtime.traffic.execution import Execution, Schedule, schedule, still_needed
-from safenav.runtime.traffic.joint import Course, Found, JointState
+from runtime.traffic.test_joint_search import search
+from safenav.runtime.traffic.joint_search.execution import (
+    Execution,
+    Schedule,
+    schedule,
+    still_needed,
+)
+from safenav.runtime.traffic.joint_search.states import Course, Found, JointState
 
 DEAD_END = ["#######", "#.....#", "#..####", "#######"]
 FLOORS = int(os.environ.get("SAFENAV_FUZZ", "8"))

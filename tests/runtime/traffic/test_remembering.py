@@ -3,7 +3,7 @@
 import pytest
 
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES
-from safenav.runtime.traffic.formula_memory import StateGraph, state_graph
+from safenav.runtime.traffic.joint_search.formula_memory import StateGraph, state_graph
 from safenav.scenario.objective import Ltl
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose

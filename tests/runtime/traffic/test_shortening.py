@@ -9,10 +9,10 @@ from msgspec.structs import replace
 from runtime import played
 from runtime.coordination.floors import Block, Bot, Floor
 from runtime.test_paper_coordination import WAITING
-from runtime.traffic.test_joint_plan import SWAP, play, search
-from safenav.runtime.traffic.execution import schedule
-from safenav.runtime.traffic.joint import Course, Found, JointState
-from safenav.runtime.traffic.shortening import shortened
+from runtime.traffic.test_joint_search import SWAP, play, search
+from safenav.runtime.traffic.joint_search.execution import schedule
+from safenav.runtime.traffic.joint_search.shortening import shortened
+from safenav.runtime.traffic.joint_search.states import Course, Found, JointState
 from safenav.world.poses import FAR, region_mask
 
 ROOMS = [

@@ -19,7 +19,7 @@ from safenav.runtime.resolution.problem import (
     Problem,
     Stage,
 )
-from safenav.runtime.traffic.timed import Quickest, beside
+from safenav.runtime.traffic.joint_search.timed import Quickest, beside
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask

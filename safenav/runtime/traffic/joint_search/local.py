@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 from safenav.components import path_to
 from safenav.runtime.traffic.budgets import LOCAL_ROBOTS, LOCAL_STATES
-from safenav.runtime.traffic.joint import Course, Found
+from safenav.runtime.traffic.joint_search.states import Course, Found
 from safenav.world.poses import FAR
 
 if TYPE_CHECKING:
-    from safenav.runtime.traffic.joint_plan import Search
+    from safenav.runtime.traffic.joint_search.search import Search
 
 
 def local_plan(search: Search) -> Found | None:

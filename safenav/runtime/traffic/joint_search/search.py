@@ -22,16 +22,26 @@ from itertools import count as counting
 
 from safenav.components import path_to
 from safenav.runtime.resolution.problem import Stages
-from safenav.runtime.traffic import budgets, joint
-from safenav.runtime.traffic.immobile import ImmobileRobots
-from safenav.runtime.traffic.pibt import Field, Generator
+from safenav.runtime.traffic import budgets
+from safenav.runtime.traffic.joint_search.immobile import ImmobileRobots
+from safenav.runtime.traffic.joint_search.pibt import Field, Generator
+from safenav.runtime.traffic.joint_search.states import (
+    Answer,
+    BudgetExhausted,
+    Count,
+    Course,
+    Effort,
+    Exhausted,
+    Found,
+    JointState,
+)
 from safenav.world.poses import FAR, Mask, region_mask
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """The goal poses that coordination gives each robot at stages and poses: a set of poses, 0 for
 nothing, None for its own objective."""
 
-Goal = Callable[[joint.JointState], bool]
+Goal = Callable[[JointState], bool]
 
 
 class Variant(Enum):
@@ -50,17 +60,17 @@ class Search:
 
     def __init__(
         self,
-        course: joint.Course,
+        course: Course,
         guide: Guide,
-        start: joint.JointState,
+        start: JointState,
         goal: Goal,
         *,
         seed: int = 0,
         stopping: Callable[[], None] = lambda: None,
-        work: joint.Effort | None = None,
+        work: Effort | None = None,
     ) -> None:
         self.course = course
-        self.work = work or joint.Effort(sys.maxsize)
+        self.work = work or Effort(sys.maxsize)
         self.start = start
         self.goal = goal
         self.keeps: Goal = lambda _: True
@@ -68,7 +78,7 @@ class Search:
         self._rng = random.Random(seed)
         self.stopping = stopping
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
-        self._known: dict[Stages, dict[tuple[int, joint.Count], Field]] = {}
+        self._known: dict[Stages, dict[tuple[int, Count], Field]] = {}
         self._generator = Generator(course, self._rng)
         self._stuck = ImmobileRobots(course)
         self._immobile = self._stuck.robots(start.poses)
@@ -78,45 +88,43 @@ class Search:
         rounds: int = budgets.ROUNDS_OF_SEARCH,
         proof: int = budgets.PROOF_BUDGET,
         chain: int = budgets.CHAIN_BUDGET,
-    ) -> joint.Answer:
+    ) -> Answer:
         """The first plan that a variant finds; the cheap ones first. ``proof``, ``chain``: budgets
         in place of the usual ones."""
         if self.goal(self.start):
-            return joint.Found((self.start,))
+            return Found((self.start,))
         few = self._few
         if not few and self._stuck.cannot_complete(self.start):
-            return joint.BudgetExhausted(
-                0
-            )  # as good as refuted; the proof is about those who are stuck
+            return BudgetExhausted(0)  # as good as refuted; the proof is about those who are stuck
         spent = 0
         budget = budgets.FIRST_BUDGET
         for turn in range(max(1, rounds)):
             if self.work.done:
-                return joint.BudgetExhausted(spent)
+                return BudgetExhausted(spent)
             for variant, states in _attempts(budget):
                 answer = self.by(variant, states)
-                if isinstance(answer, joint.Found):
+                if isinstance(answer, Found):
                     return answer
-                if isinstance(answer, joint.Exhausted):
+                if isinstance(answer, Exhausted):
                     # Counts the hopeless states as well; hardly more than were examined.
                     return self.singles(proof or budgets.PROOF_BUDGET)
                 spent += answer.states
             answer = by_legs(self, self._rng, chain << turn)
-            if isinstance(answer, joint.Found):
+            if isinstance(answer, Found):
                 return answer
             spent += answer.states
             if turn == 0 and few:
                 answer = self.singles(min(budgets.SINGLES_BUDGET, proof))
-                if not isinstance(answer, joint.BudgetExhausted):
+                if not isinstance(answer, BudgetExhausted):
                     return answer
                 spent += answer.states
             budget *= 2
         if few and proof > budgets.SINGLES_BUDGET:
             answer = self.singles(proof)
-            if not isinstance(answer, joint.BudgetExhausted):
+            if not isinstance(answer, BudgetExhausted):
                 return answer
             spent += answer.states
-        return joint.BudgetExhausted(spent)
+        return BudgetExhausted(spent)
 
     @property
     def _few(self) -> bool:
@@ -127,10 +135,10 @@ class Search:
         """Whether there is no plan, as far as this can be shown soon: in a large team because
         robots block each other forever."""
         if self._few:
-            return isinstance(self.run(*budgets.CERTIFICATE), joint.Exhausted)
+            return isinstance(self.run(*budgets.CERTIFICATE), Exhausted)
         return bool(self._stuck.cannot_complete(self.start))
 
-    def singles(self, budget: int) -> joint.Answer:
+    def singles(self, budget: int) -> Answer:
         """Every state that steps of one robot lead to, breadth first: a shortest plan, or the
         proof that there is none."""
         course = self.course
@@ -145,14 +153,14 @@ class Search:
                     continue
                 before[after] = state
                 if self.goal(after):
-                    return joint.Found(path_to(after, before))
+                    return Found(path_to(after, before))
                 queue.append(after)
                 self.work.left -= len(state.poses)
             if len(before) > budget or self.work.done:
-                return joint.BudgetExhausted(len(before))
-        return joint.Exhausted(frozenset(before))
+                return BudgetExhausted(len(before))
+        return Exhausted(frozenset(before))
 
-    def by(self, variant: Variant, budget: int) -> joint.Answer:
+    def by(self, variant: Variant, budget: int) -> Answer:
         """One variant of the search, at most ``budget`` states."""
         order = list(range(len(self.start.poses)))
         if variant in (Variant.STATIC, Variant.ONE):
@@ -162,8 +170,8 @@ class Search:
         return self.depth_first(self.start, self.goal, budget, variant, order)
 
     def depth_first(
-        self, start: joint.JointState, goal: Goal, budget: int, variant: Variant, order: list[int]
-    ) -> joint.Answer:
+        self, start: JointState, goal: Goal, budget: int, variant: Variant, order: list[int]
+    ) -> Answer:
         """Search from a start for a goal. With ``ONE`` goal at a time only the first robot of
         ``order`` that has goal poses pursues them, and all others give way."""
         before = {start: start}
@@ -178,18 +186,18 @@ class Search:
                 continue
             edges += 1
             if edges > budget * 12 or self.work.done:
-                return joint.BudgetExhausted(len(before))
+                return BudgetExhausted(len(before))
             if after in before:
                 continue
             before[after] = state
             if goal(after):
-                return joint.Found(path_to(after, before))
+                return Found(path_to(after, before))
             if len(before) > budget:
-                return joint.BudgetExhausted(len(before))
+                return BudgetExhausted(len(before))
             stack.append((after, self._following(after, variant, order)))
-        return joint.Exhausted(frozenset(before))
+        return Exhausted(frozenset(before))
 
-    def _best_first(self, budget: int) -> joint.Answer:
+    def _best_first(self, budget: int) -> Answer:
         """Always on from the state with the least left to do."""
         before = {self.start: self.start}
         order = list(range(len(self.start.poses)))
@@ -199,19 +207,19 @@ class Search:
             self.stopping()
             _, _, state = heapq.heappop(heap)
             if self.work.done:
-                return joint.BudgetExhausted(len(before))
+                return BudgetExhausted(len(before))
             for after in self._following(state, Variant.FARTHEST, order):
                 if after in before:
                     continue
                 before[after] = state
                 if self.goal(after):
-                    return joint.Found(path_to(after, before))
+                    return Found(path_to(after, before))
                 if len(before) > budget:
-                    return joint.BudgetExhausted(len(before))
+                    return BudgetExhausted(len(before))
                 heapq.heappush(heap, (self._left(after), next(ticket), after))
-        return joint.Exhausted(frozenset(before))
+        return Exhausted(frozenset(before))
 
-    def _left(self, state: joint.JointState) -> int:
+    def _left(self, state: JointState) -> int:
         """Return the remaining effort: goals, and the paths to the next ones."""
         weight = 4 * self.course.problem.members[0].graph.world.cols
         found = weight * len(self.course.problem.open(state.stages))
@@ -224,16 +232,16 @@ class Search:
         return found
 
     def _following(
-        self, state: joint.JointState, variant: Variant, order: list[int]
-    ) -> Iterator[joint.JointState]:
+        self, state: JointState, variant: Variant, order: list[int]
+    ) -> Iterator[JointState]:
         """The states that may come next and are not known to be hopeless."""
         for after in self._proposed(state, variant, order):
             if self.keeps(after) and not self._stuck.cannot_complete(after):
                 yield after
 
     def _proposed(
-        self, state: joint.JointState, variant: Variant, order: list[int]
-    ) -> Iterator[joint.JointState]:
+        self, state: JointState, variant: Variant, order: list[int]
+    ) -> Iterator[JointState]:
         """The states that may come next: proposals first, then every step of one robot."""
         course = self.course
         fields = self.fields(state)
@@ -268,7 +276,7 @@ class Search:
                 self.work.left -= len(poses)
                 yield course.after(state, robot, pose)
 
-    def fields(self, state: joint.JointState) -> list[Field]:
+    def fields(self, state: JointState) -> list[Field]:
         """Return for each robot the distances to its goal poses in a state."""
         guided = self._guided.get(state.stages)
         if guided is None:
@@ -308,9 +316,7 @@ def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
             yield variant, budget // times
 
 
-def by_legs(
-    search: Search, rng: random.Random, most_vain: int
-) -> joint.Found | joint.BudgetExhausted:
+def by_legs(search: Search, rng: random.Random, most_vain: int) -> Found | BudgetExhausted:
     """Return one chain from the start of a search to its goal. ``rng`` draws which robot is next,
     and how far to backtrack where no leg leads further; ``most_vain``: limit on states examined
     without success.
@@ -319,7 +325,7 @@ def by_legs(
     all others pushed aside, takes some ten states. Any robot that succeeds may be the next. A chain
     that ends in a state from which no leg leads further backtracks to an earlier one, and continues
     by other legs."""
-    legs: list[tuple[joint.JointState, ...]] = [(search.start,)]
+    legs: list[tuple[JointState, ...]] = [(search.start,)]
     most = budgets.LEGS_OF_A_ROBOT * len(search.start.poses)
     spent, made = 0, 0
     while not search.goal(legs[-1][-1]):
@@ -328,17 +334,17 @@ def by_legs(
         made += 1
         over = spent > most_vain or made > most or search.work.done
         if over or (leg is None and len(legs) == 1):
-            return joint.BudgetExhausted(spent + sum(map(len, legs)))
+            return BudgetExhausted(spent + sum(map(len, legs)))
         if leg is None:
             del legs[rng.randrange(1, len(legs)) :]
         else:
             legs.append(leg)
-    return joint.Found((search.start, *chain.from_iterable(leg[1:] for leg in legs[1:])))
+    return Found((search.start, *chain.from_iterable(leg[1:] for leg in legs[1:])))
 
 
 def _next_leg(
-    search: Search, state: joint.JointState, rng: random.Random
-) -> tuple[tuple[joint.JointState, ...] | None, int]:
+    search: Search, state: JointState, rng: random.Random
+) -> tuple[tuple[JointState, ...] | None, int]:
     """Return the states until some robot reaches its current goal poses, and the number of states
     examined without success."""
     fields = search.fields(state)
@@ -353,19 +359,19 @@ def _next_leg(
         budget = budgets.LEG_BUDGET + 2 * field[state.poses[robot]]
         goal = _reached(search, state, robot)
         answer = search.depth_first(state, goal, budget, Variant.ONE, [robot, *others])
-        if isinstance(answer, joint.Found):
+        if isinstance(answer, Found):
             return answer.states, vain
         vain += budget
     return None, vain
 
 
-def _reached(search: Search, start: joint.JointState, robot: int) -> Goal:
+def _reached(search: Search, start: JointState, robot: int) -> Goal:
     """Return a test whether a robot has reached its goal poses of ``start``, the stages or its
     count have changed, or the goal of the search is reached."""
     field = search.fields(start)[robot]
     assert field is not None
 
-    def reached(state: joint.JointState) -> bool:
+    def reached(state: JointState) -> bool:
         if state.stages != start.stages or state.counts[robot] != start.counts[robot]:
             return True
         return field[state.poses[robot]] == 0 or search.goal(state)

@@ -8,7 +8,7 @@ and no obstacle that disappears changes that. On full floors most paths end like
 
 from __future__ import annotations
 
-from safenav.runtime.traffic.joint import Course, JointState
+from safenav.runtime.traffic.joint_search.states import Course, JointState
 from safenav.world.poses import Mask, PoseGraph
 
 

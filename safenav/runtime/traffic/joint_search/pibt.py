@@ -18,7 +18,7 @@ from itertools import pairwise
 from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import KeepOut
-from safenav.runtime.traffic.joint import Course, JointState
+from safenav.runtime.traffic.joint_search.states import Course, JointState
 from safenav.world.poses import Mask
 
 Field = list[int] | None

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from safenav.begun import PlanLeft
 from safenav.runtime.resolution.problem import Floor, KeepOut, Problem, Stages
-from safenav.runtime.traffic.joint import Count, JointState
+from safenav.runtime.traffic.joint_search.states import Count, JointState
 from safenav.trace import records
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits

@@ -15,8 +15,8 @@ from msgspec import Struct
 
 from safenav.runtime.resolution.problem import KeepOut, Problem, Stages
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
-from safenav.runtime.traffic.execution import Execution, Schedule, schedule
-from safenav.runtime.traffic.joint import Course, JointState, has_met
+from safenav.runtime.traffic.joint_search.execution import Execution, Schedule, schedule
+from safenav.runtime.traffic.joint_search.states import Course, JointState, has_met
 from safenav.world.poses import FAR, Mask, PoseGraph, bits, region_mask
 
 Timed = Sequence[tuple[int, ...]]

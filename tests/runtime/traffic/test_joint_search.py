@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from runtime.coordination.floors import Block, Bot, Floor
 from safenav.runtime.resolution.problem import KeepOut, Stages
-from safenav.runtime.traffic.execution import (
+from safenav.runtime.traffic.joint_search.execution import (
     Execution,
     Order,
     Schedule,
@@ -16,7 +16,8 @@ from safenav.runtime.traffic.execution import (
     in_turn,
     schedule,
 )
-from safenav.runtime.traffic.joint import (
+from safenav.runtime.traffic.joint_search.search import Search, Variant
+from safenav.runtime.traffic.joint_search.states import (
     BudgetExhausted,
     Count,
     Course,
@@ -26,7 +27,6 @@ from safenav.runtime.traffic.joint import (
     JointState,
     has_met,
 )
-from safenav.runtime.traffic.joint_plan import Search, Variant
 
 SWAP = ["#####", "#...#", "##.##", "#####"]
 TUBE = ["######", "#....#", "######"]

@@ -1,0 +1,1 @@
+"""The joint search: plans and proofs for a team, computed from data alone."""
