@@ -105,12 +105,20 @@ def loaded(text: str) -> Scenario:
 
 
 def play(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:
-    """Run a scenario, given as YAML text or as data; its trace must pass the audit."""
+    """Run a scenario, given as YAML text or as data; its trace must pass the audit. ``world``: a
+    world, or what makes one of the scenario."""
     if isinstance(scenario, Mapping):
         scenario = json.dumps(scenario)
     if isinstance(scenario, str):
         scenario = loaded(scenario)
     run = Run()
-    Mission(scenario, world=world, listeners=[run]).run()
+    Mission(scenario, world=world(scenario) if callable(world) else world, listeners=[run]).run()
     assert not run.findings, run.findings
+    return run
+
+
+def completed(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:
+    """Such a run, which completes its mission."""
+    run = play(scenario, world=world)
+    assert run.outcome["outcome"] == "completed", run.outcome["explanation"]
     return run

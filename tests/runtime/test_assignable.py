@@ -3,7 +3,7 @@
 import pytest
 
 from once import SCENARIOS
-from runtime.played import play
+from runtime.played import completed, play
 from runtime.test_case_studies import EVENTS
 
 
@@ -15,8 +15,7 @@ def test_case_studies_need_new_strategies_only_for_new_walls(
 ) -> None:
     text = (SCENARIOS / f"case_study_{number}.yaml").read_text()
     usual = play(text)
-    trace = play(text.replace("until:", "coordination: assignable\nuntil:"))
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(text.replace("until:", "coordination: assignable\nuntil:"))
     after_start = [s["robot"] for s in trace.all("synthesis") if s["tick"] > 0]
     assert after_start == new_strategies
     assert trace.order(*EVENTS) == usual.order(*EVENTS)
@@ -43,7 +42,6 @@ catalogue:
 robots: {{bee: {{model: bee, start: {start}, objective: {objective}}}}}
 obstacles: [{{type: gate, region: {gate}}}]
 {more}coordination: assignable
-limits: {{ticks: 100}}
 """
 
 
@@ -65,6 +63,5 @@ limits: {{ticks: 100}}
     ids=["step", "path"],
 )
 def test_a_robot_is_led_past_an_obstacle_that_its_strategy_would_enter(text: str) -> None:
-    trace = play(text)
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(text)
     assert len(trace.all("violation")) <= 2

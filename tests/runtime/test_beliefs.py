@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from runtime import teams
-from runtime.played import play
+from runtime.played import completed, play
 
 CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"
 SEEDS = [2, 4, 8, 11, 13, 17, 21, 23, 26, 29]
@@ -22,8 +22,7 @@ def test_case_study_3_with_a_digit_that_sees_four_regions() -> None:
     text = CASE_STUDY_3.read_text()
     usual = play(text)
     told = "digit: {model: digit, vision: 4, tracks: [quad], tracking: belief,"
-    trace = play(text.replace("digit: {model: digit,", told))
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(text.replace("digit: {model: digit,", told))
     kinds = ("violation", "request", "push", "resolved", "pop")
     assert trace.order(*kinds) == usual.order(*kinds)
     beliefs = trace.all("belief", robot="digit", of="quad")
@@ -37,8 +36,7 @@ def test_two_on_one_floor_that_see_four_regions() -> None:
     seeing = "vision: 4, tracking: belief, objective: {visit:"
     text = text.replace("model: quadcopter,", "model: digit, heading: west,")
     text = text.replace("objective: {patrol:", seeing)
-    trace = play(text)
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(text)
     assert {b["robot"] for b in trace.all("belief", seen=False)} == {"quad", "digit"}
 
 

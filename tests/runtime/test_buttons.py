@@ -4,7 +4,7 @@ that is done, and goes there itself if it is the best helper."""
 import click
 import pytest
 
-from runtime.played import Run, loaded, play
+from runtime.played import Run, completed, loaded, play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.mission import Mission
@@ -31,7 +31,6 @@ robots:
   pia: {model: presser, start: [2, 2], objective: {visit: [[2, 2], [2, 6]]}}
 obstacles:
   - {type: slide_door, region: door}
-until: {rounds: 2}
 """
 PIP = "robots:\n  pip: {model: presser, start: [1, 2], objective: {visit: [[1, 2], [1, 3]]}}\n"
 
@@ -46,7 +45,7 @@ def inside(trace: Run, region: int, robots: set[str]) -> list[int]:
 
 
 def test_a_robot_that_can_press_a_button_elsewhere_presses_it_before_it_passes() -> None:
-    trace = play(PIA)
+    trace = completed(PIA)
     violation, request, resolved = (
         trace.one("violation"),
         trace.one("request"),
@@ -58,7 +57,6 @@ def test_a_robot_that_can_press_a_button_elsewhere_presses_it_before_it_passes()
     assert resolved["at"] == BUTTON and resolved["requested"]
     assert trace.order("push", "pop") == [("push", "slide_door@22"), ("pop", "slide_door@22")]
     assert min(inside(trace, DOOR, {"pia"})) > resolved["tick"]
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_the_story_says_that_it_goes_itself() -> None:
@@ -71,12 +69,11 @@ def test_the_story_says_that_it_goes_itself() -> None:
 
 
 def test_a_second_presser_nearer_to_the_button_helps() -> None:
-    trace = play(PIA.replace("robots:\n  pia", PIP + "  pia"))
+    trace = completed(PIA.replace("robots:\n  pia", PIP + "  pia"))
     request = trace.one("request")
     assert (request["requester"], request["helper"]) == ("pia", "pip")
     assert request["bids"]["pip"] < request["bids"]["pia"]
     assert trace.one("resolved")["robot"] == "pip"
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_a_button_inside_the_room_behind_the_door_needs_an_operator() -> None:
@@ -88,7 +85,7 @@ def test_a_button_inside_the_room_behind_the_door_needs_an_operator() -> None:
 
 
 def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
-    trace = play("""
+    trace = completed("""
         map: {grid: ["#########", "#.......#", "###.#####", "#########"]}
         catalogue:
           robots:
@@ -104,7 +101,6 @@ def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
     resolved = trace.one("resolved")
     assert resolved["robots"] == ["ann", "ben"]
     assert min(inside(trace, 13, {"ann", "ben"})) > resolved["tick"]
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_the_last_need_may_be_met_by_entering_the_others_not() -> None:
@@ -125,7 +121,7 @@ def test_the_last_need_may_be_met_by_entering_the_others_not() -> None:
 
 def test_what_turns_out_untraversable_from_inside_is_left_and_not_entered_again() -> None:
     """A robot that can tell only by entering; it is inside when it learns, and goes back."""
-    trace = play("""
+    trace = completed("""
         map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
         catalogue:
           robots: {tester: {mobility: free, layer: ground, capabilities: [test]}}
@@ -138,7 +134,6 @@ def test_what_turns_out_untraversable_from_inside_is_left_and_not_entered_again(
     assert found["traversable"] is False and found["at"] == 10
     assert inside(trace, 10, {"tess"}) == [found["tick"]]
     assert trace.one("blocked")["robots"] == ["tess"]
-    assert trace.outcome["outcome"] == "completed"
 
 
 class Flickering(SimulatedWorld):
@@ -154,8 +149,7 @@ class Flickering(SimulatedWorld):
 
 def test_what_is_known_stays_closed_whatever_a_sensor_finds_now() -> None:
     scenario = loaded(PIA.replace("visit: [[2, 2], [2, 6]]", "visit: [[2, 6], [2, 2]]"))
-    run = play(scenario, world=Flickering(scenario))
-    assert run.outcome["outcome"] == "completed"
+    completed(scenario, world=Flickering(scenario))
 
 
 STARTS = """
@@ -197,7 +191,7 @@ def test_who_may_start_where(text: str, found: str | None) -> None:
     """Inside an obstacle only a robot that resolves it by entering; together those that do not
     avoid each other. What the loader accepts runs, and its trace breaks no rule."""
     if found is None:
-        assert play(text).outcome["outcome"] == "completed"
+        completed(text)
         return
     with pytest.raises(InputError, match=found):
         loaded(text)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from certify.making import CIRCUIT, bundle_at, certified, files_of, judged, rewrite, shipped
-from runtime.played import Line, Run, play
+from runtime.played import Line, Run, completed, play
 from safenav.audit.check import check_trace
 
 SHARED = """
@@ -31,7 +31,6 @@ catalogue:
 robots:
   a: {model: cart, start: [1, 1], objective: {circuit: [[1, 6], [3, 6], [3, 1]], within: 14}}
 chargers: [[2, 1]]
-until: {rounds: 2}
 """
 CHARGES = """
 map:
@@ -50,8 +49,6 @@ catalogue:
 robots:
   a: {model: rover, start: [4, 6], objective: {circuit: [[6, 3], [5, 6], [2, 4]]}}
 chargers: [[2, 4]]
-until: {rounds: 2}
-limits: {ticks: 300}
 """
 CHARGER = 17
 
@@ -63,8 +60,7 @@ def strict(path: list[int], targets: list[int]) -> bool:
 
 
 def test_targets_are_met_in_strict_order_also_after_helping() -> None:
-    trace = play(CIRCUIT)
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(CIRCUIT)
     begun = {name: trace.all("synthesis", robot=name)[-1]["tick"] for name in ("quad", "digit")}
     for robot, targets in (("quad", [54, 49, 37]), ("digit", [58, 28, 20])):
         assert strict(trace.path(robot)[begun[robot] :], targets)
@@ -88,16 +84,14 @@ def met_in_order(trace: Run, robot: str, count: int) -> bool:
     ids=["shared", "live", "assignable", "energy and deadlines"],
 )
 def test_it_is_met_in_order_under_other_demands(text: str, more: str) -> None:
-    trace = play(text + more)
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(text + more)
     assert met_in_order(trace, "a", 3)
     if text == SHARED:
         assert {s["form"] for s in trace.all("synthesis", robot="a")} == {"alternation"}
 
 
 def test_a_robot_that_charges_at_a_target_does_not_begin_again_with_it() -> None:
-    trace = play(CHARGES)
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(CHARGES)
     assert len(trace.all("synthesis", reason="charge")) > 1
 
 
@@ -109,8 +103,6 @@ robots:
     start: [5, 1]
     heading: north
     objective: {{circuit: {targets}, form: literal, within: {within}}}
-until: {{rounds: 2}}
-limits: {{ticks: 200}}
 """
 
 
@@ -138,7 +130,6 @@ robots:
   r: {model: rover, start: [1, 3], objective: {patrol: [[1, 6], [1, 3]], form: literal}}
 chargers: [[1, 1]]
 until: {rounds: 4}
-limits: {ticks: 300}
 """
 
 
@@ -214,7 +205,6 @@ def test_a_bundle_is_refused_whose_strategies_keep_less(
     assert judged(rewrite(bundle, files, tmp_path))[0] == 1
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_a_literal_objective_lost_among_others_is_noted_and_certified(clock: str) -> None:
     text = f"""
         clock: {clock}
@@ -223,7 +213,6 @@ def test_a_literal_objective_lost_among_others_is_noted_and_certified(clock: str
           a: {{model: quadcopter, start: 7, objective: {{patrol: [7, 10], form: literal}}}}
           b: {{model: quadcopter, start: 13, objective: {{visit: [13, 16]}}}}
         obstacles: [{{type: door, region: 9}}]
-        until: {{rounds: 2}}
         """
     run = play(text)
     assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "unrealizable")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from runtime.played import Run, loaded, play
+from runtime.played import Run, completed, loaded, play
 from runtime.worlds import Bare
 from safenav import Mission
 from safenav.errors import InputError
@@ -24,8 +24,6 @@ map: {grid: ["###########", "#....#....#", "#.........#", "#....#....#", "######
 robots:
   drone: {model: quadcopter, start: [1, 1], objective: {patrol: [[1, 1], [3, 9]]}}
   walker: {model: digit, start: [3, 2], heading: east, objective: {visit: [[3, 1], [1, 4]]}}
-until: {rounds: 2}
-limits: {ticks: 300}
 """
 DOOR = 2 * 11 + 5
 SUSPECTED = "obstacles: [{type: door, region: [2, 7]}, {type: uncertainty, region: [1, 7], %s}]\n"
@@ -112,11 +110,8 @@ class Repeating(Building):
 
 
 def test_rounds_do_not_restart_with_the_same_result() -> None:
-    scenario, run = loaded(BUILDING.replace("[[3, 1], [1, 4]]", "[[3, 1], [3, 9]]")), Run()
-    Mission(scenario, world=Repeating(scenario), listeners=[run]).run()
-    assert run.outcome["outcome"] == "completed", run.outcome
-    assert len(run.all("resolved")) == 1
-    assert not run.findings, run.findings
+    text = BUILDING.replace("[[3, 1], [1, 4]]", "[[3, 1], [3, 9]]")
+    assert completed(text, world=Repeating).one("resolved")
 
 
 def test_what_is_only_suspected_may_not_be_there() -> None:
@@ -189,10 +184,8 @@ class SinceEpoch(Bare):
 @pytest.mark.parametrize("timeout", [1.0, 1.1, 1.3, 1.7])
 def test_waits_are_long_enough_for_clocks_that_advance_by_them(timeout: float) -> None:
     scenario = loaded(f"{BUILDING}clock: live\nfailures: {{timeout: {timeout}}}\n")
-    run = Run()
-    Mission(scenario, world=SinceEpoch(), listeners=[run]).run()
-    lost = run.all("arrive", result="lost")
-    assert {line["robot"] for line in lost} == {"drone", "walker"} and not run.findings
+    lost = play(scenario, world=SinceEpoch()).all("arrive", result="lost")
+    assert {line["robot"] for line in lost} == {"drone", "walker"}
     assert [line["t"] for line in lost] == [pytest.approx(2 * timeout, abs=0.2)] * 2
 
 
@@ -219,8 +212,6 @@ class Sudden(Bare):
 
 
 def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second() -> None:
-    scenario = loaded(BUILDING + "clock: live\n")
-    world, run = Sudden(), Run()
-    Mission(scenario, world=world, listeners=[run]).run()
-    assert run.outcome["outcome"] == "completed" and not run.findings
+    world = Sudden()
+    run = completed(BUILDING + "clock: live\n", world=world)
     assert world.steps > 14 and not run.all("arrive", result="lost")

@@ -15,7 +15,7 @@ import pytest
 from msgspec.structs import replace
 
 from once import SCENARIOS
-from runtime.played import Run, loaded, play
+from runtime.played import Run, completed, loaded, play
 from safenav import Mission
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
@@ -86,23 +86,13 @@ class Faulty(LiveSimulation):
         return pose
 
 
-def nth(number: int, fault: Callable[[Faulty, Arrived], Sequence[WorldEvent]]) -> Change:
-    """The fault in place of the arrival of ``a`` with this number."""
+def nth(number: int | None, fault: Callable[[Faulty, Arrived], Sequence[WorldEvent]]) -> Change:
+    """The fault in place of the arrival of ``a`` with this number; None: of each."""
 
     def change(world: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
-        if isinstance(event, Arrived) and event.robot == "a" and world.count["a"] == number:
+        if isinstance(event, Arrived) and event.robot == "a" and number in (None, world.count["a"]):
             return fault(world, event)
         return [event]
-
-    return change
-
-
-def always(fault: Callable[[Faulty, Arrived], Sequence[WorldEvent]]) -> Change:
-    """The fault in place of each arrival of ``a``."""
-
-    def change(world: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
-        ours = isinstance(event, Arrived) and event.robot == "a"
-        return fault(world, event) if ours else [event]  # type: ignore[arg-type]
 
     return change
 
@@ -151,8 +141,7 @@ def test_beliefs_hold_for_any_durations(seed: int) -> None:
     draw = Random(seed)
     speeds = {robot.name: draw.uniform(0.5, 2) for robot in scenario.robots}
     world = LiveSimulation(scenario, speeds=speeds, delayed=0.2, seed=seed)
-    run = play(scenario, world=world)
-    assert run.outcome["outcome"] == "completed", run.outcome
+    run = completed(scenario, world=world)
     assert not run.all("assumption")
     assert run.all("belief", seen=True) and run.all("belief", seen=False)
 
@@ -241,17 +230,20 @@ clock: live
 """
 
 
-def test_a_target_counts_where_a_robot_gets_to_it_with_another_heading() -> None:
-    """Its new strategy begins there with that met; it went to it again before that counted."""
+def carried(region: int) -> Callable[[Scenario], Faulty]:
+    """A world in which the first step of ``a`` ends in a region, facing south."""
 
-    def turned(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
-        world._poses["a"] = pose = Pose(9, Heading.SOUTH)
+    def fault(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        world._poses["a"] = pose = Pose(region, Heading.SOUTH)
         return [Elsewhere(event.at, "a", pose, command=event.command)]
 
-    scenario, run = loaded(TURNED), Run()
-    Mission(scenario, world=Faulty(scenario, nth(1, turned)), listeners=[run]).run()
+    return lambda scenario: Faulty(scenario, nth(1, fault))
+
+
+def test_a_target_counts_where_a_robot_gets_to_it_with_another_heading() -> None:
+    """Its new strategy begins there with that met; it went to it again before that counted."""
+    run = completed(TURNED, world=carried(9))
     assert [goal["tick"] for goal in run.all("goal")] == [run.one("arrive", at=9)["tick"], 12]
-    assert run.outcome["outcome"] == "completed" and not run.findings
 
 
 CORNER = """
@@ -265,16 +257,10 @@ clock: live
 
 def test_a_robot_that_is_carried_to_where_it_gets_nowhere_needs_an_operator() -> None:
     """It has no request for which it could hold there: the team decides, with a proof."""
-
-    def carried(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
-        world._poses["a"] = pose = Pose(17, Heading.SOUTH)
-        return [Elsewhere(event.at, "a", pose, command=event.command)]
-
-    scenario, run = loaded(CORNER), Run()
-    Mission(scenario, world=Faulty(scenario, nth(1, carried)), listeners=[run]).run()
+    run = play(CORNER, world=carried(17))
     assert run.outcome["outcome"] == "operator_needed"
     assert run.outcome["proof"]["robots"] == {"a": {"poses": [[17, "south"]], "live": False}}
-    assert len(run.all("synthesis")) == 1 and not run.findings
+    assert len(run.all("synthesis")) == 1
 
 
 def test_a_region_that_fails_again_and_again_is_an_obstacle() -> None:
@@ -284,7 +270,7 @@ def test_a_region_that_fails_again_and_again_is_an_obstacle() -> None:
         stuck = world._poses["a"].region == 10
         return fails(world, event) if stuck else [event]
 
-    run = play_faulty(always(there))
+    run = play_faulty(nth(None, there))
     assert run.outcome["outcome"] == "completed", run.outcome
     assert len(run.all("arrive", result="failed")) == 3
     assert run.one("violation", obstacle="unknown_ground@10")["action"] == "operator"
@@ -296,8 +282,8 @@ def test_a_region_that_fails_again_and_again_is_an_obstacle() -> None:
     ("change", "failures"),
     [
         (nth(2, lambda w, e: fails(w, e, fatal=True)), Failures()),
-        (always(fails), Failures(retries=9, most=4)),
-        (always(fails), Failures(then=FailedMoves.OUT_OF_SERVICE)),
+        (nth(None, fails), Failures(retries=9, most=4)),
+        (nth(None, fails), Failures(then=FailedMoves.OUT_OF_SERVICE)),
         (nth(2, lambda _, e: [replace(e, command=None), Elsewhere(e.at, "a", Pose(0),
                                                                   command=e.command)]), Failures()),
     ],
@@ -310,11 +296,12 @@ def test_a_robot_that_fails_for_good_is_out_of_service(change: Change, failures:
     assert re.match(r"a \(.+\) out of service;", run.outcome["explanation"])
 
 
-def test_all_regions_of_a_lost_robot_are_closed() -> None:
-    def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
-        regions = frozenset({world.last["a"].region, world._poses["a"].region})
-        return [Lost(event.at, "a", regions, command=event.command)]
+def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+    regions = frozenset({world.last["a"].region, world._poses["a"].region})
+    return [Lost(event.at, "a", regions, command=event.command)]
 
+
+def test_all_regions_of_a_lost_robot_are_closed() -> None:
     run = play_faulty(nth(1, gone))
     lost = run.one("arrive", result="lost")
     closed = {line["obstacle"]["name"] for line in run.all("discovered")}
@@ -326,11 +313,6 @@ def test_all_regions_of_a_lost_robot_are_closed() -> None:
 
 def test_a_robot_that_may_be_in_a_zone_closes_it_to_those_never_together_with_it() -> None:
     """All of it, though it may be in one of its regions only; others may be beside it."""
-
-    def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
-        regions = frozenset({world.last["a"].region, world._poses["a"].region})
-        return [Lost(event.at, "a", regions, command=event.command)]
-
     c = "  c: {model: cart, start: [2, 1], objective: {hold: [2, 1]}}\n"
     zone = "never_together: [{robots: [a, b], in: [[1, 2], [1, 3], [1, 4]]}]\n"
     text = RING.replace("[[3, 1], [3, 5]]", "[[1, 4], [3, 5]]")
@@ -405,20 +387,12 @@ def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost(
 @pytest.mark.parametrize(
     ("event", "also"),
     [
-        (lambda at: Elsewhere(at, "a", Pose(0)), set()),
-        (lambda at: Elsewhere(at, "a", Pose(12)), {12}),
-        (lambda at: Failed(at, "a", Pose(12), "no way"), {12}),
-        (lambda at: Lost(at, "a", frozenset({0, 12})), {12}),
-        (lambda at: Lost(at, "a", frozenset({999})), set()),
-        (lambda at: Acted(at, "a", []), set()),
-    ],
-    ids=[
-        "a wall",
-        "far away",
-        "failed far away",
-        "lost in a wall",
-        "off the map",
-        "no end of a step",
+        pytest.param(lambda at: Elsewhere(at, "a", Pose(0)), set(), id="a wall"),
+        pytest.param(lambda at: Elsewhere(at, "a", Pose(12)), {12}, id="far away"),
+        pytest.param(lambda at: Failed(at, "a", Pose(12), "no way"), {12}, id="failed far away"),
+        pytest.param(lambda at: Lost(at, "a", frozenset({0, 12})), {12}, id="lost in a wall"),
+        pytest.param(lambda at: Lost(at, "a", frozenset({999})), set(), id="off the map"),
+        pytest.param(lambda at: Acted(at, "a", []), set(), id="no end of a step"),
     ],
 )
 def test_a_robot_that_cannot_be_where_it_says_is_lost(
@@ -504,9 +478,7 @@ def test_no_need_is_met_by_robots_that_were_not_asked() -> None:
     text = RING.replace("[push]}}}", f"[push]}}}}, obstacles: {{pile: {pile}}}}}")
     text = text.replace("type: door, region: [3, 3]", "type: pile, region: [1, 4]")
     text = text.replace("[[1, 5], [1, 1]]", "[[1, 3], [1, 1]]")
-    scenario, run = loaded(text), Run()
-    Mission(scenario, world=Distant(scenario), listeners=[run]).run()
-    assert run.outcome["outcome"] == "completed"
+    run = completed(text, world=Distant)
     assert not run.all("met") and not run.all("act")
 
 
@@ -515,10 +487,9 @@ def test_a_robot_is_lost_also_where_it_could_not_step() -> None:
     text = RING.replace("free", "heading").replace("[1, 1], obj", "[1, 1], heading: east, obj")
     text = text.replace("[3, 5], obj", "[3, 5], heading: west, obj")
 
-    def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
-        behind = world.last["a"].region
-        world.back(event)
-        return [Lost(event.at, "a", frozenset({behind, behind - 1}), command=event.command)]
+    def behind(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        region = world.back(event).region
+        return [Lost(event.at, "a", frozenset({region, region - 1}), command=event.command)]
 
-    run = play_faulty(nth(2, gone), text)
+    run = play_faulty(nth(2, behind), text)
     assert run.all("violation", robot="a") and "violation" not in run.broken

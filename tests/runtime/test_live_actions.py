@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from runtime.played import Run, loaded, play
+from runtime.played import Run, completed, loaded, play
 from runtime.test_live import RING
 from safenav import Mission
 from safenav.report.terminal.story import Story
@@ -37,8 +37,7 @@ def test_after_two_failed_actions_another_robot_helps() -> None:
             found = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
             return Acted(self.now(), "b", found, command=command)
 
-    scenario, run = loaded(DEBRIS), Run()
-    assert Mission(scenario, world=Jammed(scenario), listeners=[run]).run().outcome == "completed"
+    run = completed(DEBRIS, world=Jammed)
     assert len(run.all("acted", robot="b")) == 2
     assert run.one("request", helper="a")["because"] == "b has failed"
     assert run.one("resolved")["robot"] == "a"
@@ -55,7 +54,6 @@ robots:
   seer: {model: quadcopter, start: [1, 4], objective: {visit: [[2, 7], [1, 4]]}}
 obstacles: [%s]
 until: {rounds: 1}
-limits: {ticks: 60}
 """
 SUSPECT = "{type: uncertainty, region: [1, 5], traversable: true}"
 CRATE = "{type: crate, region: [1, 3]}"
@@ -93,8 +91,7 @@ def test_robots_act_where_they_start_before_they_leave(
 ) -> None:
     """On both clocks; in lockstep the tick is used up by that, and the audit asks for it."""
     scenario = replace(loaded(STARTS % obstacle), clock=clock)
-    run = play(scenario, world=world and world(scenario))
-    assert run.outcome["outcome"] == "completed"
+    run = completed(scenario, world=world and world(scenario))
     resolved = run.one("resolved")
     steps = [m for m in run.all("move", robot="seer") if m["to"] != m["from"]]
     steps += run.all("depart", robot="seer")
@@ -161,8 +158,7 @@ def test_a_world_that_repeats_a_result_is_not_asked_forever(result: ActResult) -
 def test_a_robot_on_its_way_takes_part_in_nothing(speed: float, world: Any) -> None:
     """What takes two that stand there is not met by one that arrives when the other has left."""
     scenario = loaded(PASSING)
-    run = play(scenario, world=world(scenario, speeds={"b": speed}))
-    assert run.outcome["outcome"] == "completed"
+    run = completed(scenario, world=world(scenario, speeds={"b": speed}))
     for kind in ("met", *(["act"] if world is LiveSimulation else [])):
         assert bool(run.all(kind)) == (speed == 14.0), kind
 
@@ -228,8 +224,7 @@ def test_an_action_that_finds_nothing_is_not_repeated() -> None:
                 self._push(0.5, found, robot)
 
     scenario = loaded(RING)
-    run = play(scenario, world=Slow(scenario))
-    assert run.outcome["outcome"] == "completed"
+    run = completed(scenario, world=Slow(scenario))
     assert len(run.all("act")) <= len(run.all("arrive")) + len(scenario.robots) + 1
 
 
@@ -277,8 +272,7 @@ def test_no_robot_is_sent_for_what_others_do_already(
 
     scenario = loaded(ONE_LOAD % robots + "failures: {actions: 1}\n")
     (parcel,) = scenario.obstacles
-    run = play(scenario, world=Weak(scenario))
-    assert run.outcome["outcome"] == "completed"
+    run = completed(scenario, world=Weak(scenario))
     done = [line["robots"] for line in run.all("act") if line["obstacles"]]
     failed = [r["robot"] for r in run.all("acted") if "failed" in r["results"].values()]
     assert (done, failed) == (sent, ["a"] if breaks else [])

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from campaigns.judge.mission import read_mission
 from campaigns.judge.poses import Poses
 from certify.making import certified
-from runtime.played import Run, play
+from runtime.played import Run, completed, play
 from safenav.errors import InputError
 from safenav.runtime.worlds.protocol import Acted, WorldEvent
 from safenav.runtime.worlds.simulation import LiveSimulation
@@ -75,7 +75,6 @@ def hands(run: Run) -> list[Counter[str]]:
     return found
 
 
-@pytest.mark.parametrize("clock", Clock)
 def test_a_robot_carries_one_load_after_the_other(clock: Clock) -> None:
     run = played(HALL, clock)
     met = [(line["obstacle"][-2:], line["need"]) for line in run.all("met")]
@@ -119,7 +118,6 @@ ORDERS = (
 )
 
 
-@pytest.mark.parametrize("clock", Clock)
 def test_a_robot_for_two_takes_both(clock: Clock) -> None:
     run = played(HALL.replace("carries: 1", "carries: 2"), clock)
     assert [line["need"] for line in run.all("met")] == [0, 0, 1, 1]
@@ -154,7 +152,6 @@ ANOTHER = SHUT.replace(
 )
 
 
-@pytest.mark.parametrize("clock", Clock)
 @pytest.mark.parametrize(("text", "helper"), [(SHUT, None), (ANOTHER, "other")])
 def test_a_load_that_cannot_be_put_down_keeps_its_robot_from_others(
     text: str, helper: str | None, clock: Clock
@@ -291,7 +288,6 @@ def possible(data: dict[str, Any], kind: str) -> bool:
     return count >= needs[0]["robots"]
 
 
-@pytest.mark.parametrize("clock", Clock)
 @pytest.mark.parametrize("seed", range(COUNT))
 def test_what_can_be_done_is_and_nothing_else(seed: int, clock: Clock) -> None:
     data = drawn(seed)
@@ -348,8 +344,7 @@ class Hasty:
 def test_a_load_is_not_delivered_where_it_is_taken() -> None:
     """The run said that all was done when a robot had taken the load."""
     scenario = load_scenario_text(HALL + "clock: live\n")
-    run = play(scenario, world=Hasty(scenario))
-    assert run.outcome["outcome"] == "completed"
+    run = completed(scenario, world=Hasty(scenario))
     assert [line["at"] for line in run.all("resolved")] == [11, 11]
     late = [line["reason"] for line in run.all("late")]
     assert {*late} == {f"other needs are left (pallet@16{n}: done)" for n in ("", "#2")}

@@ -31,7 +31,6 @@ robots:
   a: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}
   b: {model: digit, start: [3, 2], heading: east, objective: {once: [[3, 4]]}}
 until: {rounds: 1}
-limits: {seconds: 200}
 clock: live
 """
 DOOR = built_in().obstacles["door"]

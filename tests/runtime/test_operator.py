@@ -130,8 +130,6 @@ robots:
   a: {model: cart, start: [2, 3], objective: {visit: [[1, 9], [1, 1]]}}
   b: {model: cart, start: [2, 1], objective: {visit: [[3, 8], [3, 1]]}}
   c: {model: cart, start: [1, 8], objective: {visit: [[1, 7], [2, 8]]}}
-until: {rounds: 2}
-limits: {seconds: 5000}
 clock: live
 changes: [{at: 3, robot: a, service: out}]
 """
@@ -179,7 +177,6 @@ robots:
   b: {model: cart, start: 12, objective: {visit: [11, 8]}}
   c: {model: walker, start: 11, heading: west, objective: {visit: [7, 8]}}
 never_together: [{robots: [b, c], in: [6, 12, 13]}]
-limits: {ticks: 100}
 changes: [{at: 1, robot: a, service: out}]
 """
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from once import SCENARIOS
-from runtime.played import Run, play
+from runtime.played import Run, completed, play
 from runtime.worlds import Driven
 from safenav.errors import UsageError
 from safenav.runtime.knowledge import Knowledge
@@ -120,8 +120,7 @@ class Outside(Driven):
 
 def test_orders_reach_the_team_in_another_world() -> None:
     scenario = load_scenario_text(json.dumps(PLAN))
-    run = play(scenario, world=Outside(scenario))
-    assert run.outcome["outcome"] == "completed"
+    run = completed(scenario, world=Outside(scenario))
     assert run.all("order")
 
 

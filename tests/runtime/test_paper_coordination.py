@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from once import SCENARIOS
-from runtime.played import Run, play
+from runtime.played import Run, completed, play
 from safenav.audit.check import check_trace
 from safenav.audit.rules import proofs
 from safenav.certify.checker.check import open_bundle
@@ -38,7 +38,6 @@ robots:
   opener: {model: pusher, start: [1, 7], objective: {hold: [1, 7]}}
 obstacles: [{type: hatch, region: west}, {type: hatch, region: east}]
 until: {rounds: 1}
-limits: {ticks: 100}
 """
 
 WAITING = """
@@ -57,7 +56,6 @@ robots:
   digit: {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 1], [3, 3]]}}
 obstacles: [{type: door, region: [2, 6]}]
 until: {rounds: 1}
-limits: {ticks: 200}
 """
 
 BEAM = """
@@ -82,7 +80,6 @@ robots:
   east: {model: lifter, start: [1, 9], objective: {visit: [[4, 9], [1, 9]]}}
 obstacles: [{type: beam, region: [3, 5]}]
 until: {rounds: 1}
-limits: {ticks: 200}
 """
 
 
@@ -109,11 +106,10 @@ def told(kind: str, nth: int, **objectives: object) -> Callable[[list[dict[str, 
 
 @pytest.mark.parametrize(("order", "helper"), [("newest", "opener"), ("oldest", None)])
 def test_the_newest_request_is_served_first(order: str, helper: str | None) -> None:
-    trace = play(f"{DOORS}order: {order}\n")
+    trace = completed(f"{DOORS}order: {order}\n")
     first, second = trace.all("request")[:2]
     assert first["helper"] == "opener"
     assert second["helper"] == helper
-    assert trace.outcome["outcome"] == "completed"
 
     def another_order(lines: list[dict[str, Any]]) -> None:
         lines[0]["scenario"]["order"] = {"newest": "oldest", "oldest": "newest"}[order]
@@ -131,12 +127,11 @@ def test_a_pop_restores_the_objective_that_was_pushed() -> None:
 
 def test_the_requester_leaves_its_helpers_way_at_once() -> None:
     """The door was resolved at tick 49 when the requester stayed until the helper starved."""
-    trace = play(WAITING)
+    trace = completed(WAITING)
     (push,) = trace.all("push")
     assert push["objectives"]["cart"]["hold"] not in (35, 34)  # in the corridor
     assert trace.all("plan")[0]["tick"] == push["tick"]
     assert trace.one("resolved")["tick"] <= 12
-    assert trace.outcome["outcome"] == "completed"
     assert ("push", "cart") in findings(trace, told("push", 0, cart={"hold": 35}))
 
 
@@ -152,13 +147,12 @@ def test_a_robot_does_something_else_while_it_waits() -> None:
     away = away.replace(
         "[[2, 12], [2, 1]]}}", "[[2, 12], [2, 1]]}, while_waiting: {visit: [[1, 1], [3, 1]]}}"
     )
-    trace = play(away)
+    trace = completed(away)
     (push,) = trace.all("push")
     assert push["objectives"]["cart"] == {"visit": [16, 46]}
     opened = trace.one("resolved")["tick"]
     waiting = [g["region"] for g in trace.all("goal", robot="cart") if g["tick"] <= opened]
     assert waiting == [16, 46][: len(waiting)] != []
-    assert trace.outcome["outcome"] == "completed"
     assert ("push", "cart") in findings(trace, told("push", 0, cart={"visit": [17, 46]}))
 
 
@@ -176,14 +170,12 @@ robots:
   c1: {model: cart, start: 13, objective: {visit: [{any: [17, 11]}]}}
 obstacles: [{type: shutter, region: 11}]
 until: {rounds: 1}
-limits: {ticks: 100}
 """
 
 
 def test_a_request_that_no_joint_state_serves_is_set_aside() -> None:
     """Joint plans were made until the tick limit: the helper would have to pass the requester."""
-    trace = play(CORRIDOR)
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(CORRIDOR)
     assert [line.get("aside") for line in trace.all("request")] == [None, True]
     assert trace.all("resolved") == []
 

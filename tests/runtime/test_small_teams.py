@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from runtime.played import play
+from runtime.played import completed, play
 from safenav.scenario.settings import Clock
 
 TRAP = """\
@@ -20,8 +20,6 @@ robots:
   a: {model: m0, start: 12, objective: {visit: [7], always: "region = 7 -> region' != 12"}}
   b: {model: m1, start: 13, objective: {once: [17, 7], avoid: [11]}}
 orders: [{at: 8, type: p0, region: 18}]
-until: {rounds: 2}
-limits: {ticks: 60}
 """
 
 ONE_WAY = """\
@@ -39,7 +37,6 @@ robots:
   r1: {model: m1, start: 7, objective: {visit: [8, 6], always: "region = 8 -> region' != 13"}}
 orders: [{at: 5, type: p0, region: 8}, {at: 7, type: p1, region: 11}]
 until: {rounds: 1}
-limits: {ticks: 100}
 """
 
 WALLED = """\
@@ -55,8 +52,6 @@ robots:
   r0: {model: m0, start: 12, objective: {visit: [11]}, avoids: []}
   r1: {model: m1, start: 9, heading: west, objective: {hold: 9}}
 orders: [{at: 4, type: p0, region: 10}]
-until: {rounds: 2}
-limits: {ticks: 60}
 """
 
 KEEPS_ROOM = """\
@@ -82,7 +77,6 @@ orders:
   - {at: 6, type: p1, region: 8}
   - {at: 8, type: p2, region: 11}
 until: {rounds: 1}
-limits: {ticks: 100}
 order: oldest
 """
 
@@ -101,7 +95,6 @@ robots:
   r1: {model: m1, start: 10, objective: {once: [10, 7]}}
 orders: [{at: 2, type: p1, region: 8}, {at: 8, type: p0, region: 7}]
 until: {rounds: 1}
-limits: {ticks: 60}
 """
 
 EXCLUSION = """\
@@ -120,7 +113,6 @@ robots:
 never_together: [{robots: [r0, r1], in: [6, 12, 13]}]
 orders: [{at: 3, type: p0, region: 6}, {at: 4, type: p1, region: 11}]
 until: {rounds: 1}
-limits: {ticks: 60}
 """
 
 
@@ -139,7 +131,6 @@ robots:
   r1: {model: m1, start: 8, objective: {hold: 8}}
 orders: [{at: 1, type: p0, region: 11}, {at: 6, type: p1, region: 12}]
 until: {rounds: 1}
-limits: {ticks: 60}
 order: oldest
 """
 
@@ -156,8 +147,6 @@ robots:
   r0: {model: m0, start: 11, objective: {visit: [16, 6], avoid: [12]}}
 orders: [{at: 2, type: p0, region: 16}, {at: 4, type: p1, region: 12}]
 changes: [{at: 8, robot: r0, objective: {hold: 18}}]
-until: {rounds: 2}
-limits: {ticks: 100}
 """
 
 
@@ -245,8 +234,6 @@ robots:
   r1: {model: m1, start: 19, objective: {hold: 13}}
 obstacles: [{type: t0, region: 9}]
 orders: [{at: 3, type: p0, region: 21}, {at: 6, type: p1, region: 14}]
-until: {rounds: 2}
-limits: {ticks: 60}
 """
 
 ALARM_WITHOUT_WAY = """\
@@ -267,7 +254,6 @@ robots:
 obstacles: [{type: t0, region: 13, traversable: false}]
 orders: [{at: 4, type: p0, region: 7}]
 until: {rounds: 1}
-limits: {ticks: 60}
 """
 
 EQUAL = """\
@@ -277,7 +263,6 @@ inputs: {alarm: {at: [2-9]}}
 robots:
   r0: {model: quadcopter, start: 7, objective: {hold: 9}, when: {alarm: {hold: 9}}}
 until: {rounds: 1}
-limits: {ticks: 60}
 """
 
 OWN_CHANGED = """\
@@ -297,7 +282,6 @@ robots:
     when: {alarm: {patrol: [11, 13]}}
 orders: [{at: 4, type: p0, region: 12}, {at: 5, type: p1, region: 7}]
 until: {rounds: 1}
-limits: {ticks: 60}
 """
 
 OUT = """\
@@ -314,7 +298,6 @@ robots:
 orders: [{at: 8, type: p0, region: 9}]
 changes: [{at: 5, robot: r1, service: out}, {at: 14, robot: r1, service: back}]
 until: {rounds: 1}
-limits: {ticks: 60}
 """
 
 
@@ -324,8 +307,7 @@ limits: {ticks: 60}
     ids=["rules", "equal", "own changed", "a wait"],
 )
 def test_inputs_change_objectives_beside_duties(text: str) -> None:
-    trace = play(text)
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(text)
     assert trace.one("inputs", values={"alarm": True})
     assert trace.one("inputs", values={"alarm": False})
 
@@ -361,14 +343,11 @@ changes:
   - {at: 3, robot: r0, objective: {visit: [11, 12]}}
   - {at: 5, robot: r1, service: out}
   - {at: 14, robot: r1, service: back}
-until: {rounds: 2}
 """
 
 
-@pytest.mark.parametrize("clock", Clock)
 def test_an_own_objective_may_read_as_a_duty(clock: Clock) -> None:
-    trace = play(f"{OWN_AS_DUTY}clock: {clock.value}\n")
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(f"{OWN_AS_DUTY}clock: {clock.value}\n")
     assert "still open" not in trace.outcome["explanation"]
 
 
@@ -403,8 +382,7 @@ until: {rounds: 1}
 
 @pytest.mark.parametrize("text", [ACROSS, RESOLVED_BEFORE], ids=["across", "resolved before"])
 def test_a_patrol_begins_with_the_target_that_a_joint_plan_reaches(text: str) -> None:
-    trace = play(text)
-    assert trace.outcome["outcome"] == "completed"
+    trace = completed(text)
     again = trace.one("synthesis", robot="r0", reason="plan")
     first = trace.all("goal", robot="r0")[-2]
     assert first["tick"] > again["tick"]

@@ -62,7 +62,6 @@ def meetings(lines: list[Line], gate: int, swept: set[int], by: str) -> int:
     raise AssertionError("nothing was resolved")
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize("text", [HALL, STAYS], ids=["passes", "stays"])
 @pytest.mark.parametrize("kind", ["leaf", "bar"])
 def test_no_other_robot_is_where_a_resolution_sweeps(clock: str, text: str, kind: str) -> None:
@@ -73,7 +72,6 @@ def test_no_other_robot_is_where_a_resolution_sweeps(clock: str, text: str, kind
     assert meetings(run.records, GATE, SWEPT, "digit") == 0
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize("kind", ["leaf", "bar"])
 def test_without_the_key_they_meet_and_the_audit_would_say_so(clock: str, kind: str) -> None:
     text = HALL.replace(", sweeps: neighbours", "").replace("type: leaf", f"type: {kind}")
@@ -88,7 +86,6 @@ HINGED = (seed for seed in count(1, 3) if crowd(seed, 2 + seed % 4).get("obstacl
 
 
 @pytest.mark.parametrize("seed", [*islice(HINGED, MISSIONS)])
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_random_missions_with_swept_regions_end_as_without(seed: int, clock: str) -> None:
     data = json.dumps(crowd(seed, 2 + seed % 4) | {"limits": {"ticks": 400}, "clock": clock})
     outcome = play(data).outcome["outcome"]
@@ -143,7 +140,6 @@ until: {rounds: 1}
 """
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_a_deadlock_in_swept_regions_is_proven(clock: str) -> None:
     """One has the right of a corridor of four regions, the other one the left: there are six ways
     to stand in it. Both sides of the door are swept, so the right one enters it in none of them."""
@@ -152,7 +148,6 @@ def test_a_deadlock_in_swept_regions_is_proven(clock: str) -> None:
     assert 0 < outcome["proof"]["states"] <= 6
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize(
     "change",
     [("sweeps: [7, 9]", "sweeps: [9]"), ("b: {model: plain", "b: {model: cart")],

@@ -2,22 +2,20 @@
 
 import pytest
 
-from runtime.played import play
+from runtime.played import completed, play
 from safenav.errors import InputError
 
 
 def test_resolving_what_nobody_asked_for_pops_nothing() -> None:
-    trace = play("""
+    trace = completed("""
         map: {grid: ["########", "#......#", "########"]}
         robots:
           opener: {model: digit, start: 9, heading: east, objective: {hold: 14}}
           flyer: {model: quadcopter, start: 9, objective: {visit: [14, 9]}}
         obstacles: [{type: door, region: 12}]
-        until: {rounds: 2}
         """)
     assert trace.one("resolved")["requested"] is False
     assert trace.all("pop") == trace.all("push") == []
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> None:
@@ -30,7 +28,6 @@ def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> 
           opener: {model: rover, start: 28, objective: {hold: 28}}
         obstacles: [{type: door, region: 12}, {type: door, region: 16}]
         until: {rounds: 1}
-        limits: {ticks: 100}
         """)
     first, second = trace.all("resolved")
     assert (first["obstacle"], first["requested"]) == ("door@16", False)
@@ -40,31 +37,28 @@ def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> 
 
 
 def test_helper_that_stands_on_its_own_target_still_goes() -> None:
-    trace = play("""
+    trace = completed("""
         map: {grid: ["#########", "#.......#", "#.......#", "#########"]}
         robots:
           flyer: {model: quadcopter, start: 10, objective: {patrol: [13, 10]}}
           opener: {model: digit, start: 25, heading: west, objective: {hold: 25}}
         obstacles: [{type: door, region: 12}, {type: door, region: 21}]
         until: {rounds: 1}
-        limits: {ticks: 60}
         """)
     assert trace.all("request")[0]["helper"] == "opener"
     assert trace.all("resolved")[0]["robot"] == "opener"
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
     # Digit faces the uncertain region with a wall on its left: it cannot turn on the spot. It
     # waits, and when the region proves untraversable it turns off to the right.
-    trace = play("""
+    trace = completed("""
         map: {grid: ["########", "#......#", "#..##..#", "#......#", "########"]}
         robots:
           quad: {model: quadcopter, start: 30, objective: {hold: 30}}
           digit: {model: digit, start: 9, heading: east, objective: {visit: [14, 25]}}
         obstacles: [{type: uncertainty, region: 11, traversable: false}]
         until: {rounds: 1}
-        limits: {ticks: 80}
         """)
     violation, resolved = trace.one("violation"), trace.one("resolved")
     assert (violation["at"], violation["proposed"]) == (10, 11)
@@ -72,11 +66,10 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
     assert {trace.position("digit", tick) for tick in waiting} == {10}
     assert trace.position("digit", resolved["tick"]) == 18
     assert 11 not in trace.path("digit")
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_second_request_while_the_first_is_pending() -> None:
-    trace = play("""
+    trace = completed("""
         map: {grid: ["###########", "#....#....#", "#....#....#", "#.........#", "###########"]}
         robots:
           one: {model: quadcopter, start: 12, objective: {visit: [15, 12]}}
@@ -84,16 +77,14 @@ def test_second_request_while_the_first_is_pending() -> None:
           opener: {model: digit, start: 38, heading: east, objective: {hold: 38}}
         obstacles: [{type: door, region: 13}, {type: door, region: 18}]
         until: {rounds: 1}
-        limits: {ticks: 150}
         """)
     assert [r["obstacle"] for r in trace.all("request")][:2] == ["door@13", "door@18"]
     assert [p["depth"] for p in trace.all("push")][:2] == [1, 2]
     assert {r["obstacle"] for r in trace.all("resolved")} == {"door@13", "door@18"}
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_two_robots_meet_the_same_obstacle() -> None:
-    trace = play("""
+    trace = completed("""
         map: {grid: ["###########", "#...#.....#", "#.........#", "#...#.....#", "###########"]}
         catalogue:
           robots:
@@ -105,19 +96,17 @@ def test_two_robots_meet_the_same_obstacle() -> None:
           opener: {model: digit, start: 20, heading: north, objective: {hold: 20}}
         obstacles: [{type: door, region: 26}]
         until: {rounds: 1}
-        limits: {ticks: 150}
         """)
     requests = trace.all("request")
     assert [(r["obstacle"], r["helper"]) for r in requests] == [("door@26", "opener")] * 2
     assert len(trace.all("resolved")) == 1
     assert [p["depth"] for p in trace.all("pop")] == [1, 0]
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
     # 'one' asks first, but 'near' opens its door after 'far' has been asked for the other and
     # before 'far' gets there.
-    trace = play("""
+    trace = completed("""
         map:
           grid: |
             ###############
@@ -141,7 +130,6 @@ def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
         obstacles: [{type: door, region: 17}, {type: fence, region: 48},
                     {type: door, region: 32}, {type: fence, region: 33}]
         until: {rounds: 1}
-        limits: {ticks: 150}
         """)
     pops = trace.all("pop")
     door, fence = trace.all("resolved")[:2]
@@ -149,42 +137,35 @@ def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
     assert [p["depth"] for p in pops[:2]] == [1, 0]
     assert [pop["tick"] for pop in pops[:2]] == [door["tick"], fence["tick"]]
     assert [pop["obstacle"] for pop in pops[:2]] == ["door@17", "fence@48"]
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_untraversable_region_blocks_only_whom_it_blocks() -> None:
-    trace = play("""
+    trace = completed("""
         map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
         robots:
           quad: {model: quadcopter, start: 19, objective: {visit: [11, 8]}}
           digit: {model: digit, start: 8, heading: east, objective: {visit: [11, 15]}}
         obstacles: [{type: uncertainty, region: 10, traversable: false}]
-        until: {rounds: 2}
-        limits: {ticks: 100}
         """)
     assert trace.one("blocked")["robots"] == ["digit"]
     assert 10 in trace.path("quad")
     assert 10 not in trace.path("digit")
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back() -> None:
     # With heading mobility the opener can only walk on through the door; the literal Patrol
     # formula would forbid it to come back through it.
-    trace = play("""
+    trace = completed("""
         map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
         robots:
           flyer: {model: quadcopter, start: 10, objective: {visit: [16, 10]}}
           opener: {model: digit, start: 28, heading: west, objective: {patrol: [12, 28]}}
         obstacles: [{type: door, region: 22}]
-        until: {rounds: 2}
-        limits: {ticks: 150}
         """)
     resolved = trace.one("resolved")
     after = trace.path("opener")[resolved["tick"] :]
     assert after[0] == 23  # the far side
     assert {12, 28} <= set(after)
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_patrol_with_both_targets_equal_is_told_to_hold() -> None:
@@ -197,28 +178,24 @@ def test_patrol_with_both_targets_equal_is_told_to_hold() -> None:
 
 @pytest.mark.parametrize(("start", "first"), [(8, 0), (11, 1)], ids=["first", "second"])
 def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
-    trace = play(f"""
+    trace = completed(f"""
         map: {{grid: ["######", "#....#", "######"]}}
         robots: {{a: {{model: quadcopter, start: {start - 1}, objective: {{patrol: [7, 10]}}}}}}
-        until: {{rounds: 2}}
         """)
     goals = trace.all("goal")
     assert goals[0]["goal"] == first
     assert [g["goal"] for g in goals] == [(first + i) % 2 for i in range(len(goals))]
-    assert trace.outcome["outcome"] == "completed"
 
 
 def test_detour_around_what_nobody_can_resolve() -> None:
-    trace = play("""
+    trace = completed("""
         map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
         robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
         obstacles: [{type: door, region: 10}]
-        until: {rounds: 2}
         """)
     assert trace.one("request")["bids"] == {}
     assert trace.one("blocked")["reason"] == "no_capable_robot"
     assert 10 not in trace.path("flyer")
-    assert trace.outcome["outcome"] == "completed"
 
 
 BETWEEN_WALLS = """\
@@ -228,7 +205,6 @@ robots:
   quad: {model: quadcopter, start: 26, objective: {hold: 26}}
   digit: {model: digit, start: 8, heading: east, objective: {visit: [12, 8]}}
 obstacles: [{type: uncertainty, region: 10, traversable: false}]
-limits: {ticks: 80}
 """
 
 NO_DETOUR = """
@@ -246,7 +222,6 @@ robots:
   rover: {model: rover, start: 12, objective: {visit: [19, 12]}}
   quad: {model: quadcopter, start: 20, objective: {visit: [12, 20]}}
 obstacles: [{type: uncertainty, region: 14}, {type: door, region: 17}]
-limits: {ticks: 60}
 """
 
 FACE_TO_FACE = """\
@@ -255,7 +230,6 @@ map: {grid: ["###########", "#..#####..#", "#.........#", "#..#####..#", "######
 robots:
   a: {model: digit, start: [2, 4], heading: east, objective: {visit: [[2, 9], [2, 1]]}}
   b: {model: digit, start: [2, 6], heading: west, objective: {visit: [[2, 1], [2, 9]]}}
-limits: {ticks: 100}
 """
 
 

@@ -22,7 +22,6 @@ robots:
   drone: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}
 inputs: {alarm: {at: 3}}
 until: {rounds: 1}
-limits: {ticks: 40}
 """
 DOOR = built_in().obstacles["door"]
 FOG = built_in().obstacles["uncertainty"]

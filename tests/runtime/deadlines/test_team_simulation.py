@@ -110,7 +110,6 @@ robots:
   b: {model: bat, start: 11, objective: {patrol: [30, 16]}}
   c: {model: bat, start: 26, objective: {hold: 17}}
 chargers: [33, 19]
-until: {rounds: 2}
 """
 
 

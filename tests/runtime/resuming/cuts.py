@@ -89,7 +89,6 @@ robots:
     objective:
       ltl: {memory: %s, init: %s, safety: %s, liveness: %s}
 inputs: {alarm: {at: ["3-6"]}}
-until: {rounds: 2}
 """
 
 
@@ -125,7 +124,6 @@ robots:
   d: {model: digit, start: 10, heading: east, objective: {visit: [14, 10]}}
   q: {model: quadcopter, start: 0, objective: {visit: [4, 0], within: 9}}
 obstacles: [{type: door, region: 2, resolve_within: 12}]
-until: {rounds: 2}
 """
 
 

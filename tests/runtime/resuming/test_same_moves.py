@@ -42,7 +42,6 @@ robots:
     objective: {visit: [0, 3, {any: [1, 2]}]}
     when: {alarm: {visit: [5, 3]}}
 inputs: {alarm: {at: ["2-5"]}}
-until: {rounds: 2}
 """
 """Targets of its own objective that it crosses while an input gives it another do not count."""
 COMES_LATER = """

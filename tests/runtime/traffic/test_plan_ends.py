@@ -2,7 +2,7 @@
 
 import pytest
 
-from runtime.played import loaded, play
+from runtime.played import completed
 
 SWAP = """
 name: swap
@@ -14,7 +14,6 @@ robots:
   a: {{model: cart, start: [2, 1]{heading}, objective: {first}}}
   b: {{model: cart, start: [2, 7]{heading}, objective: {{visit: [[2, 1], [2, 7]]}}}}
 {more}
-until: {{rounds: 2}}
 clock: {clock}
 """
 VISIT = "{visit: [[2, 7], [2, 1]]}"
@@ -41,9 +40,7 @@ VISIT = "{visit: [[2, 7], [2, 1]]}"
 )
 def test_a_plan_leads_through_the_mission(clock: str, change: dict[str, str], one: bool) -> None:
     plain = {"mobility": "free", "battery": "", "heading": "", "first": VISIT, "more": ""}
-    run = play(loaded(SWAP.format(clock=clock, **plain | change)))
-    assert run.outcome.get("outcome") == "completed"
-    assert not run.findings
+    run = completed(SWAP.format(clock=clock, **plain | change))
     assert (len(run.all("plan")) == 1) is one
     ends = [line["type"] for line in run.records][-2:]
     assert not one or ends == ["plan_end", "outcome"]  # no strategies for a mission that is over
@@ -69,9 +66,8 @@ seed: {seed}
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_plan_leads_where_the_rounds_can_restart(seed: int) -> None:
-    trace = play(UNKNOWN_CRATE.format(seed=seed))
+    trace = completed(UNKNOWN_CRATE.format(seed=seed))
     assert trace.one("resolved")["requested"] is False
-    assert trace.outcome["outcome"] == "completed"
 
 
 CHARGES_BELOW = """
@@ -92,7 +88,6 @@ limits: {ticks: 3000, seconds: 900}
 
 
 def test_a_plan_goes_on_when_a_robot_of_another_floor_charges() -> None:
-    played = play(CHARGES_BELOW)
-    assert played.outcome["outcome"] == "completed"
+    played = completed(CHARGES_BELOW)
     assert played.outcome["rounds"]["c"] > 1
     assert len(played.all("plan")) == 1

@@ -32,7 +32,6 @@ robots:
   a: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
   b: {model: cart, start: [1, 7], objective: {visit: [[1, 1], [1, 7]]}}
   c: {model: cart, start: [4, 1], objective: {visit: [[4, 3], [4, 1]]}}
-until: {rounds: 2}
 clock: live
 """
 
