@@ -94,8 +94,8 @@ def _failure_data(failure: Failure, strategy: Strategy) -> dict[str, object]:
 
 _WAYS = {
     Way.NO_BEGINNING: "no initial state satisfies the assumptions, so nothing is guaranteed",
-    Way.DEAD_END: "it can drive the environment where the assumptions allow no move",
-    Way.UNFAIR: "it can drive the environment where that can never meet this assumption",
+    Way.DEAD_END: "it can force a state in which the assumptions allow no move",
+    Way.UNFAIR: "it can force a state from which this assumption can never be met",
     Way.FORCED: "it could make the environment break an assumption from the start",
 }
 
