@@ -173,7 +173,8 @@ class Traffic:
             reason += ", whichever suspects exist"
         if states is None:
             return False
-        self._begin(floor, states, self.searches.counts(floor), reason)
+        if self.searches.lasts(floor, states):  # otherwise a robot charges first
+            self._begin(floor, states, self.searches.counts(floor), reason)
         return True
 
     def _plan(self, occasion: PlanTrigger) -> None:

@@ -238,6 +238,12 @@ class Searches:
         course = replace(problem.course, batteries=batteries)
         return replace(problem, course=course, start=replace(start, charges=tuple(charges)))
 
+    def lasts(self, floor: Floor, states: Sequence[JointState]) -> bool:
+        """Whether each robot that has the charge to continue alone keeps it on a plan."""
+        charged = self.charged(self.problem(floor, poses=states[0].poses))
+        ways = (state.poses for state in states[1:])
+        return all(map(charged.course.lasts, charged.course.along(charged.start, ways)))
+
     def only_out(self, robots: Sequence[RobotState]) -> bool:
         """Whether each of some robots is out of service, or cut off by one that is."""
         active = {robot.name for robot in robots if robot.active}

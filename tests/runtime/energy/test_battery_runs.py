@@ -480,6 +480,33 @@ def test_robots_that_wait_take_turns_at_the_charger_in_reach(other: str, clock: 
 LIVE = CORRIDOR + "clock: live\n"
 
 
+DUE = """
+map: {grid: ["######################", "#....................#", "#....................#",
+             "######################"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [lift],
+           battery: {capacity: 45, charge: 5, start: 8}}
+    cat: {mobility: free, layer: ground}
+  obstacles:
+    parcel: {action: lift, blocks: []}
+robots:
+  cart: {model: cart, start: [1, 1], objective: {visit: [[1, 1], [1, 3]]}}
+  cat: {model: cat, start: [2, 10], objective: {visit: [[2, 10], [2, 12]]}}
+chargers: [[1, 3]]
+orders: [{at: 3, type: parcel, region: [1, 20], resolve_within: 60}]
+until: {rounds: 1}
+limits: {ticks: 100}
+"""
+
+
+def test_a_plan_for_a_deadline_leaves_a_helper_the_charge_to_continue() -> None:
+    """It led the helper straight to its duty, past its charger, with too little charge."""
+    played = play(DUE)
+    assert played.outcome["outcome"] == "completed"
+    assert played.one("resolved")["obstacle"] == "parcel@42"
+
+
 def test_live_a_step_takes_the_same_however_long() -> None:
     faster = LIVE.replace("capabilities: [],\n", "capabilities: [], speed: 2, motion: disc,\n", 1)
     assert faster != LIVE
