@@ -35,6 +35,10 @@ def pytest_configure(config: pytest.Config) -> None:
     settings.register_profile("busy machine", untimed)
     settings.load_profile("busy machine")
     os.environ["SAFENAV_CACHE"] = str(Path(os.environ[FOLDER]) / "cache")
+    # As the command does: the search for cycles took a fifteenth of the tests' own time.
+    gc.set_threshold(100_000, 20, 100)
+    # The workers keep the processors busy; threads of a library would only spin.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 @pytest.hookimpl(wrapper=True)
