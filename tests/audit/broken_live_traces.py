@@ -40,6 +40,7 @@ CASES_OF_LIVE: list[Case] = [
     ("clock delayed 6 -", edit("goal", {"robot": "b", "goal": 1}, t=None)),
     ("collision lost 2 b 5", all_earlier),
     ("command delayed 2 b", edit("arrive", {"robot": "b"}, command=9)),
+    ("command lost 2 a", edit("arrive", {"result": "lost"}, regions=[])),
     ("command delayed 9 a", drop("arrive", nth=3)),
     ("command delayed 5 a 2", edit("depart", {"robot": "a", "command": 4}, command=1)),
     ("command opened 8 digit", edit("acted", {"command": 4}, results={})),

@@ -45,8 +45,8 @@ class CommandRule(Rule):
     """A robot gets a command only while it has none, with a number that no command had before: to
     depart from where it is to another region, or to act. Each ``arrive`` and ``acted`` ends the
     command of its robot that is open: it has arrived where it was to go, or is back if it was
-    blocked; it leaves to others only what it has just failed on. Nobody is sent anywhere while it
-    is out of service (T, Live runs)."""
+    blocked; a lost one is in some region; it leaves to others only what it has just failed on.
+    Nobody is sent anywhere while it is out of service (T, Live runs)."""
 
     name, kinds = "command", ("depart", "act", "arrive", "acted")
 
@@ -98,6 +98,8 @@ class CommandRule(Rule):
         if record.at != wanted.get(record.result, record.at):
             at = now.show(record.at)
             yield f"the step of {robot} has ended as {record.result}, but at {at}"
+        if record.result == "lost" and not record.regions:
+            yield f"{robot} is lost, but in no region"
         if record.result == "arrived" and record.heading != depart.heading:
             yield f"{robot} should face {depart.heading}, but faces {record.heading}"
 

@@ -57,9 +57,10 @@ def malformed(event: Any, robots: Collection[str]) -> str | None:
         return f"{event!r} is not an event"
     if not is_time(event.at):
         return f"its time is {event.at!r}, not seconds"
-    for part, kinds in _PARTS.items():
-        found = getattr(event, part, None)
-        if found is not None and not isinstance(found, kinds):
+    for part in event.__struct_fields__:
+        kinds, found = _PARTS.get(part, (object,)), getattr(event, part)
+        left_out = found is None and part in _LEFT_OUT
+        if not left_out and not isinstance(found, kinds):
             expected = " or ".join(kind.__name__ for kind in kinds)
             return f"its {part} is {found!r}, not {expected}"
     for name in (getattr(event, "robot", None), getattr(event, "by", None)):
@@ -86,6 +87,8 @@ _PARTS: dict[str, tuple[type, ...]] = {
     "obstacle": (Obstacle,),
 }
 """Parts of events, and their types where they are given."""
+_LEFT_OUT = {"by", "reason", "obstacle"}
+"""Parts that may be None."""
 
 
 def claimed(event: protocol.WorldEvent) -> Collection[Region]:
@@ -102,6 +105,8 @@ def wrong_step(
         case protocol.Arrived():
             return None
         case protocol.Lost(regions=regions):
+            if not regions:
+                return "it names no region in which it is lost"
             wrong = [region for region in regions if not world.is_free(region)]
             if not wrong:
                 return None
