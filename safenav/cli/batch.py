@@ -90,7 +90,7 @@ Exit codes:
 @click.option("--resume", is_flag=True, help="Run only the cases that have no result in --out.")
 @click.option(
     "--baseline",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=options.INPUT,
     help="Compare with the --results of an earlier batch.",
 )
 @click.option(

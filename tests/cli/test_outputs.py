@@ -41,6 +41,7 @@ def given(line: str) -> Result:
         "export t.jsonl --mcap out --waypoints out",
         "batch f.yaml s.yaml --junit s.yaml",
         "batch s.yaml --csv out --results out",
+        "batch s.yaml --baseline f.yaml --results f.yaml",
     ],
 )
 def test_a_file_is_not_overwritten(
