@@ -157,7 +157,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         takes = self._takes(pose, turn)
         met, charges = self.targets[turn] >> pose & 1, self.chargers >> pose & 1
         direct = charges and not (met or helps or self._shortest)  # it could return repeatedly
-        enough = self._nearest(pose, turn, takes) <= charge and self._safe(pose, turn, charge)
+        least = max(self._nearest(pose, turn, takes), self._any_step(pose, turn))
+        enough = least <= charge
         if enough and not direct:
             return None
         place = min(takes, key=lambda at: (kept >> at & 1, takes[at], at), default=None)
@@ -174,8 +175,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
             for at in able
         }
         place = min(order, key=lambda at: order[at], default=None)
-        if place is None:
-            return pose if self.chargers >> pose & 1 and charge < self.battery.capacity else None
+        if place in (None, pose):  # with a full battery nothing is gained by a longer stay
+            return pose if charges and charge < self.battery.capacity else None
         return self._entry(pose, place)
 
     def steps(self, pose: int, at: int) -> int:
@@ -213,7 +214,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         if self.full:
             return capacity
         if own == 0:
-            return min(self._direct(pose, turn), capacity)
+            stays = max(self._stays(pose, turn), self._any_step(pose, turn))
+            return min(stays, *self._takes(pose, turn).values(), capacity)
         nearer = [self.steps(pose, at) for at, hop in hops.items() if hop < own]
         return min(min(nearer, default=NEVER) * self.battery.move, capacity)
 
@@ -226,14 +228,14 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         nearest = (takes[at] for at in takes if self.steps(pose, at) == near)
         return max(nearest, default=NEVER)
 
-    def _safe(self, pose: int, turn: int, charge: float) -> bool:
-        """Whether any step of a strategy leaves enough charge. It minimizes the steps to the first
-        of its targets that it met last, over all others: where these have several poses, the legs
-        between are not the shortest. It steps nowhere from where it cannot meet them forever."""
+    def _any_step(self, pose: int, turn: int) -> int:
+        """The charge of which any step of a strategy leaves enough. It minimizes the steps to the
+        first of its targets that it met last, over all others: where these have several poses, the
+        legs between are not the shortest. It steps nowhere from where it cannot meet them
+        forever."""
         goal = self.targets[turn]
         if self._shortest or self.afterwards is not None:
-            return True
-        left = charge - self.battery.move
+            return 0
         goes_on = self._on_chargers.needs
         after = (
             step
@@ -242,9 +244,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         )
         if goal >> pose & 1:  # it meets that by staying, or in another of its poses
             after = (step for step in after if goal >> step & 1)
-        return all(
-            (self._then if goal >> step & 1 else self.need)(step, turn) <= left for step in after
-        )
+        needs = ((self._then if goal >> at & 1 else self.need)(at, turn) for at in after)
+        return max((need + self.battery.move for need in needs), default=0)
 
     @cached_property
     def _on_chargers(self) -> Stops:

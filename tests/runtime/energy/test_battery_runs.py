@@ -115,6 +115,24 @@ def test_nothing_keeps_it_at_its_charger(why: str, was: str, now: str, clock: st
     completed(f"{text}clock: {clock}\n")
 
 
+ALL_HERE = """
+map: {grid: ["######", "#....#", "######"]}
+catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [],
+                             battery: {capacity: 9, start: 1, charge: 3}}}}
+robots: {r: {model: rover, start: 10, objective: {visit: [9, {any: [7, 9, 10]}]}}}
+chargers: [9]
+until: {rounds: 2}
+limits: {ticks: 40}
+clock: %s
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_it_charges_for_whichever_region_its_strategy_may_choose(clock: str) -> None:
+    """At the charger its next target is met by staying, but it may go to 10 for that."""
+    assert play(ALL_HERE % clock).outcome["outcome"] == "completed"
+
+
 SHARED = """
 map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
 catalogue:
