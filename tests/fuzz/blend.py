@@ -55,6 +55,12 @@ class Played:
     cuts: int = 0
     excuses: Counter[str] = field(default_factory=Counter)
 
+    @property
+    def kept_away(self) -> bool:
+        """Whether the operator has turned an input on, perhaps never off again: its robot then
+        pursues another objective until a limit."""
+        return any(word.startswith("input") and " on" in word for _, word in self.given)
+
     def add(self, rest: Rest) -> None:
         """Count the rest of a run that was cut."""
         self.cuts += 1
@@ -119,8 +125,7 @@ def play(
                 played.found.append(f"audit: {findings[0]}")
         except Exception as error:
             played.found.append(f"audit: crash: {type(error).__name__}: {error}")
-        kept_away = any(word.startswith("input") and " on" in word for _, word in played.given)
-        if played.outcome in LIMITS and not kept_away:  # else nobody has turned it off
+        if played.outcome in LIMITS and not played.kept_away:
             played.found.append(f"{played.outcome}: {json.loads(played.lines[-1])['explanation']}")
         if certified and not played.found and played.outcome != "interrupted":
             trace = "".join(played.lines).encode()
@@ -195,7 +200,7 @@ def _run(
         passes += 1
         if passes > MOST_PASSES:
             mission.give_up()
-            played.found.append(f"no end after {passes} passes")
+            played.found += [] if played.kept_away else [f"no end after {passes} passes"]
             return
         if words is not None:
             said = [word for when, word in left if when == passes]

@@ -99,6 +99,8 @@ def excuse(
         if drawn:
             return "late with durations that are drawn"
         return "late where a step is repeated" if in_transit else None
+    if before == "late" and end.get("proof"):
+        return "a proof before something is due"
     robots = {robot.name: robot for robot in scenario.robots}
     flat = {r["robot"] for r in rest if r["type"] == "service" and r.get("cause") == "battery"}
     beside = any(scenario.in_conflict(robots[name]) for name in flat)
@@ -109,7 +111,7 @@ def excuse(
     lost, begun = end.get("unrealizable") or {}, rest[0]["scenario"]["begun"]
     if lost and all(_must_leave(robots[name], scenario) for name in lost):
         return "formulas that forbid a robot to stay"
-    if lost and begun["plan"] and all(isinstance(robots[n].objective, Ltl) for n in lost):
+    if lost and begun.get("plan") and all(isinstance(robots[n].objective, Ltl) for n in lost):
         return "formulas in the middle of a joint plan"
     return None
 
