@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from safenav.cli import options, warn
+from safenav.cli.pixels import pixels_of
 from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
@@ -72,9 +73,7 @@ def command(
     )
     content = picture.encode()
     if form == ".png":
-        from safenav.report.picture.raster import png_of
-
-        content = png_of(picture, width)
+        content = pixels_of(picture, width)
     write_out(output, content)
     return ExitCode.OK
 

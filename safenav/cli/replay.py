@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from safenav.cli import options
+from safenav.cli.pixels import pixels_of, warn_of_boxes
 from safenav.errors import ExitCode, UsageError
 from safenav.extras import missing
 from safenav.outfile import tell, write_out, write_whole
@@ -124,9 +125,7 @@ def command(
         picture = svg_of(replay.scene(tick, part), shown)
         content = picture.encode()
         if png is not None:
-            from safenav.report.picture.raster import png_of
-
-            content = png_of(picture, width)
+            content = pixels_of(picture, width)
         form = "svg" if svg is not None else "png"
         write_out(
             output
@@ -230,5 +229,6 @@ def _film(
     count = len(film.moments(replay))
     with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
         write_whole(path, lambda part: write_gif(replay, part, film, lambda _: bar.update(1)))
+    warn_of_boxes(svg_of(replay.scene(film.first), Options(legend=False)))
     tell(path)
     return ExitCode.OK

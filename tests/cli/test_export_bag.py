@@ -14,7 +14,10 @@ from rosbags.typesys import Stores, get_typestore
 
 from cli.conftest import Command
 from once import SCENARIOS
-from report import clinic
+from report import clinic, made_traces
+from safenav.report.bag.messages import messages
+from safenav.report.replay.reading import read_replay
+from safenav.world.frame import Frame
 
 
 @pytest.fixture
@@ -81,6 +84,28 @@ def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_p
     assert told[-1].startswith("completed")
     actions = [marker.action for _, message in bag["/obstacles"] for marker in message.markers]
     assert actions[0] == 0 and actions[-1] == 2, "found, later resolved"
+
+
+def test_a_robot_named_map_has_another_frame_than_the_map(
+    safenav: Command, trace: Path, tmp_path: Path
+) -> None:
+    """Its frame was its own parent, so that no viewer could place any robot."""
+    (tmp_path / "map.jsonl").write_text(trace.read_text().replace('"quad"', '"map"'))
+    assert safenav("export", "map.jsonl", "--mcap", "map.mcap", "--resolution", "1").returncode == 0
+    bag = read(tmp_path / "map.mcap")
+    tree = {(t.header.frame_id, t.child_frame_id) for _, m in bag["/tf"] for t in m.transforms}
+    assert tree == {("map", "map_2"), ("map", "digit")}
+
+
+def test_the_height_of_an_obstacle_shows_its_status(tmp_path: Path) -> None:
+    """Their colours look alike to people who cannot tell red from green."""
+    replay = read_replay(made_traces.write(made_traces.detour(), tmp_path / "detour.jsonl"))
+    told = [
+        said.message for said in messages(replay, Frame((1.0, 1.0))) if said.topic == "/obstacles"
+    ]
+    markers = [marker for message in told for marker in message["markers"] if not marker["action"]]
+    heights = {tuple(marker["color"].values()): marker["scale"]["z"] for marker in markers}
+    assert len(heights) > 1 and len({*heights.values()}) == len(heights)
 
 
 def test_foxglove_gets_bodies_names_and_the_plan(safenav: Command, tmp_path: Path) -> None:

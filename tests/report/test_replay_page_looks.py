@@ -5,7 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from report import made_traces
 from report.browser import Browser, Keys
+from safenav.report.page.html import page_of
+from safenav.report.replay.reading import read_replay
 
 PHONE = {"width": 390, "height": 844}
 
@@ -116,6 +119,19 @@ def test_marks_of_the_timeline_do_not_overlap(browser: Browser, pages: dict[str,
         for row in rows.values():
             assert all(b - a >= 16 for a, b in pairwise(sorted(row)))
         assert all(b - a >= 16 for a, b in pairwise(sorted(rows)))
+
+
+def test_an_input_has_its_own_mark_beside_a_discovery(browser: Browser, tmp_path: Path) -> None:
+    """An alarm one tick after a discovery was only named by the mark of the discovery."""
+    lines = made_traces.door()
+    at = next(n for n, line in enumerate(lines) if line["type"] == "push")
+    lines.insert(at, {"type": "inputs", "tick": lines[at]["tick"], "values": {"alarm": True}})
+    page = tmp_path / "alarm.html"
+    trace = made_traces.write(lines, tmp_path / "alarm.jsonl")
+    page.write_text(page_of(read_replay(trace), trace.name), encoding="utf-8")
+    browser.open(page, width=500)
+    (mark,) = browser.all('.marks button[data-kind="inputs"]')
+    assert mark.get_attribute("title") == "tick 11: inputs: alarm on"
 
 
 def test_on_a_phone_playback_is_always_at_hand(browser: Browser, pages: dict[str, Path]) -> None:

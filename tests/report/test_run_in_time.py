@@ -42,6 +42,18 @@ def test_story_map_and_timeline_show_one_moment(
     assert browser.errors() == []
 
 
+def test_an_action_is_an_event_when_it_begins(browser: Browser, page: Path, replay: Replay) -> None:
+    """A page that follows a run learnt of it only from its end."""
+    assert replay.times is not None
+    begun = next(e for e in replay.events if e.kind.value == "act")
+    done = next(e for e in replay.events if e.kind.value == "resolved")
+    assert begun.text == "digit acts on door@47"
+    assert replay.times[done.tick] - replay.times[begun.tick] > 2.0
+    browser.open(page, f"#t={replay.times[begun.tick] + 0.1:.1f}")
+    shown = [row.text for row in browser.all(".events [aria-current]")]
+    assert any("digit acts on door@47" in text for text in shown)
+
+
 def test_a_robot_is_between_two_regions_while_it_is_under_way(
     browser: Browser, page: Path, replay: Replay
 ) -> None:

@@ -5,7 +5,7 @@
 | `/map` | `nav_msgs/OccupancyGrid`, once: walls are 100, free regions 0 |
 | `/tf` | `tf2_msgs/TFMessage`: each robot's frame in `map`, at every tick, or as a motion has it |
 | `/ROBOT/path` | `nav_msgs/Path`: where the robot was so far, at every tick in which it moved |
-| `/obstacles` | `visualization_msgs/MarkerArray`: known obstacles, coloured by their status |
+| `/obstacles` | `visualization_msgs/MarkerArray`: known obstacles, colour and height by status |
 | `/requests` | `visualization_msgs/MarkerArray`: a line from a helper to what it helps with |
 | `/robots` | `visualization_msgs/MarkerArray`, once: bodies, headings and names of robots |
 | `/places` | `visualization_msgs/MarkerArray`, once: names of regions and areas, borders of areas |
@@ -39,6 +39,8 @@ _ARROW, _CUBE, _CYLINDER, _LINE, _LINES, _CUBES, _TEXT = 0, 1, 3, 4, 5, 6, 9
 _MARKERS = "visualization_msgs/msg/MarkerArray"
 _FLIES = 0.8
 """Height of the bodies of the layer ``air``, in regions."""
+_HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
+"""Heights of obstacles in regions where they differ: some people cannot tell the colours apart."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
@@ -75,13 +77,14 @@ def messages(replay: Replay, frame: Frame, ways: Ways | None = None) -> Iterator
 
 
 def names_of(replay: Replay) -> dict[str, str]:
-    """Return each robot's name in ROS: letters, digits and underscores, no two the same."""
+    """Return each robot's name in ROS, also that of its frame: letters, digits and underscores, no
+    two the same, and not that of the frame ``map``."""
     found: dict[str, str] = {}
     for track in replay.robots:
         plain = re.sub(r"\W", "_", track.name, flags=re.ASCII).strip("_") or "robot"
         plain = f"r_{plain}" if plain[0].isdigit() else plain
         name, number = plain, 2
-        while name in found.values():
+        while name in ("map", *found.values()):
             name, number = f"{plain}_{number}", number + 1
         found[track.name] = name
     return found
@@ -194,7 +197,7 @@ class _Telling:
                 action = _DELETE if status is ObstacleStatus.RESOLVED else _ADD
                 yield self._marker(tick, "obstacles", number, _CUBE, action) | {
                     "pose": self._at(hidden.region),
-                    "scale": self._size(0.9, 0.4),
+                    "scale": self._size(0.9, _HEIGHTS.get(status, 0.4)),
                     "color": _colour(STATUS_MARKS[status].colour, 0.8),
                     "text": hidden.label(self.replay.map),
                 }

@@ -60,6 +60,9 @@ EVENT_MARKS = {
         "M-0.5,-0.87H0.5L1,0L0.5,0.87H-0.5L-1,0ZM0.4,0A0.4,0.4 0 1 0 -0.4,0A0.4,0.4 0 1 0 0.4,0Z",
         "#A5568A",
     ),
+    StoryKind.ACT: Mark(  # an arrow against a bar
+        "M-0.95,-0.2H-0.1V-0.65L0.55,0L-0.1,0.65V0.2H-0.95ZM0.65,-0.9H0.95V0.9H0.65Z", GREEN
+    ),
     StoryKind.RESOLVED: Mark(_CHECK, GREEN),
     StoryKind.BLOCKED: Mark(_SALTIRE, "#5C6470"),
     StoryKind.GOAL: Mark("M-0.65,-0.95H-0.4V-0.85L0.75,-0.4L-0.4,0.05V0.95H-0.65Z", GREY),

@@ -7,12 +7,16 @@ fonts of the system.
 
 from __future__ import annotations
 
+import io
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.picture.svg import FONTS
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 _SIZE = re.compile(r'viewBox="0 0 ([\d.]+) ([\d.]+)"')
 _FOREIGN = re.compile(
@@ -20,6 +24,9 @@ _FOREIGN = re.compile(
     "\u2208\u220b\u221e\u2264\u2265\u25a1\u25cb\u25cf\u2713\u2717]"
 )
 """A letter that our fonts lack."""
+_CELL = 60
+_NOWHERE = "\U0010fffd"
+"""A letter for private use that no font has: it shows what stands for such letters."""
 MOST_PIXELS = 48_000_000
 """Drawing takes about 17 bytes for each."""
 
@@ -59,3 +66,27 @@ def rendered(svg: str, **size: Any) -> bytes:
         **size,
     )
     return bytes(pixels)
+
+
+def lacking(svg: str) -> str:
+    """Return the letters of a picture that neither our fonts nor those of the system have: in
+    pixels they are boxes. Raises UsageError if the extra ``pictures`` is not installed."""
+    letters = sorted({*_FOREIGN.findall(svg)})
+    if not letters:
+        return ""
+    cells = [
+        f'<text x="{_CELL * n + 20}" y="40" font-size="20">{letter}</text>'
+        for n, letter in enumerate((_NOWHERE, *letters))
+    ]
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_CELL * len(cells)} {_CELL}">'
+    image = _opened(rendered(f"{head}{''.join(cells)}</svg>"))
+    box, *drawn = (
+        image.crop((_CELL * n, 0, _CELL * (n + 1), _CELL)).tobytes() for n in range(len(cells))
+    )
+    return "".join(c for c, pixels in zip(letters, drawn, strict=True) if pixels == box)
+
+
+def _opened(png: bytes) -> Image.Image:
+    from PIL import Image
+
+    return Image.open(io.BytesIO(png))

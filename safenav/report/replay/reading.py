@@ -137,6 +137,8 @@ class ReplayBuilder:
                 self._event(line, StoryKind.FAILURE)
             case records.Late():
                 self._event(line, StoryKind.FAILURE)
+            case records.Act() if not line.obstacles:
+                return None  # on what the team does not know
             case records.Violation():
                 self.violation = line
             case records.Backtrack() if self.violation is not None:

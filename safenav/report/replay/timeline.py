@@ -60,6 +60,8 @@ class StoryKind(StrEnum):
     VIOLATION = "violation"
     REQUEST = "request"
     PUSH = "push"
+    ACT = "act"
+    """In a live run; in lockstep an action takes no time."""
     RESOLVED = "resolved"
     BLOCKED = "blocked"
     POP = "pop"

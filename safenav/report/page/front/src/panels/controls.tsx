@@ -141,29 +141,20 @@ function LinkButton({ player }: { player: Player }) {
   );
 }
 
-/** The story, which always has marks of its own; everything else takes the room that is left. */
+/** The story, whose marks stand above or beside others that are close. */
 const STORY: EventKind[] = [
   ...(["outcome", "waiting", "operator", "violation", "blocked", "resolved", "request"] as const),
   ...(["failure", "deadline", "assumption"] as const),
 ];
-const REST: EventKind[] = [
-  "paused",
-  "reopened",
-  "appeared",
-  "gone",
-  "truth",
-  "inputs",
-  "objective",
-  "service",
-  "push",
-  "pop",
-  "synthesis",
-  "plan",
-  "plan_end",
+/** Causes from outside, whose marks stand above others that are close. */
+const OUTSIDE: EventKind[] = [
+  ...(["inputs", "appeared", "gone", "truth", "objective", "service", "paused", "reopened"] as const),
 ];
-const RANK = [...STORY, ...REST];
+/** Everything else takes the room that is left in the lowest row. */
+const REST: EventKind[] = ["act", "push", "pop", "synthesis", "plan", "plan_end"];
+const RANK = [...STORY, ...OUTSIDE, ...REST];
 const MARK = 18;
-/** Rows of marks: those of the story that are close together stand above each other. */
+/** Rows of marks: those that are close together stand above each other. */
 const ROWS = 3;
 /** By how many marks one of the story may stand beside its place. */
 const ASIDE = [0, 1, -1, 2, -2];
@@ -179,8 +170,9 @@ interface TimelineMark {
 
 /**
  * The marks of a timeline of a given width in pixels. The story comes first, by rank: its marks stand above or
- * beside others that are close. Other events take a place in the lowest row where the story leaves
- * one. Where there is no room at all, the words of an event are added to the nearest mark.
+ * beside others that are close, those of causes from outside above. Other events take a place in
+ * the lowest row where these leave one. Where there is no room at all, the words of an event are
+ * added to the nearest mark.
  */
 export function marksOf(run: Run, player: Player, width: number): TimelineMark[] {
   const marks: (TimelineMark & { x: number })[] = [];
@@ -188,11 +180,12 @@ export function marksOf(run: Run, player: Player, width: number): TimelineMark[]
   ranked.sort((a, b) => RANK.indexOf(a[1]) - RANK.indexOf(b[1]) || a[0] - b[0]);
   for (const event of ranked) {
     const place = player.end ? player.timeOf(event[0]) / player.end : 0;
-    const matters = STORY.includes(event[1]);
+    const aside = STORY.includes(event[1]) ? ASIDE : [0];
+    const rows = REST.includes(event[1]) ? 1 : ROWS;
     const title = `${when(run, event[0])}: ${event[2]}`;
     const same = marks.find((mark) => mark.event[0] === event[0] && mark.event[1] === event[1]);
-    const spots = (matters ? ASIDE : [0]).flatMap((aside) =>
-      [...Array(matters ? ROWS : 1).keys()].map((row) => ({ x: place * width + aside * MARK, row })),
+    const spots = aside.flatMap((by) =>
+      [...Array(rows).keys()].map((row) => ({ x: place * width + by * MARK, row })),
     );
     const free = spots.find(
       ({ x, row }) =>

@@ -12,7 +12,7 @@ const GROUPS: [name: string, kinds: EventKind[]][] = [
     [
       ...(["violation", "request", "push", "pop", "resolved", "blocked"] as const),
       ...(["appeared", "gone", "truth", "inputs", "objective", "service", "plan", "plan_end", "assumption", "outcome"] as const),
-      ...(["reopened", "waiting", "paused", "operator", "failure", "deadline"] as const),
+      ...(["reopened", "waiting", "paused", "operator", "failure", "deadline", "act"] as const),
     ],
   ],
   ["synthesis", ["synthesis"]],

@@ -13,6 +13,21 @@ export const DOINGS: [kind: Doing, meaning: string][] = [
   ["helping", "helps"],
 ];
 
+/** Top and bottom of what a bar fills of a lane of height 4: colours alone look like those of robots. */
+const FILLED: Record<Doing, [top: number, bottom: number][]> = {
+  moving: [[1, 3]],
+  waiting: [
+    [0, 1],
+    [3, 4],
+  ],
+  helping: [[0, 4]],
+  still: [],
+};
+
+/** A stretch of a lane. */
+export const bar = (kind: Doing, from: string, to: string): string =>
+  FILLED[kind].map(([top, bottom]) => `M${from} ${top}H${to}V${bottom}H${from}z`).join("");
+
 /** What a robot does in the tick that ends at `tick`. */
 export function doingAt(run: Run, robot: Robot, tick: number): Doing {
   const frames = at(run.stack, Math.max(0, tick - 1))[1];
@@ -63,7 +78,7 @@ function Lane({ run, player, index }: { run: Run; player: Player; index: number 
   const bars = (kind: Doing): string =>
     stretches
       .filter((stretch) => stretch.doing === kind)
-      .map(({ first, last }) => `M${x(first)} 0H${x(last)}V4H${x(first)}z`)
+      .map(({ first, last }) => bar(kind, x(first), x(last)))
       .join("");
   return (
     <li data-robot={robot.name} style={{ "--colour": robot.look.colour }}>

@@ -8,7 +8,7 @@ import type { Player } from "../run/player";
 import { EventSign, RobotSign, StatusSign } from "./icons";
 import { ARROW } from "../map/knowledge";
 import { ANY_LOAD } from "../map/motion";
-import { DOINGS } from "./lanes";
+import { bar, DOINGS } from "./lanes";
 import { areaOf, at, label, loadsOf, transitAt, type EventKind, type Frame, type Run, type Status } from "../run/run";
 import { Hatch, knowledgeOf, viewersOf } from "../map/shading";
 
@@ -210,6 +210,7 @@ const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" |
   paused: "waits for a change",
   operator: "operator intervenes",
   failure: "failure",
+  act: "action begins",
   deadline: "deadline missed",
   inputs: "inputs changed",
   objective: "objective changed",
@@ -304,8 +305,8 @@ export const Legend = memo(({ run }: { run: Run }) => {
         )}
         {DOINGS.map(([kind, meaning]) => (
           <li key={kind}>
-            <svg width="22" height="10" aria-hidden="true" style={{ "--colour": first?.look.colour }}>
-              <path class={`doing ${kind}`} d="M1 2h20v6H1z" />
+            <svg width="22" height="10" viewBox="0 -0.3 22 4.6" preserveAspectRatio="none" aria-hidden="true" style={{ "--colour": first?.look.colour }}>
+              <path class={`doing ${kind}`} d={bar(kind, "1", "21")} />
             </svg>
             {meaning}, in its lane
           </li>

@@ -11,6 +11,7 @@ export type EventKind =
   | "violation"
   | "request"
   | "push"
+  | "act"
   | "resolved"
   | "blocked"
   | "pop"
