@@ -74,7 +74,7 @@ def command(
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
     needs only Python.
 
-    Any outcome can be certified, also that the mission is infeasible."""
+    Any outcome can be certified, including that the mission is infeasible."""
     if (scenario is None) == (trace is None):
         raise UsageError("name a scenario to run, or the --trace of an earlier run")
     if (motion is not None and trace is None) or (with_motion and scenario is None):

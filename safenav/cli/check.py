@@ -43,7 +43,7 @@ Examples:
   safenav check lab.yaml --strict --json
 \b
 Exit codes:
-  0  valid, and every robot is realizable   1  some robot is unrealizable (--strict: or warned)
+  0  valid, and every robot is realizable   1  some robot is unrealizable (--strict: or a warning)
   2  bad input   3  time or memory limit   4  synthesizer failure
 """
 

@@ -15,8 +15,22 @@ from safenav.errors import ExitCode
 from safenav.trace.reading import read_bytes, read_trace
 from safenav.trace.words import counted
 
+EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
+  safenav check-trace lab.jsonl
+  safenav check-trace --json lab.jsonl
+  head -5 lab.jsonl > part.jsonl && safenav check-trace --partial part.jsonl
+  safenav resume part.jsonl --trace rest.jsonl
+  safenav check-trace rest.jsonl --after part.jsonl
+\b
+Exit codes:
+  0  no rule is broken
+  1  a rule is broken, or the trace ends before its outcome and --partial is not given
+  2  not a trace, or it cannot be read"""
 
-@click.command(name="check-trace")
+
+@click.command(name="check-trace", epilog=EPILOG)
 @click.argument("trace", type=click.Path())
 @options.show_all
 @click.option(
@@ -30,21 +44,6 @@ def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_js
     Walls, mobility, obstacles, collisions, requests, the objective stack, goals and the outcome
     are recomputed from the trace alone. With --after, the header of a resumed run is compared
     with the end of the run that it continues.
-
-    \b
-    Examples:
-      safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
-      safenav check-trace lab.jsonl
-      safenav check-trace --json lab.jsonl
-      head -5 lab.jsonl > part.jsonl && safenav check-trace --partial part.jsonl
-      safenav resume part.jsonl --trace rest.jsonl
-      safenav check-trace rest.jsonl --after part.jsonl
-
-    \b
-    Exit codes:
-      0  no rule is broken
-      1  a rule is broken, or the trace ends before its outcome and --partial is not given
-      2  not a trace, or it cannot be read
     """
     first = None if after is None else read_trace(after)
     if trace == "-":

@@ -120,7 +120,7 @@ def check_motion(
     motion: Path, trace: Path, show_all: bool, more: tuple[str, ...], rate: float, as_json: bool
 ) -> int:
     """Check a MOTION file against its TRACE: recompute continuity, dynamics, footsteps, clearance,
-    reservations, order, actions and distances, also of the paths measured in a drive. Then
+    reservations, order, actions and distances, including the paths measured in a drive. Then
     evaluate the requirements of the scenario."""
     from safenav.motion.check.execution import trackings
     from safenav.motion.check.verdict import check_motion as checked

@@ -42,7 +42,7 @@ With 'controllers: on_demand' only the specification is written. A specification
 S.json, or the strategy of the environment, S.counterstrategy.json; with DOT and GraphML.
 \b
 Exit codes:
-  0  all realizable   1  some robot is unrealizable (--strict: or warned)   2  bad input
+  0  all realizable   1  some robot is unrealizable (--strict: or a warning)   2  bad input
   3  time or memory limit   4  synthesizer failure
 """
 
