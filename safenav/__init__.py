@@ -12,82 +12,133 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from safenav.audit.check import check_trace as check_trace
-    from safenav.report.notebook import ProgressBar as ProgressBar
-    from safenav.report.replay.reading import read_replay as read_replay
-    from safenav.runtime.mission import Mission as Mission
-    from safenav.runtime.mission import RunResult as RunResult
-    from safenav.runtime.worlds.protocol import BlockingWorld as BlockingWorld
-    from safenav.runtime.worlds.protocol import World as World
-    from safenav.scenario.model import Need as Need
-    from safenav.scenario.model import Obstacle as Obstacle
-    from safenav.scenario.model import ObstacleType as ObstacleType
-    from safenav.scenario.model import ResolveAt as ResolveAt
-    from safenav.scenario.model import Robot as Robot
-    from safenav.scenario.model import Scenario as Scenario
-    from safenav.scenario.reading.catalogue import built_in as built_in
-    from safenav.scenario.reading.loader import load_scenario as load_scenario
-    from safenav.spec.compile import compile_task as compile_task
-    from safenav.spec.task import Task as Task
+    from safenav.audit.check import check_trace
+    from safenav.report.notebook import ProgressBar
+    from safenav.report.replay.reading import read_replay
+    from safenav.runtime.intervention.kinds import (
+        AddObstacle,
+        AssignObjective,
+        GiveUp,
+        MarkPermanent,
+        MarkResolved,
+        PlaceOrder,
+        PutBack,
+        RemoveObstacle,
+        SetInput,
+        SetService,
+        SetTruth,
+    )
+    from safenav.runtime.intervention.reading import read_intervention
+    from safenav.runtime.mission import Mission, RunResult
+    from safenav.runtime.worlds.protocol import (
+        Acted,
+        Arrived,
+        Blocked,
+        BlockingWorld,
+        Elsewhere,
+        Failed,
+        Lost,
+        PausingWorld,
+        PlacingWorld,
+        RememberingWorld,
+        Sensed,
+        TimedWorld,
+        World,
+        WorldEvent,
+    )
+    from safenav.scenario.model import Need, Obstacle, ObstacleType, ResolveAt, Robot, Scenario
+    from safenav.scenario.reading.catalogue import built_in
+    from safenav.scenario.reading.loader import load_scenario
+    from safenav.spec.compile import compile_task
+    from safenav.spec.task import Task
     from safenav.studio.watching import LiveView as LiveView
-    from safenav.synthesis.slugs import Synthesizer as Synthesizer
-    from safenav.trace.writing import TraceWriter as TraceWriter
-    from safenav.verify.verification import first_failure as first_failure
-    from safenav.world.map import Heading as Heading
-    from safenav.world.moves import Pose as Pose
+    from safenav.synthesis.slugs import Synthesizer
+    from safenav.trace.reading import read_trace
+    from safenav.trace.vocabulary import ActResult
+    from safenav.trace.writing import TraceWriter
+    from safenav.verify.verification import first_failure
+    from safenav.world.map import Heading
+    from safenav.world.moves import Pose
 
 __version__ = "0.1.0"
 
-_HOMES = {
-    "BlockingWorld": "safenav.runtime.worlds.protocol",
-    "Heading": "safenav.world.map",
-    "LiveView": "safenav.studio.watching",
-    "Mission": "safenav.runtime.mission",
-    "Need": "safenav.scenario.model",
-    "Obstacle": "safenav.scenario.model",
-    "ObstacleType": "safenav.scenario.model",
-    "Pose": "safenav.world.moves",
-    "ProgressBar": "safenav.report.notebook",
-    "ResolveAt": "safenav.scenario.model",
-    "Robot": "safenav.scenario.model",
-    "RunResult": "safenav.runtime.mission",
-    "Scenario": "safenav.scenario.model",
-    "Synthesizer": "safenav.synthesis.slugs",
-    "Task": "safenav.spec.task",
-    "TraceWriter": "safenav.trace.writing",
-    "World": "safenav.runtime.worlds.protocol",
-    "built_in": "safenav.scenario.reading.catalogue",
-    "check_trace": "safenav.audit.check",
-    "compile_task": "safenav.spec.compile",
-    "first_failure": "safenav.verify.verification",
-    "load_scenario": "safenav.scenario.reading.loader",
-    "read_replay": "safenav.report.replay.reading",
+_MODULES = {
+    "safenav.audit.check": "check_trace",
+    "safenav.report.notebook": "ProgressBar",
+    "safenav.report.replay.reading": "read_replay",
+    "safenav.runtime.intervention.kinds": "AddObstacle AssignObjective GiveUp MarkPermanent "
+    "MarkResolved PlaceOrder PutBack RemoveObstacle SetInput SetService SetTruth",
+    "safenav.runtime.intervention.reading": "read_intervention",
+    "safenav.runtime.mission": "Mission RunResult",
+    "safenav.runtime.worlds.protocol": "Acted Arrived Blocked BlockingWorld Elsewhere Failed Lost "
+    "PausingWorld PlacingWorld RememberingWorld Sensed TimedWorld World WorldEvent",
+    "safenav.scenario.model": "Need Obstacle ObstacleType ResolveAt Robot Scenario",
+    "safenav.scenario.reading.catalogue": "built_in",
+    "safenav.scenario.reading.loader": "load_scenario",
+    "safenav.spec.compile": "compile_task",
+    "safenav.spec.task": "Task",
+    "safenav.studio.watching": "LiveView",
+    "safenav.synthesis.slugs": "Synthesizer",
+    "safenav.trace.reading": "read_trace",
+    "safenav.trace.vocabulary": "ActResult",
+    "safenav.trace.writing": "TraceWriter",
+    "safenav.verify.verification": "first_failure",
+    "safenav.world.map": "Heading",
+    "safenav.world.moves": "Pose",
 }
+"""The public names by module."""
+_HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = [
+    "ActResult",
+    "Acted",
+    "AddObstacle",
+    "Arrived",
+    "AssignObjective",
+    "Blocked",
     "BlockingWorld",
+    "Elsewhere",
+    "Failed",
+    "GiveUp",
     "Heading",
+    "Lost",
+    "MarkPermanent",
+    "MarkResolved",
     "Mission",
     "Need",
     "Obstacle",
     "ObstacleType",
+    "PausingWorld",
+    "PlaceOrder",
+    "PlacingWorld",
     "Pose",
     "ProgressBar",
+    "PutBack",
+    "RememberingWorld",
+    "RemoveObstacle",
     "ResolveAt",
     "Robot",
     "RunResult",
     "Scenario",
+    "Sensed",
+    "SetInput",
+    "SetService",
+    "SetTruth",
     "Synthesizer",
     "Task",
+    "TimedWorld",
     "TraceWriter",
     "World",
+    "WorldEvent",
     "__version__",
     "built_in",
     "check_trace",
     "compile_task",
     "first_failure",
     "load_scenario",
+    "read_intervention",
     "read_replay",
+    "read_trace",
 ]
 
 

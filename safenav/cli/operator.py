@@ -153,14 +153,14 @@ def _settle(mission: Mission) -> None:
 
 
 def _apply(mission: Mission, lines: Lines) -> None:
-    from safenav.runtime.intervening import line_read
+    from safenav.runtime.intervention.reading import read_intervention
 
     for place, line in lines:
         if (joins := _joining(line, place)) is not None:
             _settle(mission)
             raise joins
         try:
-            mission.intervene(line_read(line, mission.state.scenario))
+            mission.intervene(read_intervention(line, mission.state.scenario))
         except UsageError as error:
             raise UsageError(f"{place}: {error}") from error
 
@@ -168,7 +168,7 @@ def _apply(mission: Mission, lines: Lines) -> None:
 def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
     """The interventions of each wait: lines without an empty one between them. Those before a robot
     joins are read with the scenario, so that a mistake does not end a run that has begun."""
-    from safenav.runtime.intervening import LINES, line_read
+    from safenav.runtime.intervention.reading import LINES, read_intervention
 
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -189,7 +189,7 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
         joining = joining or _joining(told, "") is not None
         if told and not joining:
             try:
-                line_read(told, scenario)
+                read_intervention(told, scenario)
             except UsageError as error:
                 raise UsageError(f"{path}:{number}: {error}") from error
         if told:
@@ -201,7 +201,7 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
 
 def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
     """Ask for interventions until an empty line follows one; the end of the input gives up."""
-    from safenav.runtime.intervening import LINES, line_read
+    from safenav.runtime.intervention.reading import LINES, read_intervention
     from safenav.scenario.reading.joining import joined
 
     conclusion = mission.waiting
@@ -222,7 +222,7 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
         if mission.result is not None or mission.waiting is None:
             return
         if told is None or told == "give_up":
-            mission.intervene(line_read("give_up", mission.state.scenario))
+            mission.intervene(read_intervention("give_up", mission.state.scenario))
             return
         if not told and given:
             return
@@ -237,7 +237,7 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
             _settle(mission)
             raise joins
         try:
-            mission.intervene(line_read(told, mission.state.scenario))
+            mission.intervene(read_intervention(told, mission.state.scenario))
             given += 1
         except UsageError as error:
             click.echo(f"           {error}", err=True)

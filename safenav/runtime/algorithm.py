@@ -39,7 +39,7 @@ from safenav.runtime.coordination.task_candidates import misses_its_rounds
 from safenav.runtime.deadline_monitor.ledger import Deadlines
 from safenav.runtime.deadline_monitor.refusal import refusal_of
 from safenav.runtime.energy.batteries import Batteries
-from safenav.runtime.interventions import Interventions
+from safenav.runtime.intervention.applying import Interventions
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop

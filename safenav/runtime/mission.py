@@ -27,15 +27,15 @@ from safenav.runtime.deadline_monitor.ledger import Deadlines
 from safenav.runtime.deadline_monitor.refusal import refusal_of
 from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.energy.batteries import Batteries
-from safenav.runtime.inputs import EnvironmentInputs
-from safenav.runtime.interventions import Interventions
+from safenav.runtime.intervention.applying import Interventions
+from safenav.runtime.intervention.inputs import EnvironmentInputs
+from safenav.runtime.intervention.kinds import Intervention
 from safenav.runtime.passes import Passes
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.turn import Turns
 from safenav.runtime.turns.while_waiting import goes_on
-from safenav.runtime.user_changes import Intervention
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent

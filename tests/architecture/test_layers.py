@@ -157,15 +157,9 @@ def test_pages_name_files_that_exist(page: str) -> None:
     text = (ROOT / page).read_text()
     named = set(re.findall(r"`([\w./]+\.(?:py|cpp|hpp|md|json))`", text))
     named |= set(re.findall(r"`((?:safenav/)?\w+(?:/\w+)*/)`", text))
-    places = (
-        ROOT,
-        PACKAGE,
-        PACKAGE / "runtime",
-        PACKAGE / "spec",
-        ROOT / "slugs" / "src" / "command",
-    )
-    places += (PACKAGE / "runtime" / "coordination", PACKAGE / "runtime" / "traffic")
-    places += (PACKAGE / "runtime" / "traffic" / "joint_search",)
+    inside = ("spec", "runtime", "runtime/coordination", "runtime/intervention", "runtime/traffic")
+    places = [ROOT, PACKAGE, ROOT / "slugs/src/command", PACKAGE / "runtime/traffic/joint_search"]
+    places += [PACKAGE / folder for folder in inside]
     named -= {"safenav/cli/NAME.py"}
     missing = [name for name in named if not any((place / name).exists() for place in places)]
     assert missing == []

@@ -9,7 +9,7 @@ from certify.making import SCENARIOS, files_of, judged, rewrite, shipped
 from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, built_in, load_scenario
 from safenav.certify.record import bundle_of_trace
-from safenav.runtime.user_changes import AddObstacle, AssignObjective, SetService
+from safenav.runtime.intervention.kinds import AddObstacle, AssignObjective, SetService
 from safenav.scenario.objective import Visit
 
 Line = dict[str, Any]

@@ -33,7 +33,7 @@ from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
 from safenav.errors import InputError, SafenavError, UsageError
 from safenav.lines import json_line
-from safenav.runtime.intervening import line_read
+from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
@@ -208,7 +208,7 @@ def _run(
             said = hand.words(mission) if hand is not None else []
         for word in said:
             try:
-                mission.intervene(line_read(word, mission.state.scenario))
+                mission.intervene(read_intervention(word, mission.state.scenario))
             except UsageError:
                 continue
             played.given.append((passes, word))

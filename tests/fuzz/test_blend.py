@@ -18,7 +18,7 @@ from safenav.audit.check import check_trace
 from safenav.errors import InputError, UsageError
 from safenav.lines import json_line
 from safenav.runtime import instant
-from safenav.runtime.intervening import line_read
+from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.strategy import Strategy
@@ -345,13 +345,13 @@ def waiting(clock: str) -> Mission:
 def test_what_cannot_be_is_refused(clock: str, word: str, said: str) -> None:
     mission = waiting(clock)
     with pytest.raises(UsageError, match=said):
-        mission.intervene(line_read(word, mission.state.scenario))
+        mission.intervene(read_intervention(word, mission.state.scenario))
 
 
 def test_a_robot_is_put_where_an_obstacle_is_taken_away() -> None:
     mission = waiting("live")
     for word in ("resolved gate@2", "put_back c 2", "resolved gate@2"):
-        mission.intervene(line_read(word, mission.state.scenario))
+        mission.intervene(read_intervention(word, mission.state.scenario))
     mission.step()
     assert mission.state.robots["c"].pose.region == 2
     while mission.result is None:
@@ -398,7 +398,7 @@ def test_a_robot_with_a_battery_is_given_no_objective_without_an_order() -> None
         load_scenario_text(text)
     mission = Mission(load_scenario_text(text.replace("cover", "visit")))
     with pytest.raises(UsageError, match="without an order of its targets"):
-        line_read("objective c {cover: [1, 0]}", mission.state.scenario)
+        read_intervention("objective c {cover: [1, 0]}", mission.state.scenario)
 
 
 @pytest.mark.parametrize("helped", [False, True], ids=["alone", "an operator helps"])
@@ -414,7 +414,7 @@ def test_a_run_in_which_no_time_passes_ends(monkeypatch: pytest.MonkeyPatch, hel
     while mission.result is None:
         if mission.waiting is not None:
             assert mission.waiting.outcome == "search_limit"
-            mission.intervene(line_read("resolved t1@8", scenario))
+            mission.intervene(read_intervention("resolved t1@8", scenario))
         mission.step()
     said = "no time passes in 26 passes of r0 (violation, backtrack)"
     assert (said in mission.result.explanation) is not helped

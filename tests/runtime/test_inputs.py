@@ -18,8 +18,8 @@ from runtime.played import Run, completed, loaded, play
 from runtime.worlds import Bare, Driven
 from safenav.cli.check import command
 from safenav.errors import UsageError
+from safenav.runtime.intervention.kinds import AssignObjective, SetInput
 from safenav.runtime.mission import Mission
-from safenav.runtime.user_changes import AssignObjective, SetInput
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
 

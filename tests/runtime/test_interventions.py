@@ -10,8 +10,14 @@ from once import SCENARIOS
 from runtime.played import Run, play
 from safenav import Mission, built_in, load_scenario
 from safenav.errors import UsageError
-from safenav.runtime.intervening import line_read
-from safenav.runtime.user_changes import MarkResolved, PlaceOrder, PutBack, SetInput, SetService
+from safenav.runtime.intervention.kinds import (
+    MarkResolved,
+    PlaceOrder,
+    PutBack,
+    SetInput,
+    SetService,
+)
+from safenav.runtime.intervention.reading import read_intervention
 from safenav.scenario.settings import Clock
 from safenav.trace.vocabulary import HoldReason
 from safenav.world.moves import Pose
@@ -39,7 +45,7 @@ def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> 
 @pytest.mark.parametrize(
     ("wanted", "says"),
     [
-        ("resolved door@47", "'resolved door@47' is not an intervention: use a class of"),
+        ("resolved door@47", "'resolved door@47' is not an intervention: use safenav.MarkResolved"),
         (None, "None is not an intervention"),
         (SetService("digit", "out"), "'active' of SetService is 'out', not bool"),  # type: ignore[arg-type]
         (SetInput("alarm", "off"), "'on' of SetInput is 'off', not bool"),  # type: ignore[arg-type]
@@ -63,7 +69,7 @@ def test_an_intervention_with_parts_of_wrong_types_is_refused(wanted: Any, says:
 @pytest.mark.parametrize("line", ["", "  ", "leave digit"])
 def test_a_line_that_is_no_intervention_is_refused(line: str) -> None:
     with pytest.raises(UsageError, match="unknown intervention"):
-        line_read(line, load_scenario(SCENARIOS / "case_study_1.yaml"))
+        read_intervention(line, load_scenario(SCENARIOS / "case_study_1.yaml"))
 
 
 def test_a_robot_out_of_service_may_wait_for_a_strategy() -> None:

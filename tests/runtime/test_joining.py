@@ -10,7 +10,7 @@ from runtime.test_operator import GATE
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.runtime.failures import lost
-from safenav.runtime.intervening import line_read
+from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.knowledge import Knowledge
 from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario_text
@@ -125,9 +125,9 @@ def test_a_robot_that_the_settings_exclude_cannot_join(
 
 def test_an_operator_assigns_no_form_that_the_settings_exclude() -> None:
     scenario = load_scenario_text(GATE + "coordination: assignable\n")
-    assert line_read("objective cart {patrol: [23, 24]}", scenario)
+    assert read_intervention("objective cart {patrol: [23, 24]}", scenario)
     with pytest.raises(UsageError, match="cannot keep 'form: literal' of cart"):
-        line_read("objective cart {patrol: [23, 24], form: literal}", scenario)
+        read_intervention("objective cart {patrol: [23, 24], form: literal}", scenario)
 
 
 def test_the_place_of_a_lost_robot_is_closed_to_one_that_joins() -> None:

@@ -15,7 +15,7 @@ import warm
 from runtime.played import Run, loaded, whole
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
-from safenav.runtime.intervening import line_read
+from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.mission import Mission
 from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Found
@@ -65,7 +65,7 @@ def attended(text: str | Scenario, *waits: list[str]) -> Run:
     while mission.result is None:
         if mission.waiting is not None and mission.still:
             for line in left.pop(0) if left else ["give_up"]:
-                mission.intervene(line_read(line, mission.state.scenario))
+                mission.intervene(read_intervention(line, mission.state.scenario))
         mission.step()
     assert not run.findings, run.findings
     assert not left
@@ -214,7 +214,7 @@ def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
     while mission.waiting is None:
         mission.step()
     with pytest.raises(UsageError) as error:
-        mission.intervene(line_read(line, mission.state.scenario))
+        mission.intervene(read_intervention(line, mission.state.scenario))
     assert message in str(error.value)
 
 
@@ -325,8 +325,8 @@ def test_a_simulated_run_asks_once_nothing_more_comes(
     while mission.state.waiting is None:
         mission.step()
     assert mission.waiting is None
-    mission.intervene(line_read("resolved gate@27", mission.scenario))
-    mission.intervene(line_read("service bee back", mission.scenario))
+    mission.intervene(read_intervention("resolved gate@27", mission.scenario))
+    mission.intervene(read_intervention("service bee back", mission.scenario))
     mission.step()
     assert mission.state.waiting is None
 
@@ -359,9 +359,9 @@ def test_a_lost_robot_is_put_back() -> None:
     assert "lost_cart@26" in mission.waiting.explanation
     assert mission.state.failures.out == {"cart": "lost: no signal"}
     with pytest.raises(UsageError, match="give its position"):
-        mission.intervene(line_read("service cart back", scenario))
-    mission.intervene(line_read("put_back cart [3, 2]", scenario))
-    mission.intervene(line_read("service cart back", scenario))
+        mission.intervene(read_intervention("service cart back", scenario))
+    mission.intervene(read_intervention("put_back cart [3, 2]", scenario))
+    mission.intervene(read_intervention("service cart back", scenario))
     while mission.result is None:
         mission.step()
     assert mission.result.outcome is Outcome.COMPLETED
@@ -386,7 +386,7 @@ def test_a_robot_lost_in_several_regions_is_put_back_by_one_decision() -> None:
     while mission.state.robots["cart"].active:
         mission.step()
     assert mission.waiting is None
-    mission.intervene(line_read("put_back cart [3, 2]", scenario))
+    mission.intervene(read_intervention("put_back cart [3, 2]", scenario))
     while mission.result is None:
         mission.step()
     assert not run.findings and mission.result.outcome is Outcome.COMPLETED

@@ -9,9 +9,9 @@ from once import SCENARIOS
 from runtime.played import Run, completed, play
 from runtime.worlds import Driven
 from safenav.errors import UsageError
+from safenav.runtime.intervention.kinds import PlaceOrder
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.mission import Mission
-from safenav.runtime.user_changes import PlaceOrder
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
 CATALOGUE = {

@@ -12,8 +12,7 @@ import pytest
 from runtime.played import Run
 from safenav.errors import UsageError
 from safenav.report.replay.reading import replay_of
-from safenav.runtime.mission import Mission
-from safenav.runtime.user_changes import (
+from safenav.runtime.intervention.kinds import (
     AddObstacle,
     AssignObjective,
     Intervention,
@@ -21,6 +20,7 @@ from safenav.runtime.user_changes import (
     SetService,
     SetTruth,
 )
+from safenav.runtime.mission import Mission
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in

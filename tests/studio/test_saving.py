@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import UsageError
+from safenav.runtime.intervention.kinds import AddObstacle, AssignObjective, SetService
 from safenav.runtime.mission import Mission
-from safenav.runtime.user_changes import AddObstacle, AssignObjective, SetService
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from safenav.errors import SafenavError, UsageError
 from safenav.runtime.analysis.resuming import joins_words, rest_with
-from safenav.runtime.intervening import intervention
+from safenav.runtime.intervention.reading import intervention
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text

@@ -14,7 +14,7 @@ from runtime.test_operator import GATE, attended
 from safenav import Mission
 from safenav.audit.check import audit
 from safenav.runtime.analysis.resuming import resumed
-from safenav.runtime.user_changes import SetInput
+from safenav.runtime.intervention.kinds import SetInput
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.header import scenario_header

@@ -13,7 +13,7 @@ from typing import Any
 import yaml
 
 from safenav.errors import UsageError
-from safenav.runtime import user_changes
+from safenav.runtime.intervention import kinds
 from safenav.scenario.model import Scenario, name_parts
 from safenav.scenario.objective import USAGE
 from safenav.scenario.reading.changes import read_changes
@@ -37,7 +37,7 @@ LINES = {
 }
 
 
-def line_read(line: str, scenario: Scenario) -> user_changes.Intervention:
+def read_intervention(line: str, scenario: Scenario) -> kinds.Intervention:
     """An intervention from a line of words. Raises UsageError with the form that is expected."""
     word, *rest = line.split(maxsplit=2) or [""]
     if word not in LINES:
@@ -79,7 +79,7 @@ def _value(text: str) -> object:
         raise UsageError(f"'{text[:60]}' is not valid YAML{why}") from error
 
 
-def intervention(data: Mapping[str, Any], scenario: Scenario) -> user_changes.Intervention:
+def intervention(data: Mapping[str, Any], scenario: Scenario) -> kinds.Intervention:
     """A change that a page requests, read as the scenario's loader reads its parts. Raises
     UsageError for one that is not possible."""
     reading = Reading("the change", world=scenario.map, reachable=False)
@@ -93,7 +93,7 @@ def intervention(data: Mapping[str, Any], scenario: Scenario) -> user_changes.In
 
 def _read(
     data: Mapping[str, Any], scenario: Scenario, reading: Reading
-) -> user_changes.Intervention | None:
+) -> kinds.Intervention | None:
     types = scenario.catalogue.obstacles
     match data.get("kind"):
         case "close" | "order" as kind:
@@ -103,16 +103,16 @@ def _read(
             region = reading.region(_node(data.get("region"), reading), "'region'")
             truth = bool(data.get("truth", True)) if types[name].has_truth else None
             if region is None or kind == "order":
-                return None if region is None else user_changes.PlaceOrder(types[name], region)
-            return user_changes.AddObstacle(types[name], region, truth)
+                return None if region is None else kinds.PlaceOrder(types[name], region)
+            return kinds.AddObstacle(types[name], region, truth)
         case "input":
-            return user_changes.SetInput(str(data.get("input")), bool(data.get("on")))
+            return kinds.SetInput(str(data.get("input")), bool(data.get("on")))
         case "open":
-            return user_changes.RemoveObstacle(str(data.get("obstacle")))
+            return kinds.RemoveObstacle(str(data.get("obstacle")))
         case "resolved":
-            return user_changes.MarkResolved(_obstacle(data, reading))
+            return kinds.MarkResolved(_obstacle(data, reading))
         case "permanent":
-            return user_changes.MarkPermanent(_obstacle(data, reading))
+            return kinds.MarkPermanent(_obstacle(data, reading))
         case "put_back":
             place = reading.region(_node(data.get("region"), reading), "'region'")
             heading = data.get("heading")
@@ -120,11 +120,11 @@ def _read(
                 raise UsageError(f"unknown heading '{str(heading)[:40]}'")
             if place is None:
                 return None
-            return user_changes.PutBack(str(data.get("robot")), Pose.of(place, heading))
+            return kinds.PutBack(str(data.get("robot")), Pose.of(place, heading))
         case "give_up":
-            return user_changes.GiveUp()
+            return kinds.GiveUp()
         case "truth":
-            return user_changes.SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
+            return kinds.SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
         case "objective" | "service" as kind:
             what = "back" if data.get("active") else "out"
             told = data.get("objective") if kind == "objective" else what
@@ -136,8 +136,8 @@ def _read(
                 check_assignable((), changes, None, reading)
             for change in changes:
                 if change.objective is not None:
-                    return user_changes.AssignObjective(change.robot, change.objective)
-                return user_changes.SetService(change.robot, change.active is True)
+                    return kinds.AssignObjective(change.robot, change.objective)
+                return kinds.SetService(change.robot, change.active is True)
     return None
 
 

@@ -1,4 +1,4 @@
-"""Changes to the world that a user can ask for between two ticks, as data."""
+"""The kinds of interventions: what a user can change between two ticks, as data."""
 
 from __future__ import annotations
 
@@ -106,8 +106,8 @@ def misfit(wanted: object) -> str | None:
     one. ``SetService("digit", "out")`` would mean the opposite, since every text is true."""
     if not isinstance(wanted, Intervention):
         return (
-            f"{wanted!r} is not an intervention: use a class of safenav.runtime.user_changes, "
-            "or line_read(LINE, scenario)"
+            f"{wanted!r} is not an intervention: use safenav.MarkResolved or another class of "
+            "interventions, or safenav.read_intervention(LINE, scenario)"
         )
     parts: list[Any] = [wanted]
     if isinstance(wanted, PutBack) and isinstance(wanted.pose, Pose):

@@ -12,10 +12,10 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.runtime import user_changes
 from safenav.runtime.coordination import events
 from safenav.runtime.coordination.assignment import holding
-from safenav.runtime.inputs import EnvironmentInputs
+from safenav.runtime.intervention import kinds
+from safenav.runtime.intervention.inputs import EnvironmentInputs
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.sweeping import taken
@@ -36,7 +36,7 @@ _USER = vocabulary.ChangeCause.USER
 _SCENARIO = vocabulary.ChangeCause.SCENARIO
 _INPUT = vocabulary.ChangeCause.INPUT
 
-_AWAY = (user_changes.MarkResolved, user_changes.RemoveObstacle)
+_AWAY = (kinds.MarkResolved, kinds.RemoveObstacle)
 
 
 class Interventions(Struct):
@@ -46,7 +46,7 @@ class Interventions(Struct):
     world: SimulatedWorld | None
     turns: Turns
     inputs: EnvironmentInputs
-    _asked: list[user_changes.Intervention] = field(default_factory=list)
+    _asked: list[kinds.Intervention] = field(default_factory=list)
     _ordered: set[str] = field(default_factory=set)
     _made: int = 0
     took_effect: bool = False
@@ -59,40 +59,40 @@ class Interventions(Struct):
         """Whether an intervention is to be applied."""
         return bool(self._asked)
 
-    def ask(self, wanted: user_changes.Intervention) -> None:
+    def ask(self, wanted: kinds.Intervention) -> None:
         """Raises UsageError for an impossible intervention, with the reason."""
-        if (found := user_changes.misfit(wanted)) is not None:
+        if (found := kinds.misfit(wanted)) is not None:
             raise UsageError(found)
         self._check(wanted)
         self._asked.append(wanted)
 
-    def _check(self, wanted: user_changes.Intervention) -> None:
+    def _check(self, wanted: kinds.Intervention) -> None:
         match wanted:
-            case user_changes.AddObstacle():
+            case kinds.AddObstacle():
                 self._may_close(wanted)
-            case user_changes.PlaceOrder():
+            case kinds.PlaceOrder():
                 self._may_order(wanted)
-            case user_changes.RemoveObstacle(name):
+            case kinds.RemoveObstacle(name):
                 self._there(name)
-            case user_changes.SetTruth(name):
+            case kinds.SetTruth(name):
                 if not self._there(name).type.has_truth:
                     raise UsageError(f"{name} has no truth to reveal")
-            case user_changes.AssignObjective():
+            case kinds.AssignObjective():
                 self._may_give(wanted)
-            case user_changes.SetService(name, active):
+            case kinds.SetService(name, active):
                 if active and self._is_lost(self._robot(name).name) and not self._comes_back(name):
                     raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
-            case user_changes.SetInput(name):
+            case kinds.SetInput(name):
                 if name not in self.state.inputs:
                     raise UsageError(f"there is no input '{name}'")
-            case user_changes.MarkResolved(name):
+            case kinds.MarkResolved(name):
                 self._met(name)
-            case user_changes.MarkPermanent(name):
+            case kinds.MarkPermanent(name):
                 self._live("obstacles become permanent")
                 self._met(name)
                 if name not in self.state.knowledge.pending | self.state.knowledge.given_up():
                     raise UsageError(f"{name} is already permanent")
-            case user_changes.PutBack():
+            case kinds.PutBack():
                 self._may_put(wanted)
 
     def apply(self) -> Iterator[events.Event]:
@@ -130,11 +130,11 @@ class Interventions(Struct):
         """Note that the scenario or an input changes something: it may help the team."""
         self.ends_wait |= self.state.waits_for_operator
 
-    def _has_effect(self, wanted: user_changes.Intervention) -> bool:
+    def _has_effect(self, wanted: kinds.Intervention) -> bool:
         match wanted:
-            case user_changes.SetService(name, active):
+            case kinds.SetService(name, active):
                 return self.state.live or self._robot(name).active is not active
-            case user_changes.SetInput(name, on):
+            case kinds.SetInput(name, on):
                 return self.state.inputs[name] is not on
         return True
 
@@ -142,7 +142,7 @@ class Interventions(Struct):
     def more_changes(self) -> bool:
         """Whether changes of this moment, of the scenario or an operator, are still to be
         applied."""
-        if any(not isinstance(wanted, user_changes.GiveUp) for wanted in self._asked):
+        if any(not isinstance(wanted, kinds.GiveUp) for wanted in self._asked):
             return True
         left = self.state.scenario.changes[self._made :]
         return any(change.at <= self.state.time for change in left)
@@ -150,12 +150,12 @@ class Interventions(Struct):
     @property
     def finds_lost(self) -> bool:
         """Whether an operator puts a lost robot back: all regions where it may have been open."""
-        back = (wanted for wanted in self._asked if isinstance(wanted, user_changes.PutBack))
+        back = (wanted for wanted in self._asked if isinstance(wanted, kinds.PutBack))
         return any(self._is_lost(wanted.robot) for wanted in back)
 
     def _comes_back(self, name: str) -> bool:
         """Whether an operator has put the robot back, before anything of it is applied."""
-        return any(isinstance(w, user_changes.PutBack) and w.robot == name for w in self._asked)
+        return any(isinstance(w, kinds.PutBack) and w.robot == name for w in self._asked)
 
     def _orders(self) -> Iterator[events.Event]:
         """Announce the scenario's due orders to the team, in a world without orders."""
@@ -182,7 +182,7 @@ class Interventions(Struct):
     @property
     def given_up(self) -> bool:
         """Whether an operator wants the run to end."""
-        return any(isinstance(wanted, user_changes.GiveUp) for wanted in self._asked)
+        return any(isinstance(wanted, kinds.GiveUp) for wanted in self._asked)
 
     def _tell(
         self,
@@ -198,15 +198,15 @@ class Interventions(Struct):
             told = None if objective is None else objective_in_trace(objective)
             self.state.emit(records.Operator(self.state.tick, what, robot, obstacle, *at, told))
 
-    def _bring_about(self, wanted: user_changes.Intervention) -> Iterator[events.Event]:
+    def _bring_about(self, wanted: kinds.Intervention) -> Iterator[events.Event]:
         state = self.state
         match wanted:
-            case user_changes.AddObstacle(kind, region, truth):
+            case kinds.AddObstacle(kind, region, truth):
                 new = Obstacle(kind, region, truth, appears=int(self.state.time))
                 self._simulation().bring(new, truth)
                 if truth is not None and new.name in state.named:  # it comes back, perhaps changed
                     state.emit(records.Truth(state.tick, new.name, truth, _USER))
-            case user_changes.PlaceOrder(kind, region):
+            case kinds.PlaceOrder(kind, region):
                 new = Obstacle(kind, region, appears=int(self.state.time), ordered=True)
                 while new.name in state.named | self._ordered:
                     new = replace(new, number=new.number + 1)
@@ -216,39 +216,39 @@ class Interventions(Struct):
                 else:
                     state.introduce(new)
                     yield from self._placed(Change(new, appeared=True, by_user=True))
-            case user_changes.RemoveObstacle(name):
+            case kinds.RemoveObstacle(name):
                 self._tell(OperatorIntervention.RESOLVED, obstacle=name)
                 self._simulation().take_away(name)
-            case user_changes.SetTruth(name, truth):
+            case kinds.SetTruth(name, truth):
                 obstacle = self._there(name)
                 self._simulation().truths[name] = truth
                 state.introduce(obstacle, truth)
                 state.emit(records.Truth(state.tick, name, truth, _USER))
-            case user_changes.AssignObjective(name, objective):
+            case kinds.AssignObjective(name, objective):
                 self._tell(OperatorIntervention.OBJECTIVE, name, objective=objective)
                 yield from self._give(self._robot(name), objective, _USER)
-            case user_changes.SetService(name, active):
+            case kinds.SetService(name, active):
                 what = OperatorIntervention.ADDED if active else OperatorIntervention.OUT_OF_SERVICE
                 self._tell(what, name)
                 robot = self._robot(name)
                 yield from self.turns.relocation.serve(robot, active=active, cause=_USER)
-            case user_changes.SetInput(name, on):
+            case kinds.SetInput(name, on):
                 self.inputs.set(name, on)
-            case user_changes.MarkResolved(name):
+            case kinds.MarkResolved(name):
                 self._tell(OperatorIntervention.RESOLVED, obstacle=name)
                 obstacle = self._met(name)
                 there = self.world is not None and self.world.remove(name)
                 if not there:
                     self.turns.world.cleared(obstacle)
                 yield from self.turns.actions.gone(obstacle, by_user=there)
-            case user_changes.MarkPermanent(name):
+            case kinds.MarkPermanent(name):
                 self._tell(OperatorIntervention.PERMANENT, obstacle=name)
                 yield from self.turns.relocation.leave_plan()
                 yield events.ObstacleDeclaredPermanent(self._met(name))
-            case user_changes.PutBack(name, pose):
+            case kinds.PutBack(name, pose):
                 self._tell(OperatorIntervention.PUT_BACK, name, pose=pose)
                 yield from self._put_back(self._robot(name), pose)
-            case user_changes.GiveUp():
+            case kinds.GiveUp():
                 self._tell(OperatorIntervention.GIVE_UP)
 
     def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[events.Event]:
@@ -282,7 +282,7 @@ class Interventions(Struct):
         hope = state.waiting is None  # it may resolve what it kept out of
         yield events.ObjectiveGiven(robot.name, objective, within, own_progress, hope)
 
-    def _may_close(self, wanted: user_changes.AddObstacle) -> None:
+    def _may_close(self, wanted: kinds.AddObstacle) -> None:
         world = self.state.scenario.map
         if not world.is_free(wanted.region):
             raise UsageError(f"{self._closed(wanted.region)}: close a free one")
@@ -292,21 +292,18 @@ class Interventions(Struct):
         for known, reason in self.state.knowledge.joined.values():
             if known.region == wanted.region and reason == UNTRAVERSABLE:
                 raise UsageError(f"{known.name} is permanent: no robot can pass")
-        if any(
-            isinstance(o, user_changes.AddObstacle) and o.region == wanted.region
-            for o in self._asked
-        ):
+        if any(isinstance(o, kinds.AddObstacle) and o.region == wanted.region for o in self._asked):
             raise UsageError(f"region {wanted.region} is already closed with the next tick")
         if wanted.type.has_truth and wanted.truth is None:
             raise UsageError(f"say whether {wanted.type.name} turns out traversable")
 
-    def _may_order(self, wanted: user_changes.PlaceOrder) -> None:
+    def _may_order(self, wanted: kinds.PlaceOrder) -> None:
         if not self.state.scenario.map.is_free(wanted.region):
             raise UsageError(f"{self._closed(wanted.region)}: place the order in a free one")
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
 
-    def _may_give(self, wanted: user_changes.AssignObjective) -> None:
+    def _may_give(self, wanted: kinds.AssignObjective) -> None:
         robot = self._robot(wanted.robot)
         if robot.robot.when:
             raise UsageError(
@@ -343,7 +340,7 @@ class Interventions(Struct):
         if not self.state.live:
             raise UsageError(f"only in live runs {what}: use 'clock: live'")
 
-    def _may_put(self, wanted: user_changes.PutBack) -> None:
+    def _may_put(self, wanted: kinds.PutBack) -> None:
         self._live("robots are put back")
         robot, world = self._robot(wanted.robot), self.state.scenario.map
         region, heading = wanted.pose.region, wanted.pose.heading
