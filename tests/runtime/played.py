@@ -104,15 +104,37 @@ def loaded(text: str) -> Scenario:
     return load_scenario_text(whole(text), "scenario.yaml")
 
 
-def play(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:
-    """Run a scenario, given as YAML text or as data; its trace must pass the audit. ``world``: a
-    world, or what makes one of the scenario."""
+def prepared(
+    scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None, attended: bool = False
+) -> tuple[Mission, Run]:
+    """A mission that has not begun, and its records to come."""
     if isinstance(scenario, Mapping):
         scenario = json.dumps(scenario)
     if isinstance(scenario, str):
         scenario = loaded(scenario)
-    run = Run()
-    Mission(scenario, world=world(scenario) if callable(world) else world, listeners=[run]).run()
+    world, run = world(scenario) if callable(world) else world, Run()
+    return Mission(scenario, world=world, listeners=[run], attended=attended), run
+
+
+def begin(scenario: str | Mapping[str, Any] | Scenario, **options: Any) -> tuple[Mission, Run]:
+    """Such a mission that has begun, to be stepped."""
+    mission, run = prepared(scenario, **options)
+    mission.start()
+    return mission, run
+
+
+def end(mission: Mission, run: Run) -> None:
+    """The rest of its steps; the trace must pass the audit."""
+    while mission.result is None:
+        mission.step()
+    assert not run.findings, run.findings
+
+
+def play(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:
+    """Run a scenario, given as YAML text or as data; its trace must pass the audit. ``world``: a
+    world, or what makes one of the scenario."""
+    mission, run = prepared(scenario, world=world)
+    mission.run()
     assert not run.findings, run.findings
     return run
 

@@ -93,21 +93,15 @@ def outcome(trace: Path) -> str:
     return str(last["outcome"])
 
 
-def test_a_run_keeps_its_time_limit(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("scenario", "before"), [(WAREHOUSE, ""), (HELLO, UNSURE)], ids=["run", "verification"]
+)
+def test_a_run_keeps_its_time_limit(scenario: Path, before: str, tmp_path: Path) -> None:
     trace = tmp_path / "t.jsonl"
-    run = safenav("run", WAREHOUSE, "--no-map", "--time-limit", "0.5", "--trace", trace)
+    arguments = ("run", scenario, "--no-map", "--time-limit", "0.5", "--trace", trace)
+    run = safenav(*arguments, before=before)
     run.communicate(timeout=300)
-    assert run.returncode == 3
-    assert outcome(trace) == "time_limit"
-
-
-def test_a_run_keeps_its_time_limit_while_a_strategy_is_verified(tmp_path: Path) -> None:
-    trace = tmp_path / "t.jsonl"
-    arguments = ("run", HELLO, "--no-map", "--time-limit", "0.5", "--trace", trace)
-    run = safenav(*arguments, before=UNSURE, SAFENAV_CACHE="off")
-    run.communicate(timeout=300)
-    assert run.returncode == 3
-    assert outcome(trace) == "time_limit"
+    assert (run.returncode, outcome(trace)) == (3, "time_limit")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -130,13 +124,12 @@ def test_a_signal_that_comes_within_a_library_is_no_error(tmp_path: Path) -> Non
     assert (run.returncode, outcome(trace)) == (130, "interrupted")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_run_that_is_interrupted_is_not_certified(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_run_that_is_interrupted_is_not_certified(tmp_path: Path) -> None:
     moved, bundle = tmp_path / "moved", tmp_path / "bundle"
     run = safenav("certify", HELLO, "-o", bundle, before=STUCK.format(str(moved)))
     while not moved.exists():
         time.sleep(0.05)
-    run.send_signal(number)
+    run.send_signal(signal.SIGTERM)
     said = run.communicate(timeout=300)[1]
     assert (run.returncode, said.strip()) == (130, "error: interrupted")
     assert list(tmp_path.iterdir()) == [moved]

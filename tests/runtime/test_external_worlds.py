@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from runtime.played import Run, completed, loaded, play
+from runtime.played import Run, begin, completed, loaded, play
 from runtime.worlds import Bare
 from safenav import Mission
 from safenav.errors import InputError
@@ -131,9 +131,7 @@ def test_the_scenarios_own_world_is_simulated() -> None:
 
 
 def test_a_program_that_steps_itself_can_give_up() -> None:
-    scenario, run = loaded(BUILDING), Run()
-    mission = Mission(scenario, world=Building(scenario), listeners=[run])
-    mission.start()
+    mission, run = begin(BUILDING, world=Building)
     for _ in range(12):
         mission.step()
     result = mission.give_up("battery low")

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import oracle
 from certify.making import certified
-from runtime.played import Run, completed, loaded, play
+from runtime.played import begin, completed, end, play
 from runtime.worlds import Bare, Driven
 from safenav.cli.check import command
 from safenav.errors import UsageError
@@ -178,8 +178,7 @@ class Caller(Driven):
 
 def test_a_world_sets_inputs() -> None:
     text = FIRE.replace("{at: [4-9, 20]}", "{}").replace("call: {}", "call: {at: 6-8}")
-    world = Caller(load_scenario_text(text))
-    lines = play(text, world=world).records
+    lines = play(text, world=Caller).records
     told = [(x["tick"], x["values"]["call"]) for x in lines if x["type"] == "inputs"]
     assert told == [(6, True), (9, False)]
 
@@ -214,9 +213,7 @@ def test_robots_that_stand_wait_for_inputs_of_their_world() -> None:
 
 @pytest.mark.parametrize("attended", [True, False])
 def test_robots_that_stand_wait_for_an_operator_who_sets_an_input(attended: bool) -> None:
-    run = Run()
-    mission = Mission(loaded(GREEN), listeners=[run], attended=attended)
-    mission.start()
+    mission, run = begin(GREEN, attended=attended)
     while mission.result is None:
         if mission.waiting is not None and mission.still:
             mission.intervene(SetInput("green", on=True))
@@ -230,9 +227,7 @@ def test_robots_that_stand_wait_for_an_operator_who_sets_an_input(attended: bool
 
 
 def test_a_user_sets_inputs_during_a_run() -> None:
-    run = Run()
-    mission = Mission(load_scenario_text(FIRE), listeners=[run])
-    mission.start()
+    mission, run = begin(FIRE)
     mission.step()
     mission.intervene(SetInput("call", on=True))
     mission.step()
@@ -242,9 +237,7 @@ def test_a_user_sets_inputs_during_a_run() -> None:
     with pytest.raises(UsageError, match="there is no input 'fire'"):
         mission.intervene(SetInput("fire", on=True))
     mission.intervene(SetInput("call", on=False))
-    while mission.result is None:
-        mission.step()
-    assert not run.findings
+    end(mission, run)
 
 
 def test_check_warns_of_what_an_input_makes_impossible(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from once import SCENARIOS
-from runtime.played import Run, play
+from runtime.played import begin, end, play
 from safenav import Mission, built_in, load_scenario
 from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import (
@@ -25,19 +25,15 @@ from safenav.world.moves import Pose
 
 def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> None:
     """In lockstep, too; the audit accepts the line, which a report of a world has live only."""
-    trace = Run()
-    mission = Mission(load_scenario(SCENARIOS / "case_study_1.yaml"), listeners=[trace])
-    mission.start()
+    mission, trace = begin(load_scenario(SCENARIOS / "case_study_1.yaml"))
     while not mission.state.knowledge.obstacles:
         mission.step()
     (name,) = mission.state.knowledge.obstacles
     for _ in range(2):
         mission.intervene(MarkResolved(name))
-    while mission.result is None:
-        mission.step()
+    end(mission, trace)
     assert trace.one("late")["reason"].startswith(f"the team knows of no obstacle '{name}'")
     assert trace.one("late").get("at") is None
-    assert not trace.findings
     trace.one("late")["event"] = "sensed"
     assert trace.findings
 
@@ -75,9 +71,7 @@ def test_a_line_that_is_no_intervention_is_refused(line: str) -> None:
 def test_a_robot_out_of_service_may_wait_for_a_strategy() -> None:
     """The trace says so, since the decision that needs it has not taken effect yet."""
     scenario = load_scenario(SCENARIOS / "hello.yaml")
-    trace = Run()
-    mission = Mission(replace(scenario, clock=Clock.LIVE), listeners=[trace])
-    mission.start()
+    mission, trace = begin(replace(scenario, clock=Clock.LIVE))
     (robot,) = mission.state.robots.values()
     robot.active, robot.held = False, HoldReason.SYNTHESIS
     mission.step()

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from msgspec.structs import replace
 
 from once import SCENARIOS
-from runtime.played import Run, play
+from runtime.played import begin, play
 from safenav.cli import group
 from safenav.errors import SynthesizerError, UsageError
 from safenav.runtime.coordination.on_demand import OnDemand
@@ -63,30 +63,20 @@ def test_auto_lists_what_is_small_enough(tmp_path: Path, monkeypatch: pytest.Mon
         assert {s["verified"] for s in found if s["states"] is None} == {"moves"}
 
 
-def test_the_processes_end_with_the_run() -> None:
+@pytest.mark.parametrize("given_up", [False, True])
+def test_the_processes_end_with_the_run(given_up: bool) -> None:
     mission = mission_on_demand("case_study_1")
     mission.start()
     pids = pids_of(mission)
-    while mission.result is None:
+    while not given_up and mission.result is None:
         mission.step()
+    mission.give_up()
     assert all(map(gone, [*pids, *pids_of(mission)]))
 
 
-def test_the_processes_end_with_a_run_that_is_given_up() -> None:
-    mission = mission_on_demand("case_study_1")
-    mission.start()
-    pids = pids_of(mission)
-    mission.give_up()
-    assert all(map(gone, pids))
-
-
 def test_a_synthesizer_that_dies_ends_the_run_and_the_trace_says_so() -> None:
-    run = Run()
-    scenario = replace(
-        load_scenario(SCENARIOS / "case_study_1.yaml"), controllers=Controllers.ON_DEMAND
-    )
-    mission = Mission(scenario, listeners=[run])
-    mission.start()
+    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
+    mission, run = begin(replace(scenario, controllers=Controllers.ON_DEMAND))
     for _ in range(3):
         mission.step()
     first, second = pids_of(mission)

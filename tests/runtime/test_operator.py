@@ -12,7 +12,7 @@ import pytest
 from msgspec.structs import replace
 
 import warm
-from runtime.played import Run, loaded, whole
+from runtime.played import Run, begin, end, loaded, whole
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.intervention.reading import read_intervention
@@ -58,10 +58,8 @@ BACK_AND_OUT = PUSHER_OUT.replace("out}]", "out}, {at: 30, robot: cart, service:
 
 def attended(text: str | Scenario, *waits: list[str]) -> Run:
     """Play a scenario with the interventions of each wait; its trace must pass the audit."""
-    left, run = list(waits), Run()
-    scenario = loaded(text) if isinstance(text, str) else text
-    mission = Mission(scenario, listeners=[run], attended=True)
-    mission.start()
+    left = list(waits)
+    mission, run = begin(text, attended=True)
     while mission.result is None:
         if mission.waiting is not None and mission.still:
             for line in left.pop(0) if left else ["give_up"]:
@@ -73,33 +71,23 @@ def attended(text: str | Scenario, *waits: list[str]) -> Run:
 
 
 @pytest.mark.parametrize(
-    ("text", "waits", "outcome"),
+    ("text", "waits"),
     [
-        (GATE, [["resolved gate@27"]], "completed"),
-        (GATE, [["resolved gate@[2, 5]"]], "completed"),
-        (NAMED, [["resolved gate@doorway"]], "completed"),
-        (GATE, [["permanent gate@27", "objective cart {visit: [[1, 1], [2, 1]]}"]], "completed"),
-        (GATE, [["put_back cart [2, 8]", "objective cart {visit: [[1, 9], [2, 8]]}"]], "completed"),
-        (GATE, [["service bee out"], ["resolved gate@27"], ["service bee back"]], "completed"),
-        (GATE, [["give_up"]], "operator_needed"),
-        (PUSHER_OUT, [["service bee back"]], "completed"),
-        (PARCEL, [["permanent gate@27"], ["resolved parcel@14"], ["give_up"]], "operator_needed"),
-    ],
-    ids=[
-        "resolved",
-        "in brackets",
-        "named",
-        "permanent",
-        "put back",
-        "out and back",
-        "given up",
-        "helper back",
-        "permanent after it was given up",
+        (GATE, [["resolved gate@27"]]),
+        (GATE, [["resolved gate@[2, 5]"]]),
+        (NAMED, [["resolved gate@doorway"]]),
+        (GATE, [["permanent gate@27", "objective cart {visit: [[1, 1], [2, 1]]}"]]),
+        (GATE, [["put_back cart [2, 8]", "objective cart {visit: [[1, 9], [2, 8]]}"]]),
+        (GATE, [["service bee out"], ["resolved gate@27"], ["service bee back"]]),
+        (GATE, [["give_up"]]),
+        (PUSHER_OUT, [["service bee back"]]),
+        (PARCEL, [["permanent gate@27"], ["resolved parcel@14"], ["give_up"]]),
     ],
 )
-def test_a_run_waits_and_goes_on(text: str, waits: list[list[str]], outcome: str) -> None:
+def test_a_run_waits_and_goes_on(text: str, waits: list[list[str]]) -> None:
     trace = attended(text, *waits)
-    assert trace.outcome["outcome"] == outcome
+    given_up = waits[-1] == ["give_up"]
+    assert trace.outcome["outcome"] == ("operator_needed" if given_up else "completed")
     told = trace.all("waiting")
     assert len(told) == len(waits)
     assert all(line["explanation"] for line in told)
@@ -209,8 +197,7 @@ def test_robots_that_no_order_of_moves_brings_past_one_out_of_service_need_an_op
     ],
 )
 def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
-    mission = Mission(loaded(GATE), attended=True)
-    mission.start()
+    mission, _ = begin(GATE, attended=True)
     while mission.waiting is None:
         mission.step()
     with pytest.raises(UsageError) as error:
@@ -254,42 +241,44 @@ def test_a_broken_trace_is_found(
     assert rule in run.broken
 
 
-def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
-    scenario, fixes, bundle = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "bundle"))
-    scenario.write_text(GATE)
-    fixes.write_text("# the caretaker opens it\nresolved gate@27\n")
-    run = ("run", scenario, "--operator", fixes, "--trace", tmp_path / "t.jsonl")
-    assert warm.safenav(*run).returncode == 0
-    done = warm.safenav("certify", "--trace", tmp_path / "t.jsonl", "-o", bundle)
-    assert done.returncode == 0, done.stderr
-    fixes.write_text("resolved gate@27\n\npush it\n")
-    done = warm.safenav(*run)
-    assert done.returncode == 2
-    assert f"{fixes}:3: 'push it' is not an intervention" in done.stderr
-    fixes.write_text("resolved gate@27\n\nput_back cart [0, 0]\n")  # read before the run
-    done = warm.safenav(*run)
-    assert done.returncode == 2
-    assert f"{fixes}:3: 'region': region 0 [0, 0] is a wall" in done.stderr
-    assert done.stdout == ""
-    fixes.write_text("resolved gate@27\n\ngive_up\n\nservice bee out\nresolved gate@27\n")
-    done = warm.safenav(*run)
-    assert done.returncode == 0
-    assert f"note: the run ended before {fixes}:3: give_up and 2 more\n" in done.stderr
-    fixes.write_text("push\x1b[31m it\n")
-    assert f"{fixes}:1: 'push?[31m it' is not" in warm.safenav(*run).stderr
-
-
-def test_a_file_that_names_what_is_not_there_ends_the_run(tmp_path: Path) -> None:
-    """``#2`` is no comment; the trace has an end."""
-    scenario, fixes, trace = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "t.jsonl"))
+@pytest.mark.parametrize(
+    ("fixes", "code", "told"),
+    [
+        ("resolved gate@doorway\n\npush it\n", 2, "error: {}:3: 'push it' is not an intervention"),
+        ("push\x1b[31m it\n", 2, "error: {}:1: 'push?[31m it' is not"),
+        (  # read before the run
+            "resolved gate@27\n\nput_back cart [0, 0]\n",
+            2,
+            "error: {}:3: 'region': region 0 [0, 0] is a wall",
+        ),
+        (  # ``#2`` is no comment
+            "resolved gate@doorway#2 # the second\n",
+            2,
+            "{}:1: the team knows of no obstacle 'gate@doorway#2'; known: gate@doorway",
+        ),
+        (
+            "# opened\nresolved gate@doorway\n\ngive_up\n\nservice bee out\nresolved gate@27\n",
+            0,
+            "note: the run ended before {}:4: give_up and 2 more\n",
+        ),
+    ],
+    ids=["unknown", "control", "wall", "not there", "more than needed"],
+)
+def test_a_file_gives_the_interventions(fixes: str, code: int, told: str, tmp_path: Path) -> None:
+    scenario, file, trace = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "t.jsonl"))
     scenario.write_text(whole(NAMED))
-    fixes.write_text("resolved gate@doorway#2 # the second\n")
-    done = warm.safenav("run", scenario, "--operator", fixes, "--trace", trace)
-    known = "the team knows of no obstacle 'gate@doorway#2'; known: gate@doorway"
-    assert done.returncode == 2
-    assert f"{fixes}:1: {known}" in done.stderr
-    last = json.loads(trace.read_text().splitlines()[-1])
-    assert (last["type"], last["outcome"]) == ("outcome", "interrupted")
+    file.write_text(fixes)
+    done = warm.safenav("run", scenario, "--operator", file, "--trace", trace)
+    assert done.returncode == code
+    assert told.format(file) in done.stderr
+    if told.startswith("error"):  # before it began
+        assert done.stdout == "" and not trace.exists()
+    else:
+        outcome = json.loads(trace.read_text().splitlines()[-1])["outcome"]
+        assert outcome == ("interrupted" if code else "completed")
+    if not code:
+        done = warm.safenav("certify", "--trace", trace, "-o", tmp_path / "bundle")
+        assert done.returncode == 0, done.stderr
 
 
 def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
@@ -320,8 +309,7 @@ def test_a_simulated_run_asks_once_nothing_more_comes(
     run = attended(text, *waits)
     assert run.outcome["outcome"] == outcome
     assert [line.get("until") for line in run.all("waiting")] == until
-    mission = Mission(loaded(text), attended=True)
-    mission.start()
+    mission, _ = begin(text, attended=True)
     while mission.state.waiting is None:
         mission.step()
     assert mission.waiting is None
@@ -341,19 +329,26 @@ class Remote:
         return getattr(self.simulation, name)
 
 
+OPEN = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "").replace("air", "ground")
+
+
+def losing_the_cart(text: str, *regions: int) -> tuple[Mission, Run, Scenario]:
+    """A mission whose world has lost the cart on its way: in these regions, or at either end."""
+    scenario = loaded(text)
+    world = Remote(scenario)
+    mission, run = begin(scenario, world=world, attended=True)
+    cart = mission.state.robots["cart"]
+    while cart.transit is None or mission.state.tick < 6:
+        mission.step()
+    places, number = frozenset(regions) or cart.occupied, mission._commands.number("cart")
+    mission.post(Lost(world.now(), "cart", places, "no signal", command=number))
+    world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
+    return mission, run, scenario
+
+
 def test_a_lost_robot_is_put_back() -> None:
     """Where it may be, nobody goes; once an operator has put it down, that is over."""
-    text = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "")
-    scenario = loaded(text.replace("layer: air", "layer: ground"))
-    world, run = Remote(scenario), Run()
-    mission = Mission(scenario, world=world, listeners=[run], attended=True)
-    mission.start()
-    while mission.state.robots["cart"].transit is None or mission.state.tick < 6:
-        mission.step()
-    cart = mission.state.robots["cart"]
-    number = mission._commands.number("cart")
-    mission.post(Lost(world.now(), "cart", cart.occupied, "no signal", command=number))
-    world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
+    mission, run, scenario = losing_the_cart(OPEN)
     while mission.waiting is None or not mission.still:
         mission.step()
     assert "lost_cart@26" in mission.waiting.explanation
@@ -362,34 +357,21 @@ def test_a_lost_robot_is_put_back() -> None:
         mission.intervene(read_intervention("service cart back", scenario))
     mission.intervene(read_intervention("put_back cart [3, 2]", scenario))
     mission.intervene(read_intervention("service cart back", scenario))
-    while mission.result is None:
-        mission.step()
-    assert mission.result.outcome is Outcome.COMPLETED
-    assert not run.findings
+    end(mission, run)
+    assert run.outcome["outcome"] == "completed"
     assert run.one("gone")["obstacle"] == "lost_cart@26"
 
 
 def test_a_robot_lost_in_several_regions_is_put_back_by_one_decision() -> None:
     """No region where it is not counts as a closed one for another decision."""
-    text = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "")
-    text = text.replace("layer: air", "layer: ground").replace("rounds: 1", "rounds: 4")
-    text = text.replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")
-    scenario = loaded(text)
-    world, run = Remote(scenario), Run()
-    mission = Mission(scenario, world=world, listeners=[run], attended=True)
-    mission.start()
-    while mission.state.robots["cart"].transit is None or mission.state.tick < 6:
-        mission.step()
-    number, near = mission._commands.number("cart"), frozenset({24, 25, 26, 27})
-    mission.post(Lost(world.now(), "cart", near, "no signal", command=number))
-    world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
+    text = OPEN.replace("rounds: 1", "rounds: 4").replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")
+    mission, run, scenario = losing_the_cart(text, 24, 25, 26, 27)
     while mission.state.robots["cart"].active:
         mission.step()
     assert mission.waiting is None
     mission.intervene(read_intervention("put_back cart [3, 2]", scenario))
-    while mission.result is None:
-        mission.step()
-    assert not run.findings and mission.result.outcome is Outcome.COMPLETED
+    end(mission, run)
+    assert run.outcome["outcome"] == "completed"
     after = Run(run.records[run.records.index(run.one("operator")) :])
     assert len(after.all("gone")) == 3
     assert not after.all("blocked") and not after.all("reopened")

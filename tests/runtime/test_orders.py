@@ -1,18 +1,16 @@
 """Orders: requests that no robot has made. Random ones: ``test_loads``."""
 
-import json
 from typing import Any
 
 import pytest
 
 from once import SCENARIOS
-from runtime.played import Run, completed, play
+from runtime.played import Run, begin, completed, end, play
 from runtime.worlds import Driven
 from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import PlaceOrder
 from safenav.runtime.knowledge import Knowledge
-from safenav.runtime.mission import Mission
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario
 
 CATALOGUE = {
     "robots": {
@@ -73,9 +71,7 @@ def test_the_same_work_is_ordered_twice() -> None:
 
 
 def test_a_program_orders_during_a_run() -> None:
-    run = Run()
-    mission = Mission(load_scenario_text(json.dumps(PLAN)), listeners=[run])
-    mission.start()
+    mission, run = begin(PLAN)
     mission.step()
     kinds = mission.scenario.catalogue.obstacles
     for kind, region, said in (
@@ -86,27 +82,20 @@ def test_a_program_orders_during_a_run() -> None:
             mission.intervene(PlaceOrder(kinds[kind], region))
     mission.intervene(PlaceOrder(kinds["photo"], 0))
     mission.intervene(PlaceOrder(kinds["photo"], 0))
-    while mission.result is None:
-        mission.step()
-    assert not run.findings
+    end(mission, run)
     who = {x["obstacle"]: x["robot"] for x in run.all("resolved")}
     assert who == {"photo@0": "bob", "photo@0#2": "bob", "parcel@9": "ann"}
 
 
 def test_an_order_during_a_live_run_comes_when_it_is_made() -> None:
     """Not at the second whose number is that of the pass."""
-    run = Run()
-    plan = PLAN | {"clock": "live", "orders": [], "until": {"rounds": 12}}
-    mission = Mission(load_scenario_text(json.dumps(plan)), listeners=[run])
-    mission.start()
+    mission, run = begin(PLAN | {"clock": "live", "orders": [], "until": {"rounds": 12}})
     for _ in range(40):
         mission.step()
     made = mission.state.time
     assert made < mission.state.tick / 2
     mission.intervene(PlaceOrder(mission.scenario.catalogue.obstacles["parcel"], 9))
-    while mission.result is None:
-        mission.step()
-    assert not run.findings
+    end(mission, run)
     assert made <= run.one("order")["t"] <= made + 5
 
 
@@ -119,9 +108,7 @@ class Outside(Driven):
 
 
 def test_orders_reach_the_team_in_another_world() -> None:
-    scenario = load_scenario_text(json.dumps(PLAN))
-    run = completed(scenario, world=Outside(scenario))
-    assert run.all("order")
+    assert completed(PLAN, world=Outside).all("order")
 
 
 def test_a_need_is_news_although_another_obstacle_has_come_as_far() -> None:

@@ -37,25 +37,27 @@ def test_a_slower_robot_helps_where_the_nearest_would_be_late() -> None:
     assert planned == {"parcel@23": 3, "parcel@17": 6}
 
 
-def test_without_limits_the_nearest_helps() -> None:
-    played = play(PARCELS.replace(", resolve_within: 7", ""))
-    assert not played.all("acts")
-    assert played.all("resolved")[0]["robot"] == "a"
-    assert max(line["tick"] for line in played.all("resolved")) == 24
+FREE = PARCELS.replace(", resolve_within: 7", "")
 
 
-def test_a_mission_that_is_due_has_its_last_resolution_early() -> None:
-    text = PARCELS.replace(", resolve_within: 7", "").replace("1}\n", "1, by: 20}\n")
+@pytest.mark.parametrize(
+    ("text", "beyond", "last"),
+    [
+        (FREE, None, 24),  # the nearest helps
+        (FREE.replace("1}\n", "1, by: 20}\n"), [], 6),
+        (PARCELS.replace("within: 7", "within: 3"), ["parcel@17"], 6),
+    ],
+    ids=["nothing is due", "the mission is due", "what cannot be in time"],
+)
+def test_resolutions_come_as_early_as_what_is_due(
+    text: str, beyond: list[str] | None, last: int
+) -> None:
     played = play(text)
-    assert played.outcome["late"] == []
-    assert max(line["tick"] for line in played.all("resolved")) == 6
-
-
-def test_what_cannot_be_in_time_comes_soon_and_is_named() -> None:
-    played = play(PARCELS.replace("within: 7", "within: 3"))
-    assert played.all("acts")[-1]["beyond"] == ["parcel@17"]
-    assert played.outcome["late"] == ["parcel@17"]
-    assert max(line["tick"] for line in played.all("resolved")) == 6
+    assert [line["beyond"] for line in played.all("acts")[-1:]] == (
+        [] if beyond is None else [beyond]
+    )
+    assert played.outcome.get("late", []) == (beyond or [])
+    assert max(line["tick"] for line in played.all("resolved")) == last
 
 
 def test_a_spent_search_leaves_the_choice_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,22 +192,23 @@ until: {rounds: 1}
 """
 
 
-def test_a_suspect_is_avoided_where_that_is_in_time() -> None:
-    played = play(SUSPECT)
-    assert played.all("acts")[0]["around"] == {"a": [18]}
-    assert played.one("resolved", obstacle="parcel@42")["tick"] == 12
-    assert played.outcome["late"] == []
-
-
-def test_without_suspects_the_way_leads_to_what_turns_up() -> None:
-    played = play(SUSPECT.replace("suspects: [{type: gate, region: [1, 7]}]\n", ""))
-    assert played.outcome["late"] == ["parcel@42"]
-
-
-def test_nothing_else_is_in_time_than_to_hope() -> None:
-    played = play(SUSPECT.replace("within: 12", "within: 9"))
-    assert "around" not in played.all("acts")[0]
-    assert played.outcome["late"] == ["parcel@42"]
+@pytest.mark.parametrize(
+    ("was", "now", "around"),
+    [
+        ("", "", {"a": [18]}),
+        ("suspects: [{type: gate, region: [1, 7]}]\n", "", None),
+        ("within: 12", "within: 9", None),
+    ],
+    ids=["in time", "no suspect", "nothing else is in time than to hope"],
+)
+def test_a_suspect_is_avoided_where_that_is_in_time(
+    was: str, now: str, around: dict[str, list[int]] | None
+) -> None:
+    """Else the way leads to what turns up."""
+    played = play(SUSPECT.replace(was, now))
+    assert played.all("acts")[0].get("around") == around
+    assert played.outcome["late"] == ([] if around else ["parcel@42"])
+    assert not around or played.one("resolved", obstacle="parcel@42")["tick"] == 12
 
 
 @pytest.mark.parametrize(

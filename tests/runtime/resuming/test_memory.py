@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from once import SCENARIOS
-from runtime.played import Run, completed, loaded, play
+from runtime.played import Run, begin, completed, loaded, play
 from runtime.resuming.cuts import FORMULAS, REMEMBERS, begun
 from safenav import Mission
 from safenav.audit.check import audit
@@ -27,9 +27,7 @@ from safenav.trace.reading import read_lines
 def test_formulas_remember_in_the_rest(name: str, clock: str) -> None:
     """What they do at each moment of the run, as the audit derives it, too."""
     scenario = loaded(REMEMBERS % tuple(map(json.dumps, FORMULAS[name])))
-    run = Run()
-    mission = Mission(replace(scenario, clock=Clock(clock)), listeners=[run])
-    mission.start()
+    mission, run = begin(replace(scenario, clock=Clock(clock)))
     for _ in range(24):
         mission.step()
         if mission.result is not None:

@@ -22,22 +22,29 @@ def test_what_a_trace_does_not_describe_is_named() -> None:
         resumed(first)
 
 
-def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
-    path, rest = tmp_path / "trace.jsonl", tmp_path / "rest.jsonl"
-    lines = play(load_scenario(SCENARIOS / "hello.yaml")).lines
+HELLO = load_scenario(SCENARIOS / "hello.yaml")
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """The trace of a run that was cut off."""
+    file = tmp_path / "trace.jsonl"
+    file.write_text("".join(play(HELLO).lines[:9]))
+    return file
+
+
+def test_a_finished_run_is_not_resumed(tmp_path: Path, path: Path) -> None:
+    rest, whole = tmp_path / "rest.jsonl", tmp_path / "whole.jsonl"
+    whole.write_text(play(HELLO).text)
     with pytest.raises(UsageError, match="nothing to resume"):
-        resumed(read_lines(lines))
-    path.write_text("".join(lines))
-    assert warm.safenav("resume", path).returncode == 2
-    path.write_text("".join(lines[:9]))
+        resumed(read_trace(whole))
+    assert warm.safenav("resume", whole).returncode == 2
     assert warm.safenav("resume", path, "--trace", rest, "--no-map").returncode == 0
     assert json.loads(rest.read_text().splitlines()[-1])["outcome"] == "completed"
 
 
-def test_a_resumed_run_has_a_page_a_result_and_limits(tmp_path: Path) -> None:
-    path, page = tmp_path / "trace.jsonl", tmp_path / "rest.html"
-    text = "".join(play(load_scenario(SCENARIOS / "hello.yaml")).lines[:9])
-    path.write_text(text)
+def test_a_resumed_run_has_a_page_a_result_and_limits(tmp_path: Path, path: Path) -> None:
+    page, text = tmp_path / "rest.html", path.read_text()
     done = warm.safenav("resume", path, "--json", "--html", page, "--max-ticks", "1")
     assert done.returncode == 3
     assert json.loads(done.stdout)["outcome"] == "tick_limit"
@@ -47,10 +54,9 @@ def test_a_resumed_run_has_a_page_a_result_and_limits(tmp_path: Path) -> None:
     assert path.read_text() == text
 
 
-def test_a_resumed_run_has_the_outputs_of_a_run(tmp_path: Path) -> None:
+def test_a_resumed_run_has_the_outputs_of_a_run(tmp_path: Path, path: Path) -> None:
     """Beside the trace that it continues, in a folder or as motion; ``--seed`` is in its header."""
-    path, motion = tmp_path / "trace.jsonl", tmp_path / "m.jsonl"
-    path.write_text("".join(play(load_scenario(SCENARIOS / "hello.yaml")).lines[:9]))
+    motion = tmp_path / "m.jsonl"
     done = warm.safenav("resume", path, "-o", tmp_path, "--motion", motion, "--seed", "3")
     assert done.returncode == 0, done.stderr
     assert {file.name for file in tmp_path.iterdir()} == (
@@ -62,9 +68,7 @@ def test_a_resumed_run_has_the_outputs_of_a_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("option", [["--clock", "live"], ["--lockstep"], ["--live"]])
-def test_a_resumed_run_keeps_its_clock(option: list[str], tmp_path: Path) -> None:
-    path = tmp_path / "trace.jsonl"
-    path.write_text("".join(play(load_scenario(SCENARIOS / "hello.yaml")).lines[:9]))
+def test_a_resumed_run_keeps_its_clock(option: list[str], path: Path) -> None:
     done = warm.safenav("resume", path, *option)
     assert done.returncode == 2
     assert "a resumed run has the clock of its trace" in done.stderr

@@ -8,10 +8,9 @@ from msgspec.structs import replace
 
 from once import SCENARIOS
 from runtime.counting import COUNTING
-from runtime.played import Run, completed, loaded, play
+from runtime.played import Run, begin, completed, loaded, play
 from runtime.resuming.cuts import ALARM, BATTERY, CLOSED, COMES_BACK, DUE, ORDERS, begun, continued
 from runtime.test_operator import GATE, attended
-from safenav import Mission
 from safenav.audit.check import audit
 from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.intervention.kinds import SetInput
@@ -244,9 +243,7 @@ def test_an_input_that_a_user_has_set_stays_so(
 ) -> None:
     text = ALARM.replace("2-4", "2-8").replace("rounds: 1}", "rounds: 3}\nlimits: {ticks: 30}")
     scenario = loaded(f"{text}\nclock: {clock}\n")
-    first = Run()
-    mission = Mission(scenario, listeners=[first])
-    mission.start()
+    mission, first = begin(scenario)
     mission.step()
     mission.intervene(SetInput("alarm", on))
     mission.step()

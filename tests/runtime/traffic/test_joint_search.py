@@ -203,12 +203,12 @@ def test_headings_make_plans_for_the_next_goal_insufficient() -> None:
     """Down a blind alley a robot with heading mobility never turns: its last target may be there
     if nothing is left to do, and not before."""
     grid = ["#####", "#...#", "#...#", "#.###", "#.###", "#####"]
-    floor = Floor(grid, {"a": Bot("6e", [21, 8])})
-    assert isinstance(search(floor).run(), Exhausted)
-    floor = Floor(grid, {"a": Bot("6e", [8, 21], any_order=True)})
-    assert isinstance(search(floor).run(), Exhausted)
-    floor = Floor(grid, {"a": Bot("6e", [21], holds=True)})
-    assert isinstance(search(floor).run(), Found)
+    for bot, end in (
+        (Bot("6e", [21, 8]), Exhausted),
+        (Bot("6e", [8, 21], any_order=True), Exhausted),
+        (Bot("6e", [21], holds=True), Found),
+    ):
+        assert isinstance(search(Floor(grid, {"a": bot})).run(), end), bot
 
 
 def test_a_spent_budget_proves_nothing() -> None:
