@@ -42,19 +42,20 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         least charge with which the robot can continue forever. More charge is never worse, so one
         number says all, without a product with the charge: ``need_k(p)`` is the least over steps p
         -> q of ``move`` + (``need_{k+1}(q)`` if q is target k, else ``need_k(q)``), and 0 at a
-        charger if what leaving it takes is at most the capacity; the greatest fixpoint of that."""
-        targets = [target & self.allowed for target in self.targets]
+        charger if what leaving it takes is at most the capacity; the greatest fixpoint of that.
+        Where staying meets a target, a strategy may step to another of its poses instead."""
         before: dict[int, list[int]] = {pose: [] for pose in bits(self.allowed)}
         for pose in before:
             for step in self.graph.steps(pose):
                 if step in before:
                     before[step].append(pose)
         if self.afterwards is not None:
-            return (self._leg(before, targets[0], self.afterwards),)
-        found = tuple(dict.fromkeys(before, 0) for _ in targets)
+            return (self._leg(before, 0, self.afterwards),)
+        turns = range(len(self.targets))
+        found = tuple(dict.fromkeys(before, 0) for _ in turns)
         while True:
-            then = [found[self.turn(k + 1)] for k in range(len(targets))]
-            after = map(partial(self._leg, before), targets, then)
+            then = [found[self.turn(k + 1)] for k in turns]
+            after = map(partial(self._leg, before), turns, then)
             grown = tuple(
                 {pose: max(new[pose], old[pose]) for pose in new if pose in old}
                 for new, old in zip(after, found, strict=True)
@@ -64,9 +65,9 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
             found = grown
 
     def _leg(
-        self, before: dict[int, list[int]], target: Mask, then: Mapping[int, int]
+        self, before: dict[int, list[int]], turn: int, then: Mapping[int, int]
     ) -> dict[int, int]:
-        """The charge for a path to the target plus the need there; chargers use none."""
+        """The charge for a path to a target plus the need there; chargers use none."""
         best: dict[int, int] = {}
         queue: list[tuple[int, int]] = []
 
@@ -79,21 +80,34 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
                 best[pose] = charge
                 heappush(queue, (charge, pose))
 
-        for pose in bits(target):
+        for pose in bits(self.targets[turn] & self.allowed):
             if pose not in then:
                 continue
             for former in before[pose]:
                 offer(former, then[pose] + self.battery.move)
+            aside = self._aside(pose, turn, then)
             if self.chargers >> pose & 1:
-                offer(pose, then[pose])
+                offer(pose, max(then[pose], aside))
             else:  # without charge for a step it is out of service, and meets nothing by staying
-                offer(pose, max(then[pose] + self.battery.stay, self.battery.move))
+                offer(pose, max(then[pose] + self.battery.stay, self.battery.move, aside))
         while queue:
             charge, pose = heappop(queue)
             if charge == best[pose]:
                 for former in before[pose]:
                     offer(former, charge + self.battery.move)
         return best
+
+    def _aside(self, pose: int, turn: int, then: Mapping[int, int]) -> int:
+        """The charge for the other poses of a target to which a strategy may step where the robot
+        meets it by staying; none if it settles there. ``then``: the needs afterwards."""
+        after = self.turn(turn + 1)
+        if self._shortest or self.afterwards is not None or (self.settles and after == turn):
+            return 0
+        if self.chargers == self.allowed:
+            return 0
+        goes_on, goal = self._on_chargers.needs[after], self.targets[turn]
+        steps = (at for at in self.graph.steps(pose) if goal >> at & 1 and at in goes_on)
+        return max((then.get(at, NEVER) + self.battery.move for at in steps), default=0)
 
     def turn(self, index: int) -> int:
         """The next target after this many."""
@@ -157,10 +171,11 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         takes = self._takes(pose, turn)
         met, charges = self.targets[turn] >> pose & 1, self.chargers >> pose & 1
         direct = charges and not (met or helps or self._shortest)  # it could return repeatedly
-        least = max(self._nearest(pose, turn, takes), self._any_step(pose, turn))
-        enough = least <= charge
+        enough = max(self._nearest(pose, turn, takes), self._any_step(pose, turn)) <= charge
         if enough and not direct:
             return None
+        if met and charges and self._stays(pose, turn) <= self.battery.capacity:
+            return pose  # it is counted when the charge suffices
         place = min(takes, key=lambda at: (kept >> at & 1, takes[at], at), default=None)
         if place is not None and takes[place] <= charge:
             return self._entry(pose, place)
@@ -214,8 +229,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         if self.full:
             return capacity
         if own == 0:
-            stays = max(self._stays(pose, turn), self._any_step(pose, turn))
-            return min(stays, *self._takes(pose, turn).values(), capacity)
+            stays = self._stays(pose, turn)
+            return stays if stays <= capacity else min(self._direct(pose, turn), capacity)
         nearer = [self.steps(pose, at) for at, hop in hops.items() if hop < own]
         return min(min(nearer, default=NEVER) * self.battery.move, capacity)
 
@@ -233,18 +248,14 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         first of its targets that it met last, over all others: where these have several poses, the
         legs between are not the shortest. It steps nowhere from where it cannot meet them
         forever."""
-        goal = self.targets[turn]
+        goal, then = self.targets[turn], self.turn(turn + 1)
         if self._shortest or self.afterwards is not None:
             return 0
+        if goal >> pose & 1:
+            return self._aside(pose, turn, self.needs[then])
         goes_on = self._on_chargers.needs
-        after = (
-            step
-            for step in self.graph.steps(pose)
-            if step in goes_on[self.turn(turn + (goal >> step & 1))]
-        )
-        if goal >> pose & 1:  # it meets that by staying, or in another of its poses
-            after = (step for step in after if goal >> step & 1)
-        needs = ((self._then if goal >> at & 1 else self.need)(at, turn) for at in after)
+        turns = ((at, then if goal >> at & 1 else turn) for at in self.graph.steps(pose))
+        needs = (self.need(at, k) for at, k in turns if at in goes_on[k])
         return max((need + self.battery.move for need in needs), default=0)
 
     @cached_property
@@ -265,10 +276,10 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         """The same by a tick's stay where it is."""
         if not self.targets[turn] >> pose & 1:
             return NEVER
-        then = self._then(pose, turn)
+        then, aside = self._then(pose, turn), self._any_step(pose, turn)
         if self.chargers >> pose & 1:
-            return then
-        return max(then + self.battery.stay, self.battery.move)
+            return max(then, aside)
+        return max(then + self.battery.stay, self.battery.move, aside)
 
     def _takes(self, pose: int, turn: int) -> dict[int, int]:
         """Return for each adjacent pose of the next target the charge for the path and the need

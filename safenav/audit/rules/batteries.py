@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
@@ -279,9 +279,9 @@ def need(
 ) -> int | None:
     """The least charge with which a robot can continue forever from where it is, meeting its
     targets in turn from number ``turn`` on outside the regions ``shut`` and by the rules of its
-    objective; None if none suffices.
-    By relaxation of numbers on poses, for each
-    target repeatedly, until nothing changes."""
+    objective; None if none suffices. Where staying meets a target, it may step to another region of
+    that target instead, if it can meet its targets forever from there (``lasts``).
+    By relaxation of numbers on poses, for each target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
     own, start = now.own[robot], now.pose(robot)
     targets, shut = own.targets, shut | own.avoid
@@ -294,32 +294,41 @@ def need(
         return _steps(now, robot, pose, shut)
 
     after = {pose: steps(pose) for pose in closure([start], steps)}
-    needs: list[dict[Pose, int]] = [dict.fromkeys(after, 0) for _ in targets]
+    lasts: list[dict[Pose, int]] = [{} for _ in targets]
 
-    def leg(target: frozenset[int], then: Mapping[Pose, int]) -> dict[Pose, int]:
+    def leg(turn: int, then: Mapping[Pose, int], full: Collection[int]) -> dict[Pose, int]:
+        target, lives = targets[turn], lasts[in_turn(turn + 1)]
         found: dict[Pose, int] = {}
         changed = True
         while changed:
             changed = False
             for pose in after:
-                stay, least = (0, 0) if pose[0] in chargers else (battery.stay, battery.move)
-                ways = [then[q] + battery.move for q in after[pose] if q[0] in target and q in then]
+                stay, least = (0, 0) if pose[0] in full else (battery.stay, battery.move)
+                there = [q for q in after[pose] if q[0] in target]
+                ways = [then[q] + battery.move for q in there if q in then]
                 ways += [found[q] + battery.move for q in after[pose] if q in found]
                 if pose[0] in target and pose in then:  # below ``least`` it is out of service
-                    ways.append(max(then[pose] + stay, least))
+                    goes = [q for q in there if q in lives and not (settles and turn == last)]
+                    aside = [then.get(q, battery.capacity) + battery.move for q in goes]
+                    ways.append(max(then[pose] + stay, least, *aside))
                 way = min(ways, default=battery.capacity + 1)
-                if way <= battery.capacity and pose[0] in chargers:
+                if way <= battery.capacity and pose[0] in full:
                     way = 0
                 if way < found.get(pose, battery.capacity + 1):
                     found[pose], changed = way, True
         return found
 
-    while True:
-        found = [leg(t, needs[in_turn(k + 1)]) for k, t in enumerate(targets)]
-        grown = [
-            {p: max(n, old[p]) for p, n in new.items() if p in old}
-            for new, old in zip(found, needs, strict=True)
-        ]
-        if grown == needs:
-            return needs[in_turn(turn)].get(start)
-        needs = grown
+    def forever(full: Collection[int]) -> list[dict[Pose, int]]:
+        needs: list[dict[Pose, int]] = [dict.fromkeys(after, 0) for _ in targets]
+        while True:
+            found = [leg(k, needs[in_turn(k + 1)], full) for k in range(len(targets))]
+            grown = [
+                {p: max(n, old[p]) for p, n in new.items() if p in old}
+                for new, old in zip(found, needs, strict=True)
+            ]
+            if grown == needs:
+                return needs
+            needs = grown
+
+    lasts = forever({pose[0] for pose in after})
+    return forever(chargers)[in_turn(turn)].get(start)

@@ -115,22 +115,44 @@ def test_nothing_keeps_it_at_its_charger(why: str, was: str, now: str, clock: st
     completed(f"{text}clock: {clock}\n")
 
 
-ALL_HERE = """
-map: {grid: ["######", "#....#", "######"]}
-catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [],
-                             battery: {capacity: 9, start: 1, charge: 3}}}}
-robots: {r: {model: rover, start: 10, objective: {visit: [9, {any: [7, 9, 10]}]}}}
-chargers: [9]
+ROVER = """
+map: {grid: %s}
+catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [], battery: %s}}}
+robots: {r: {model: rover, start: %d, objective: {visit: %s}}}
+chargers: %s
 until: {rounds: 2}
 limits: {ticks: 40}
 clock: %s
 """
+LANE = ["######", "#....#", "######"]
+WHICHEVER = {
+    "at its charger": (LANE, (9, 1, 3), 10, "[9, {any: [7, 9, 10]}]", [9]),
+    "where it ends with no charge to spare": (
+        ["#######", "#.....#", "#..#..#", "#######"],
+        *((15, 2, 1), 11, "[19, {any: [9, 10, 12, 19]}]", [8, 10]),
+    ),
+    "at one of two chargers": (
+        *(["#####", "#..##", "#..##", "#####"], (15, 5, 1), 11),
+        *("[7, {any: [6, 7, 11, 12]}]", [6, 11]),
+    ),
+}
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
-def test_it_charges_for_whichever_region_its_strategy_may_choose(clock: str) -> None:
-    """At the charger its next target is met by staying, but it may go to 10 for that."""
-    assert play(ALL_HERE % clock).outcome["outcome"] == "completed"
+@pytest.mark.parametrize("where", WHICHEVER)
+def test_it_has_charge_for_whichever_region_its_strategy_may_choose(where: str, clock: str) -> None:
+    """Its next target is met by staying there, but it may go to another region for that."""
+    grid, (capacity, start, charge), at, visit, chargers = WHICHEVER[where]
+    battery = json.dumps({"capacity": capacity, "start": start, "charge": charge})
+    made = ROVER % (json.dumps(grid), battery, at, visit, chargers, clock)
+    assert play(made).outcome["outcome"] == "completed"
+
+
+def test_a_charge_for_a_stay_alone_is_refused() -> None:
+    """Its strategy may go from 8 to 7, from where it reaches no charger with the rest."""
+    battery = "{capacity: 9, start: 1, charge: 3}"
+    made = ROVER % (json.dumps(LANE), battery, 8, "[{any: [7, 8]}, {any: [7, 8]}]", [10], "live")
+    assert play(made).outcome["explanation"].startswith("r needs a charge of 2 at 8")
 
 
 SHARED = """
