@@ -357,22 +357,8 @@ def resolved_before_pop() -> list[Line]:
 GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
     builder.__name__: builder
     for builder in (
-        delayed,
-        opened,
-        lost,
-        put_on_target,
-        lost_around,
-        waits,
-        simulated,
-        released,
-        ended_early,
-        fails_at_once,
-        entered,
-        meets_a_ghost,
-        gone_in_transit,
-        resolved_before_pop,
-        met_meanwhile,
-        met_while_waiting,
-        reopened_meanwhile,
+        *(delayed, opened, lost, put_on_target, lost_around, waits, simulated, released),
+        *(ended_early, fails_at_once, entered, meets_a_ghost, gone_in_transit),
+        *(resolved_before_pop, met_meanwhile, met_while_waiting, reopened_meanwhile),
     )
 }

@@ -357,20 +357,7 @@ def cycle() -> list[Line]:
 GOOD: dict[str, Callable[[], list[Line]]] = GOOD_PLANS | {
     builder.__name__: builder
     for builder in (
-        door,
-        pressed,
-        untraversable,
-        nested,
-        unrequested,
-        detour,
-        avoiding,
-        operator,
-        second_bidder,
-        refused_again,
-        shared_floor,
-        slow_steps,
-        beliefs,
-        unrealizable,
-        cycle,
+        *(door, pressed, untraversable, nested, unrequested, detour, avoiding, operator),
+        *(second_bidder, refused_again, shared_floor, slow_steps, beliefs, unrealizable, cycle),
     )
 }

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
+from runtime.played import play
 
 ROOT = Path(__file__).parents[2]
 MAPS = ROOT / "tests" / "maps"
@@ -24,10 +25,8 @@ until: {rounds: 1}
 OPEN = "grid: ['....', '....', '....']"
 
 
-def run(safenav: Command, folder: Path, scenario: str) -> None:
-    (folder / "s.yaml").write_text(scenario, encoding="utf-8")
-    found = safenav("run", "s.yaml", "--trace", "s.jsonl")
-    assert found.returncode == 0, found.stdout + found.stderr
+def run(folder: Path, scenario: str) -> None:
+    (folder / "s.jsonl").write_text(play(scenario).text, encoding="utf-8")
 
 
 def rows(text: str) -> list[dict[str, str]]:
@@ -43,7 +42,7 @@ def moves(folder: Path) -> list[tuple[str, int, int]]:
 def test_waypoints_are_the_middles_of_regions_tick_by_tick(
     safenav: Command, tmp_path: Path
 ) -> None:
-    run(safenav, tmp_path, WALK % f"{OPEN}, resolution: 0.5, origin: [-1, 10]")
+    run(tmp_path, WALK % f"{OPEN}, resolution: 0.5, origin: [-1, 10]")
     found = safenav("export", "s.jsonl", "--waypoints", "way.csv")
     assert found.returncode == 0, found.stderr
     way = rows((tmp_path / "way.csv").read_text(encoding="utf-8"))
@@ -66,7 +65,7 @@ def test_waypoints_are_the_middles_of_regions_tick_by_tick(
 
 
 def test_yaw_is_counterclockwise_from_the_east(safenav: Command, tmp_path: Path) -> None:
-    run(safenav, tmp_path, WALK % f"{OPEN}, resolution: 1")
+    run(tmp_path, WALK % f"{OPEN}, resolution: 1")
     way = rows(safenav("export", "s.jsonl", "--waypoints", "-").stdout)
     lines = (tmp_path / "s.jsonl").read_text(encoding="utf-8").splitlines()
     facing = {
@@ -86,7 +85,7 @@ def test_yaw_is_counterclockwise_from_the_east(safenav: Command, tmp_path: Path)
 
 
 def test_json_holds_the_same_with_its_frame(safenav: Command, tmp_path: Path) -> None:
-    run(safenav, tmp_path, WALK % f"{OPEN}, resolution: 0.5, origin: [-1, 10, 0.1]")
+    run(tmp_path, WALK % f"{OPEN}, resolution: 0.5, origin: [-1, 10, 0.1]")
     assert safenav("export", "s.jsonl", "--waypoints", "way.json").returncode == 0
     data = json.loads((tmp_path / "way.json").read_text(encoding="utf-8"))
     assert data["resolution"] == [0.5, 0.5]
@@ -104,14 +103,14 @@ def test_a_run_on_a_ros_map_lies_in_the_frame_of_that_map(safenav: Command, tmp_
         f"safenav: 1\nmap: {{ros: {MAPS / 'office.yaml'}, resolution: 0.4}}\n"
         "robots: {fly: {model: quadcopter, start: 14, objective: {hold: 14}}}\nuntil: {rounds: 1}\n"
     )
-    run(safenav, tmp_path, scenario)
+    run(tmp_path, scenario)
     first = rows(safenav("export", "s.jsonl", "--waypoints", "-").stdout)[0]
     # 0.6 m east and 2.2 m north of the lower left corner, which is at (-2.5, -1.5)
     assert (float(first["x"]), float(first["y"])) == pytest.approx((-1.9, 0.7))
 
 
 def test_a_trace_without_metres_needs_them(safenav: Command, tmp_path: Path) -> None:
-    run(safenav, tmp_path, WALK % OPEN)
+    run(tmp_path, WALK % OPEN)
     refused = safenav("export", "s.jsonl", "--waypoints", "way.csv")
     assert refused.returncode == 2
     assert "the size of a region in metres is missing" in refused.stderr
@@ -138,7 +137,7 @@ def test_a_trace_without_metres_needs_them(safenav: Command, tmp_path: Path) -> 
 def test_a_trace_that_makes_no_sense_is_refused(
     old: str, new: str, words: str, safenav: Command, tmp_path: Path
 ) -> None:
-    run(safenav, tmp_path, WALK % f"{OPEN}, resolution: 0.5, origin: [-1, 10]")
+    run(tmp_path, WALK % f"{OPEN}, resolution: 0.5, origin: [-1, 10]")
     text = (tmp_path / "s.jsonl").read_text(encoding="utf-8")
     assert old in text
     (tmp_path / "bad.jsonl").write_text(text.replace(old, new), encoding="utf-8")
@@ -149,7 +148,7 @@ def test_a_trace_that_makes_no_sense_is_refused(
 
 
 def test_the_ending_of_the_output_says_what_is_written(safenav: Command, tmp_path: Path) -> None:
-    run(safenav, tmp_path, WALK % f"{OPEN}, resolution: 0.5")
+    run(tmp_path, WALK % f"{OPEN}, resolution: 0.5")
     safenav("export", "s.jsonl", "--waypoints", "way.csv")
     assert safenav("export", "s.jsonl", "-o", "same.csv").returncode == 0
     assert (tmp_path / "same.csv").read_text() == (tmp_path / "way.csv").read_text()

@@ -13,7 +13,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from cli.conftest import Command
-from once import SCENARIOS
+from once import trace_of_shipped
 from report import clinic, made_traces
 from safenav.report.bag.messages import messages
 from safenav.report.replay.reading import read_replay
@@ -21,10 +21,8 @@ from safenav.world.frame import Frame
 
 
 @pytest.fixture
-def trace(safenav: Command, tmp_path: Path) -> Path:
-    done = safenav("run", SCENARIOS / "case_study_1.yaml", "--trace", "run.jsonl", "--no-map")
-    assert done.returncode == 0, done.stderr
-    return tmp_path / "run.jsonl"
+def trace() -> Path:
+    return trace_of_shipped("case_study_1")
 
 
 def lines(trace: Path, kind: str) -> list[dict[str, Any]]:

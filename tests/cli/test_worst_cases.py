@@ -1,7 +1,9 @@
 """What ``safenav check`` says of the times of resolutions."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +13,20 @@ from runtime.played import loaded, play
 from safenav.report.terminal.worst_cases import worst_lines
 from safenav.runtime.deadlines.worst import Times, Worst
 from safenav.world.moves import Pose
+
+Alone = Callable[[str], dict[str, Any]]
+
+
+@pytest.fixture
+def alone(safenav: Command, tmp_path: Path) -> Alone:
+    """The times of a scenario's only obstacle by ``check``, without other robots in the way."""
+
+    def check(text: str) -> dict[str, Any]:
+        (tmp_path / "s.yaml").write_text(text)
+        (case,) = json.loads(safenav("check", "s.yaml", "--json").stdout)["obstacles"]
+        return dict(case["alone"])
+
+    return check
 
 
 def test_case_study_3_can_lock_itself(safenav: Command) -> None:
@@ -33,7 +49,7 @@ def test_a_limit_that_cannot_always_be_kept_is_told(safenav: Command, tmp_path: 
 
 @pytest.mark.parametrize("later", [False, True], ids=["helper first", "helper later"])
 def test_the_way_of_a_helper_and_the_time_of_a_resolution_are_those_of_the_run(
-    later: bool, safenav: Command, tmp_path: Path
+    later: bool, safenav: Command, alone: Alone
 ) -> None:
     """A helper whose turn comes later moves in the tick of the request already."""
     robots = {
@@ -47,9 +63,7 @@ def test_the_way_of_a_helper_and_the_time_of_a_resolution_are_those_of_the_run(
         "obstacles": [{"type": "door", "region": [1, 4]}],
         "until": {"rounds": 1},
     }
-    (tmp_path / "s.yaml").write_text(json.dumps(scenario))
-    (case,) = json.loads(safenav("check", "s.yaml", "--json").stdout)["obstacles"]
-    times, run = case["alone"], play(scenario)
+    times, run = alone(json.dumps(scenario)), play(scenario)
     request, resolved = run.one("request"), run.one("resolved")
     assert times["bids"] == request["bids"] == {"spot": 2}
     assert times["worst"] == resolved["tick"] - request["tick"] == (1 if later else 2)
@@ -113,14 +127,12 @@ until: {rounds: 1}
     ids=["in turn", "the second robot sets out early", "one robot can do both"],
 )
 def test_the_robot_of_a_later_need_is_counted_from_when_it_sets_out(
-    skills: str, limit: str, ticks: int, safenav: Command, tmp_path: Path
+    skills: str, limit: str, ticks: int, alone: Alone
 ) -> None:
     text = NEEDS.replace("SKILLS", skills).replace("LIMIT", limit)
-    (tmp_path / "s.yaml").write_text(text)
-    (case,) = json.loads(safenav("check", "s.yaml", "--json").stdout)["obstacles"]
-    run = play(text)
+    run, times = play(text), alone(text)
     assert run.one("resolved")["tick"] - run.all("request")[0]["tick"] == ticks
-    assert (case["alone"]["best"], case["alone"]["worst"]) == (ticks, ticks)
+    assert (times["best"], times["worst"]) == (ticks, ticks)
 
 
 FAR = """
@@ -187,13 +199,9 @@ obstacles: [{type: gate, region: 10}]
     ],
     ids=["free", "avoid", "always"],
 )
-def test_helpers_come_by_the_rules_of_their_objectives(
-    rule: str, ticks: int, safenav: Command, tmp_path: Path
-) -> None:
-    (tmp_path / "s.yaml").write_text(HELPER_WITH_RULES.replace("RULE", rule))
-    found = json.loads(safenav("check", "s.yaml", "--json").stdout)
-    (case,) = found["obstacles"]
-    assert (case["alone"]["best"], case["alone"]["worst"]) == (ticks, ticks)
+def test_helpers_come_by_the_rules_of_their_objectives(rule: str, ticks: int, alone: Alone) -> None:
+    times = alone(HELPER_WITH_RULES.replace("RULE", rule))
+    assert (times["best"], times["worst"]) == (ticks, ticks)
 
 
 ROOM = """
@@ -222,15 +230,13 @@ until: {rounds: 1}
 @pytest.mark.parametrize("place", ["42", "12"])
 @pytest.mark.parametrize("kind", ["fog", "vault"])
 def test_runs_take_at_least_the_best_and_at_most_the_worst_time(
-    kind: str, place: str, fly: str, safenav: Command, tmp_path: Path
+    kind: str, place: str, fly: str, alone: Alone
 ) -> None:
     """A robot alone has both needs; it passes; its steps take long."""
     text = ROOM.replace("KIND", kind).replace("PLACE", place).replace("FLY", fly)
-    (tmp_path / "s.yaml").write_text(text.replace("LIMIT", ""))
-    (case,) = json.loads(safenav("check", "s.yaml", "--json").stdout)["obstacles"]
-    run = play(text.replace("LIMIT", ""))
+    run, times = play(text.replace("LIMIT", "")), alone(text.replace("LIMIT", ""))
     took = run.one("resolved")["tick"] - run.all("request")[0]["tick"]
-    assert case["alone"]["best"] <= took <= case["alone"]["worst"]
+    assert times["best"] <= took <= times["worst"]
 
 
 def test_a_deadline_is_judged_where_the_obstacle_is_also_a_suspect(

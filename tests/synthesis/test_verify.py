@@ -233,17 +233,3 @@ def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
     for cached in (False, True):
         result = Synthesizer(honest, verifier=first_failure).synthesize(patrol)
         assert (result.verified, result.cached) == (True, cached)
-
-
-def test_verification_of_small_strategies_loads_nothing_heavy() -> None:
-    import subprocess
-    import sys
-
-    code = (
-        "import sys, safenav.verify.verification\n"
-        "print(sorted({'numpy', 'networkx', 'scipy'} & set(sys.modules)))"
-    )
-    printed = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    ).stdout
-    assert printed.strip() == "[]"
