@@ -159,18 +159,29 @@ def complete(
     the known values. A clause is evaluated as soon as all values that it reads are known."""
     if not wanted and not clauses:
         return {()}
-    names, found = (*known,), [(*known.values(),)]
-    for key in ("", *wanted):
+    steps, found = _steps((*known,), (*wanted,), (*clauses,)), [(*known.values(),)]
+    for key, holds in zip(("", *wanted), steps, strict=True):
         if key and len(found) * len(ranges[key]) > MOST_CASES:
             raise TooLargeError(f"more than {MOST_CASES} cases of {', '.join(wanted)}")
         if key:
-            names, found = (*names, key), [(*row, value) for row in found for value in ranges[key]]
-        ready = (c for c in clauses if c.reads <= {*names} and (not key or key in c.reads))
-        holds = function_of(names, (*ready,))
+            found = [(*row, value) for row in found for value in ranges[key]]
         found = [row for row in found if holds(*row)]
+    return {row[len(known) :] for row in found}
+
+
+@cache
+def _steps(names: tuple[Key, ...], wanted: tuple[Key, ...], clauses: tuple[Clause, ...]) -> Any:
+    """Return what is evaluated with the values of ``names``, and then with those of one more of the
+    ``wanted`` variables each."""
+    found = []
+    for key in ("", *wanted):
+        names = (*names, key) if key else names
+        every = {*names}
+        ready = (c for c in clauses if c.reads <= every and (not key or key in c.reads))
+        found.append(function_of(names, (*ready,)))
     unknown = set().union(*(clause.reads for clause in clauses)) - {*names}
     require(not unknown, f"a formula reads {', '.join(sorted(unknown))}, which is not known there")
-    return {row[len(known) :] for row in found}
+    return found
 
 
 def named(*poses: Pose) -> dict[Key, int]:

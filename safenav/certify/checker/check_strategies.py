@@ -131,13 +131,18 @@ class Strategy:
 
     def holds(self, clauses: Sequence[Clause], edges: Edges) -> Met:
         """Return on which edges all clauses hold, for the values before the edge and (primed) after
-        it."""
-        keys = (*sorted(set().union(*(clause.reads for clause in clauses))),)
-        function = function_of(keys, (*clauses,))
-        columns = ((self.columns[key.rstrip("'")], edges[key.endswith("'")]) for key in keys)
-        values = [map(column.__getitem__, ends) for column, ends in columns]
-        cases = zip(*values, strict=True) if keys else repeat((), len(edges[0]))
-        return [bool(function(*case)) for case in cases]
+        it. Those that read the same are evaluated together, and once for the same values."""
+        alike: dict[frozenset[Key], list[Clause]] = {}
+        for clause in clauses:
+            alike.setdefault(clause.reads, []).append(clause)
+        met = [True] * len(edges[0])
+        for reads, group in alike.items():
+            function = cache(function_of(keys := (*sorted(reads),), (*group,)))
+            columns = ((self.columns[key.rstrip("'")], edges[key.endswith("'")]) for key in keys)
+            values = [map(column.__getitem__, ends) for column, ends in columns]
+            cases = zip(*values, strict=True) if keys else repeat((), len(met))
+            met = [good and bool(function(*case)) for good, case in zip(met, cases, strict=True)]
+        return met
 
     def edges(self, nodes: Sequence[int]) -> Edges:
         sources = [node for node in nodes for _ in self.next[node]]

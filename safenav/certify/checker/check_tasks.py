@@ -101,6 +101,7 @@ class Task:
         self.deciding = [*self.told, *self.own, *self.positions]
         self.asked = [*zip(self.poses, graph.rows(self.deciding), strict=True)]
         self.expected, self.replies_at = cache(self._expected), cache(self._replies_at)
+        self.memories = cache(self._memories)
 
     def _expected(self, asked: tuple[Pose, Row]) -> set[Row]:
         """Return the inputs that can come next, after a pose with its command inputs, memory and
@@ -183,11 +184,15 @@ class Task:
         if self.goal_places:
             aim, places = self.targets[awaited], self.goal_places[awaited]
             legal = [after for after in legal if after[0] not in aim or after in places]
-        now = dict(zip((*self.own, *self.heard), (*memory, *heard), strict=True))
-        now |= {f"{name}'": seen[name] for name in self.heard}
-        about = self.objective.ranges, primed(self.own), self.objective.safety
-        ways = ((after, complete(*about, now | named(pose, after))) for after in legal)
+        hears = (*heard, *(seen[name] for name in self.heard))
+        ways = ((after, self.memories(memory, hears, pose, after)) for after in legal)
         return {(after, awaited, way) for after, some in ways for way in some}
+
+    def _memories(self, memory: Row, hears: Row, pose: Pose, after: Pose) -> set[Row]:
+        """Return the possible next memory. ``hears``: inputs, before the step and after it."""
+        names = (*self.own, *self.heard, *primed(self.heard))
+        known = dict(zip(names, (*memory, *hears), strict=True)) | named(pose, after)
+        return complete(self.objective.ranges, primed(self.own), self.objective.safety, known)
 
     def starts(self) -> set[Row]:
         first = dict.fromkeys(self.graph.spec.inputs, 0) | self.positions | self.inputs
@@ -267,7 +272,7 @@ class Task:
         check_strategy(self, self.graph, nodes, measures)
         for node in nodes:
             self.of_pose.setdefault(self.poses[node], set()).add(node)
-        del self.before, self.done, self.asked, self.expected, self.replies_at
+        del self.before, self.done, self.asked, self.expected, self.replies_at, self.memories
 
     def answers(self, robot: Any, robots: Json, shown: Iterable[int], lenient: bool) -> set[int]:
         """Return the nodes that follow from a robot's present observation in a run; its knowledge
