@@ -49,6 +49,7 @@ KINDS = {
     "hold": Shape(settles=True, one=True),
     "once": Shape(in_turn=True, settles=True),
 }
+_NO_TARGETS = Shape(known=False)
 ALTERNATION = "visit"
 """The kind of a helper, and of the weaker form of a strict objective."""
 STAYING = "hold"
@@ -57,4 +58,4 @@ STAYING = "hold"
 
 def shape_of(kind: str) -> Shape:
     """The shape of an objective; formulas, and kinds that are not in the table, have none."""
-    return KINDS.get(kind, Shape(known=False))
+    return KINDS.get(kind, _NO_TARGETS)

@@ -37,7 +37,8 @@ class Binary(Struct, frozen=True, dict=True):
     def digest(self) -> str:
         """Hex sha256 of the file: cached answers belong to exactly this program."""
         try:
-            return hashlib.sha256(self.path.read_bytes()).hexdigest()
+            status = self.path.stat()
+            return _digest(self.path, status.st_ino, status.st_mtime_ns, status.st_size)
         except OSError as error:
             raise SynthesizerError(
                 f"the synthesizer {self.path} cannot be read: {error.strerror}"
@@ -127,6 +128,12 @@ def _recorded_by_installer() -> Path | None:
             if _executable(path):
                 return path
     return None
+
+
+@lru_cache(maxsize=64)
+def _digest(path: Path, _inode: int, _mtime_ns: int, _size: int) -> str:
+    """Hash once per file content."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @lru_cache(maxsize=64)

@@ -21,7 +21,7 @@ from safenav.runtime.progress import Progress
 from safenav.runtime.sweeping import taken
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.turns.turn import Turns
-from safenav.runtime.worlds.world import Change, ChangingWorld, SimulatedWorld
+from safenav.runtime.worlds.world import Change, SimulatedWorld
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
@@ -112,7 +112,7 @@ class Interventions(Struct):
                 self.turns.tell.late("service", said, robot.name, None, self.state.time)
             elif change.active is not None:
                 yield from self.turns.relocation.serve(robot, active=change.active, cause=_SCENARIO)
-        if not isinstance(self.world, ChangingWorld):
+        if self.world is None:
             yield from self._orders()
         while self._asked:
             wanted = self._asked.pop(0)

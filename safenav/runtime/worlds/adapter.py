@@ -64,6 +64,7 @@ class BlockingAdapter:
         self._scenario = scenario
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}
         self._simulated = world if isinstance(world, SimulatedWorld) else None
+        self._changing = world if isinstance(world, ChangingWorld) else None
         self._draws = {r.name: random.Random(f"{scenario.seed}/{r.name}") for r in scenario.robots}
         self._tick = 0
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
@@ -144,8 +145,8 @@ class BlockingAdapter:
 
     def changes(self, at: float, occupied: Collection[Region]) -> list[Change]:
         """The obstacles that appeared or disappeared; none in a world without changes."""
-        world, tick = self._world, int(at)
-        if not isinstance(world, ChangingWorld):
+        world, tick = self._changing, int(at)
+        if world is None:
             return []
         call = f"changes({tick})"
         found: Iterable[Any] = asked(call, lambda: list(world.changes(tick, occupied)))
