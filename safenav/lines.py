@@ -30,6 +30,16 @@ def json_line(data: Any) -> str:
     return json.dumps(data, separators=(",", ":")) + "\n"
 
 
+def json_flaw(error: Exception) -> str:
+    """The reason why a text is not JSON, and where."""
+    if isinstance(error, json.JSONDecodeError):
+        line = f"line {error.lineno}, " if error.lineno > 1 else ""
+        return f"{error.msg} at {line}column {error.colno}"
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is not UTF-8"
+    return "too deeply nested" if isinstance(error, RecursionError) else str(error)
+
+
 def csv_text(headings: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
     """A table (RFC 4180, with line feeds): a line of headings and one for each row; None is an
     empty field."""

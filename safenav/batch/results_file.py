@@ -13,7 +13,7 @@ from safenav.batch.baseline import BaselineComparison
 from safenav.batch.cases.case import CaseVerdict, Result
 from safenav.batch.session import Report
 from safenav.errors import UsageError
-from safenav.lines import csv_text
+from safenav.lines import csv_text, json_flaw
 
 VERSION = 1
 
@@ -83,8 +83,8 @@ def read_results(path: Path) -> dict[str, Result]:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"cannot read the baseline {path}: {error.strerror}") from error
-    except ValueError as error:
-        raise _no_results(path, str(error)) from error
+    except (ValueError, RecursionError) as error:
+        raise _no_results(path, f"it is not JSON: {json_flaw(error)}") from error
     if not isinstance(data, dict) or data.get("batch") != VERSION:
         raise _no_results(path, f"it does not begin with 'batch': {VERSION}")
     try:

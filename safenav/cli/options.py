@@ -6,6 +6,7 @@ A path to write is tried before the command begins, so that no work is lost.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -78,7 +79,7 @@ def _claim(
     if special or param is None or ctx is None:
         return
     claims: dict[Path, tuple[click.Parameter, bool]] = ctx.meta.setdefault(__name__, {})
-    other, written = claims.setdefault(path.resolve(), (param, writes))
+    other, written = claims.setdefault(Path(os.path.realpath(path)), (param, writes))
     if other is not param and (writes or written):
         one, kept = map(_words, (param, other) if writes else (other, param))
         raise UsageError(f"{one} {path} would overwrite {kept}; give another file")

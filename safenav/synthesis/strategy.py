@@ -209,7 +209,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
 
 
 def _malformed(what: str) -> SynthesizerError:
-    return SynthesizerError(f"the strategy that the synthesizer printed is malformed: {what}")
+    return SynthesizerError(f"the strategy is malformed: {what}")
 
 
 def locate(names: Sequence[str], specification: Specification) -> tuple[Field, ...]:

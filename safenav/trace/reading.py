@@ -16,6 +16,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
+from safenav.lines import json_flaw
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record
 from safenav.trace.trace import Trace
@@ -98,7 +99,7 @@ class _Reader:
         try:
             data = json.loads(content.decode("utf-8"))
         except (ValueError, RecursionError) as error:
-            self._report(number, f"this line is not JSON: {_brief(error)}")
+            self._report(number, f"this line is not JSON: {json_flaw(error)}")
             return
         if not isinstance(data, dict):
             self._report(number, "a line of a trace is a JSON object")
@@ -131,7 +132,8 @@ class _Reader:
                 shown.append(Diagnostic(self._source, 0, 0, f"and {hidden} more such problems"))
             raise InputError(shown)
         if self._header is None:
-            raise InputError([Diagnostic(self._source, 0, 0, "the trace is empty")])
+            said = "the first line is incomplete" if cut_off else "the trace is empty"
+            raise InputError([Diagnostic(self._source, 0, 0, said)])
         return Trace(self._source, self._header, tuple(self._records), cut_off, self._ignored)
 
     def _take_header(self, number: int, data: dict[str, Any]) -> None:
@@ -175,11 +177,3 @@ def _is_json(content: bytes) -> bool:
     except (ValueError, RecursionError):
         return False
     return True
-
-
-def _brief(error: Exception) -> str:
-    if isinstance(error, json.JSONDecodeError):
-        return f"{error.msg} at column {error.colno}"
-    if isinstance(error, UnicodeDecodeError):
-        return f"byte {error.start} is not UTF-8"
-    return "too deeply nested" if isinstance(error, RecursionError) else str(error)

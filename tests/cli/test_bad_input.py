@@ -51,6 +51,29 @@ def test_bad_usage_is_exit_2_without_traceback(
     assert "Traceback" not in done.stderr
 
 
+UNREADABLE = [
+    ("check", "loop", "Too many levels of symbolic links"),
+    ("replay", "loop", "Too many levels of symbolic links"),
+    ("check-trace", "binary", "the first line is incomplete"),
+    ("new s.yaml --side 1 --map", ".", "this is a directory"),
+    ("batch hello.yaml --baseline", "deep", "it is not JSON: too deeply nested"),
+    ("verify lift.slugs", "deep", "deep: the strategy is malformed"),
+]
+
+
+@pytest.mark.parametrize(("command", "name", "told"), UNREADABLE, ids=[c for c, _, _ in UNREADABLE])
+def test_a_file_that_cannot_be_read_is_named(
+    safenav: Command, command: str, name: str, told: str, tmp_path: Path
+) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
+    (tmp_path / "deep").write_text("[" * 100_000)
+    (tmp_path / "hello.yaml").write_text(HELLO.read_text())
+    (tmp_path / "lift.slugs").write_text("[OUTPUT]\nx\n[SYS_LIVENESS]\nx\n")
+    done = safenav(*command.split(), name)
+    assert (done.returncode, told in done.stderr) == (2, True), done.stderr
+
+
 @pytest.mark.slow
 def test_synthesizer_that_hangs_is_a_resource_limit(safenav: Command, tmp_path: Path) -> None:
     slow = tmp_path / "slow.yaml"

@@ -65,9 +65,10 @@ def broken(change: dict[str, object] | None = None, without: str | None = None) 
         (b"{}\n", "first line must be the header"),
         (b'{"type": "header", "motion": 9}\n', "this safenav reads 1"),
         (b'{"type": "header", "motion": 1}\n', "`trace` is missing"),
-        (b"nonsense\n", "not JSON"),
+        (b"nonsense\n", "not JSON: Expecting value at column 1"),
+        (b"\x80 binary", "not JSON: byte 0 is not UTF-8"),
     ],
-    ids=["empty", "no header", "another version", "header without a trace", "no JSON"],
+    ids=["empty", "no header", "another version", "header without a trace", "no JSON", "binary"],
 )
 def test_what_is_no_motion_is_told(content: bytes, words: str) -> None:
     with pytest.raises(InputError, match=words):

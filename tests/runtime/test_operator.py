@@ -185,6 +185,7 @@ def test_robots_that_no_order_of_moves_brings_past_one_out_of_service_need_an_op
         ("put_back cart [1, 1] north", "cart has no heading"),
         ("put_back rover [1, 1]", "no robot rover"),
         ("service cart away", "expected: service ROBOT out|back"),
+        ("give_up now", "expected: give_up; found 'give_up now'"),
         ("open gate@27", "unknown intervention 'open'"),
         ("objective cart {visit: [1}", "is not valid YAML"),
         ("objective cart " + "{a: " * 3000, "nested more than 50 deep"),

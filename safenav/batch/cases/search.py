@@ -166,7 +166,7 @@ class _Search:
 
     def _case(self, path: Path, settings: dict[str, Any]) -> None:
         file = _shown(path)
-        identity = (str(path.resolve()), repr(sorted(settings.items())))
+        identity = (os.path.realpath(path), repr(sorted(settings.items())))
         if identity in self._known:
             return
         self._known.add(identity)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from safenav.errors import Diagnostic, InputError
-from safenav.lines import json_line
+from safenav.lines import json_flaw, json_line
 from safenav.motion.file import records
 from safenav.trace.fields import WrongError, convert, entries, is_row
 
@@ -54,7 +54,9 @@ def parsed(content: bytes, source: str) -> records.Motion:
             elif isinstance(kind, str) and kind in records.TYPES:
                 lines.append(convert(records.TYPES[kind], data))
         except (ValueError, RecursionError) as error:
-            wrong.append(Diagnostic(source, number, 1, f"this line is not JSON: {error}"))
+            wrong.append(
+                Diagnostic(source, number, 1, f"this line is not JSON: {json_flaw(error)}")
+            )
         except WrongError as error:
             wrong += [Diagnostic(source, number, 1, found) for found in error.sentences]
         except _HeaderError as error:

@@ -66,7 +66,7 @@ def read_intervention(line: str, scenario: Scenario) -> kinds.Intervention:
         case "give_up", []:
             pass
         case _:
-            raise UsageError(f"'{line.strip()[:60]}' is incomplete; expected: {LINES[word]}")
+            raise UsageError(f"expected: {LINES[word]}; found '{line.strip()[:60]}'")
     return intervention(data, scenario)
 
 

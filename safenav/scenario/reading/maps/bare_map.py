@@ -76,7 +76,8 @@ def load_map(path: Path, division: Division, reach: ReadableFolder | None = None
     """Return the regions of a map file. ``reach``: which further files it may name. Raises
     InputError with everything that is wrong."""
     if not path.is_file():
-        raise InputError([Diagnostic(str(path), 0, 0, "no such file", "check the path")])
+        said = "this is a directory" if path.is_dir() else "no such file"
+        raise InputError([Diagnostic(str(path), 0, 0, said, "check the path")])
     reading = Reading(str(path), reach)
     reading.folder = Path.cwd()
     root = parsed("{" + ", ".join(map_lines(path, division, reading.folder)) + "}", reading)
