@@ -14,7 +14,7 @@ import yaml
 from fuzz.missions import random_mission
 from fuzz.mixed import mixed_mission
 from safenav.certify.record import bundle_of_run
-from safenav.errors import InputError
+from safenav.errors import InputError, ResourceLimitError
 from safenav.scenario.reading.loader import load_scenario
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "12"))
@@ -29,6 +29,8 @@ def test_the_run_of_a_random_mission_is_certified(seed: int, tmp_path: Path) -> 
         made = bundle_of_run(scenario, tmp_path / "bundle")
     except InputError:  # a target that nobody can reach: refused before anything runs
         return
+    except ResourceLimitError as limit:  # by exact tracking on a large map: no verdict
+        pytest.skip(str(limit))
     assert made.verdict.accepted
 
 

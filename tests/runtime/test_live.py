@@ -311,6 +311,24 @@ def test_all_regions_of_a_lost_robot_are_closed() -> None:
     assert run.outcome["outcome"] in ("operator_needed", "completed")
 
 
+def test_a_robot_that_may_be_where_another_stands_closes_that_when_it_has_left() -> None:
+    """Meanwhile it is taken. Robots entered it again before. The report itself is a collision."""
+
+    def beside(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        return [Lost(event.at, "a", frozenset({world._poses["b"].region}), command=event.command)]
+
+    text = RING.replace("[3, 1], [3, 5]", "[3, 5], [2, 5], [3, 5]").replace(
+        "[3, 5], obj", "[2, 5], obj"
+    )
+    run = play_faulty(nth(1, beside), text)
+    lost = run.one("arrive", result="lost")
+    (region,) = lost["regions"]
+    after = Run(run.records[run.records.index(lost) :])
+    assert after.one("violation", robot="a")["obstacle"] == f"lost_a@{region}"
+    assert [line["from"] for line in after.all("depart")] == [region]
+    assert run.outcome["outcome"] == "operator_needed" and "collision" in run.broken
+
+
 def test_a_robot_that_may_be_in_a_zone_closes_it_to_those_never_together_with_it() -> None:
     """All of it, though it may be in one of its regions only; others may be beside it."""
     c = "  c: {model: cart, start: [2, 1], objective: {hold: [2, 1]}}\n"

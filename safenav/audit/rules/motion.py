@@ -166,10 +166,12 @@ def collision(record: Line, now: Situation) -> Iterator[Said]:
     """Robots in conflict never share a region, at any moment; one in transit occupies two regions,
     a lost one all that it may be in. Robots that would change places do share one, as they move one
     after the other (D 4, Layers)."""
-    robot, regions = record.robot, taken(record) | now.lost.get(record.robot, set())
+    robot, regions = record.robot, taken(record)
     for other in now.rivals(robot):
-        for region in sorted(regions & now.may_have(other)):
-            yield f"{robot} and {other} are both at {now.show(region)}"
+        for region in sorted((regions | now.lost.get(robot, set())) & now.may_have(other)):
+            sure = region in regions & now.taken_by(other)
+            are = "are both" if sure else "may both be"
+            yield f"{robot} and {other} {are} at {now.show(region)}"
 
 
 @judges("line", "move")

@@ -21,8 +21,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     if record.at != now.region[robot]:
         yield f"{robot} is recorded at {here}, but is at {now.show(now.region[robot])}"
     way, heading = now.grid.direction(record.at, record.proposed), now.heading[robot]
-    lost = robot in now.ended and now.ended[robot].result == "lost"
-    if lost and obstacle.type == f"lost_{robot}":
+    if now.lost.get(robot) and obstacle.type == f"lost_{robot}":
         pass  # it proposed no step: it may also be in that region
     elif way is None:
         yield f"{robot} cannot step from {here} to {proposed}, which is not a neighbour"

@@ -12,7 +12,7 @@ from safenav.runtime.coordination import events
 from safenav.runtime.coordination.events import Event
 from safenav.runtime.failures import Reaction, lost, unknown
 from safenav.runtime.progress import Progress
-from safenav.runtime.sweeping import taken
+from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import DecidedStep, RobotState, TeamState
 from safenav.runtime.turns.actions import Actions
 from safenav.runtime.turns.move_recorder import MoveRecorder
@@ -227,19 +227,28 @@ class Moves(Struct, frozen=True):
         """Close all regions but one in which a lost robot may be: it blocks that one itself. Where
         it may be in a zone that it does not hold by that, close all of this to the others."""
         rivals = frozenset(other.name for other in self.state.rivals(robot.robot))
-        yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
-        here, at = robot.pose.region, {n: each.occupied for n, each in self.state.robots.items()}
-        free = event.regions - {here} - taken(self.state, robot.robot)
-        closed = dict.fromkeys(free, rivals)
+        here = robot.pose.region
+        closed = dict.fromkeys(event.regions - {here}, rivals)
         for zone in self.state.scenario.never_together:
             if robot.name not in zone.robots or here in zone.regions:
                 continue
-            others = zone.robots - {robot.name}
-            standing = frozenset().union(*(at[name] for name in others))
-            for region in zone.regions - standing if zone.regions & event.regions else ():
-                closed[region] = closed.get(region, frozenset()) | others
-        for region in sorted(closed):
-            obstacle = lost(robot.robot, closed[region], region)
+            for region in zone.regions if zone.regions & event.regions else ():
+                closed[region] = closed.get(region, frozenset()) | zone.robots - {robot.name}
+        robot.unclosed = closed
+        yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
+        yield from self.close(robot)
+
+    def close(self, robot: RobotState) -> Iterator[Event]:
+        """Close the ``unclosed`` regions of a lost robot in which no other robot is. Until then no
+        other enters them: the lost one occupies them (``RobotState.occupied``)."""
+        occupied = {n: each.occupied for n, each in self.state.robots.items() if each is not robot}
+        for region, names in sorted(robot.unclosed.items()):
+            there = any(region in occupied[name] for name in names)
+            if there or region in swept(self.state, robot.robot):
+                continue
+            robot.unclosed = {r: them for r, them in robot.unclosed.items() if r != region}
+            yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
+            obstacle = lost(robot.robot, names, region)
             violation = ForbiddenMove(robot.robot, robot.pose.region, region, obstacle)
             self.encounter(robot, violation)
             yield events.ObstacleEncountered(violation)
