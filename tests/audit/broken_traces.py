@@ -178,6 +178,7 @@ CASES: list[Case] = [
         edit("outcome", {}, syntheses=1),
     ),
     ("request door 2 quad", insert_after("request", {})),
+    ("request refused_again 1 cart", edit("request", {}, requester="cart")),
     ("push door 2 quad", *(edit(to, {}, helper="quad") for to in ("push", "pop"))),
     ("request door 2 quad", edit("request", {}, helper="quad", helpers=["digit"])),
     ("request operator 2 rover", drop("request")),

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from once import SCENARIOS
 from runtime.played import Run, completed, loaded, play
+from runtime.worlds import Clocked
 from safenav import Mission
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
@@ -472,22 +473,13 @@ def test_reactions_to_failed_moves() -> None:
     assert troubles.move_failed(policy, "a", 1, fatal=False) is Reaction.RETRY
 
 
-class Distant:
+class Distant(Clocked):
     """Robots that somebody else drives: they do nothing but what they are asked for."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        self.inner = LiveSimulation(scenario)
-        self.now, self.sense, self.start = self.inner.now, self.inner.sense, self.inner.start
-        self.cancel, self.wait = self.inner.cancel, self.inner.wait
-
-    @property
-    def idle(self) -> bool:
-        return self.inner.idle
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
         if not obstacles:
             return Acted(self.now(), robot.name, command=command)
-        return self.inner.act(robot, obstacles, command)
+        return self.simulation.act(robot, obstacles, command)
 
 
 def test_no_need_is_met_by_robots_that_were_not_asked() -> None:

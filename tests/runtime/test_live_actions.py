@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from runtime.played import Run, completed, loaded, play
 from runtime.test_live import RING
+from runtime.worlds import Driven
 from safenav import Mission
 from safenav.report.terminal.story import Story
 from safenav.runtime.turns.actions import Actions
@@ -59,22 +60,21 @@ SUSPECT = "{type: uncertainty, region: [1, 5], traversable: true}"
 CRATE = "{type: crate, region: [1, 3]}"
 
 
-class Calls:
-    """A world of blocking calls: the simulation, which does not say before what a robot can do.
-    It learns from the moves which robots there are."""
+class Calls(Driven):
+    """The simulation, which does not say before what a robot can do. It learns from the moves which
+    robots there are."""
 
     def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario)
         self.there = set[str]()
-        self.world = SimulatedWorld(scenario)
-        self.sense = self.world.sense
 
-    def move(self, robot: Robot, pose: Pose) -> None:
+    def move(self, robot: Robot, pose: Pose) -> Pose | None:
         self.there.add(robot.name)
-        self.world.move(robot, pose)
+        return super().move(robot, pose)
 
     def act(self, robot: Robot) -> Any:
         assert robot.name in self.there
-        return self.world.act(robot)
+        return super().act(robot)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from runtime.played import Run, loaded
+from runtime.test_live import nth, play_faulty
 from safenav import Mission
 from safenav.errors import ExitCode
 from safenav.runtime.worlds.adapter import WorldError
@@ -36,29 +37,9 @@ clock: live
 DOOR = built_in().obstacles["door"]
 
 
-class Reporting(LiveSimulation):
-    """Instead of the second arrival of ``a``, or beside it, something else is reported."""
-
-    report: Callable[[Arrived], Any]
-    beside = False
-    arrivals = 0
-
-    def wait(self, timeout: float | None) -> list[WorldEvent]:
-        return [each for event in super().wait(timeout) for each in self._told(event)]
-
-    def _told(self, event: WorldEvent) -> list[Any]:
-        self.arrivals += isinstance(event, Arrived) and event.robot == "a"
-        if self.arrivals != 2 or not isinstance(event, Arrived) or event.robot != "a":
-            return [event]
-        found = self.report(event)
-        return [found, event] if self.beside else [found]
-
-
 def play(report: Callable[[Arrived], Any], *, beside: bool) -> Run:
-    scenario = loaded(SCENARIO)
-    world, run = Reporting(scenario), Run()
-    world.report, world.beside = report, beside  # type: ignore[method-assign]
-    Mission(scenario, world=world, listeners=[run]).run()
+    """Instead of the second arrival of ``a``, or beside it, something else is reported."""
+    run = play_faulty(nth(2, lambda _, e: [report(e), e] if beside else [report(e)]), SCENARIO)
     assert not {"names", "arrive", "late"} & {*run.broken}
     return run
 

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 import warm
 from runtime.played import Run, begin, end, loaded, whole
+from runtime.worlds import Clocked, Remote
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.intervention.reading import read_intervention
@@ -20,7 +21,6 @@ from safenav.runtime.mission import Mission
 from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Found
 from safenav.runtime.worlds.protocol import Lost
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
@@ -320,16 +320,6 @@ def test_a_simulated_run_asks_once_nothing_more_comes(
     assert mission.state.waiting is None
 
 
-class Remote:
-    """A world like any outside: the runtime knows nothing of what is there."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        self.simulation = LiveSimulation(scenario)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.simulation, name)
-
-
 OPEN = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "").replace("air", "ground")
 
 
@@ -376,15 +366,6 @@ def test_a_robot_lost_in_several_regions_is_put_back_by_one_decision() -> None:
     after = Run(run.records[run.records.index(run.one("operator")) :])
     assert len(after.all("gone")) == 3
     assert not after.all("blocked") and not after.all("reopened")
-
-
-class Clocked(Remote):
-    """One whose time does not stand still while the team waits."""
-
-    def __getattr__(self, name: str) -> Any:
-        if name in ("expected", "times"):
-            raise AttributeError(name)
-        return super().__getattr__(name)
 
 
 def test_what_the_scenario_changes_ends_a_wait_for_an_operator() -> None:

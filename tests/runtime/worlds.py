@@ -1,8 +1,10 @@
-"""Worlds of users: a simulation behind calls, and an empty floor in time."""
+"""Worlds of users: simulations behind calls, and an empty floor in time."""
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
@@ -25,6 +27,27 @@ class Driven:
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
         return self.truth.act(robot)
+
+
+class Remote:
+    """A world like any outside: the runtime knows nothing of what is there. ``hidden``: what the
+    simulation behind it can tell, and this world cannot."""
+
+    hidden: tuple[str, ...] = ()
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.simulation = LiveSimulation(scenario)
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self.hidden:
+            raise AttributeError(name)
+        return getattr(self.simulation, name)
+
+
+class Clocked(Remote):
+    """One whose time does not stand still while the team waits."""
+
+    hidden = ("expected", "times", "changes")
 
 
 class Bare:
