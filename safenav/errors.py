@@ -43,6 +43,8 @@ def exit_code_of(outcome: Outcome) -> ExitCode:
 
 WRONG_NAMES = (errno.ENAMETOOLONG, errno.ELOOP)
 """Errors that the name of a file causes, wherever it comes from and whatever it is used for."""
+FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Errors of a file, or an output, that cannot grow."""
 
 
 def file_words(error: OSError) -> str:

@@ -12,7 +12,6 @@ import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from errno import EDQUOT, EFBIG, ENOSPC
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ from safenav.certify.measures import NoMeasureError
 from safenav.certify.page import page_of
 from safenav.certify.proved import prove, refusals
 from safenav.certify.run import Kept, read_lines
-from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError
+from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError
 from safenav.lines import json_line
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
@@ -103,7 +102,7 @@ def _disk(target: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.errno not in (ENOSPC, EDQUOT, EFBIG):
+        if error.errno not in FULL_DISK:
             raise
         raise UsageError(f"cannot write {target}: {error.strerror}") from error
 

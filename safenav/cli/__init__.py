@@ -17,7 +17,14 @@ import click
 
 import safenav
 from safenav import extras
-from safenav.errors import WRONG_NAMES, ExitCode, SafenavError, UsageError, file_words
+from safenav.errors import (
+    FULL_DISK,
+    WRONG_NAMES,
+    ExitCode,
+    SafenavError,
+    UsageError,
+    file_words,
+)
 
 COMMANDS = {
     "run": "Run a scenario and print what happens.",
@@ -173,6 +180,8 @@ def main() -> None:
             raise
         if isinstance(error, OSError) and error.errno in WRONG_NAMES:
             _fail(f"{file_words(error)}\n    choose another name", ExitCode.BAD_INPUT)
+        if isinstance(error, OSError) and error.errno in FULL_DISK:
+            _fail(f"cannot write the output: {file_words(error)}", ExitCode.BAD_INPUT)
         missing = (getattr(error, "name", None) or "").partition(".")[0]
         if isinstance(error, ImportError) and missing in EXTRAS:
             _fail(str(extras.missing("this", missing, EXTRAS[missing])), ExitCode.BAD_INPUT)

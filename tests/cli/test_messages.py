@@ -130,6 +130,21 @@ def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> 
     assert "warnings.warn" not in done.stderr and ".py" not in done.stderr
 
 
+def test_an_output_on_a_full_disk_is_no_defect() -> None:
+    script = f"import sys; sys.argv = ['safenav', 'catalogue']; {MAIN}"
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", script],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert "cannot write the output: No space left on device" in done.stderr
+
+
 def test_batches_take_the_option_for_output_of_all_commands(
     safenav: Command, tmp_path: Path
 ) -> None:

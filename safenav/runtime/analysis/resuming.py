@@ -44,8 +44,11 @@ from safenav.world.frame import Frame
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose
 
-UNREAD = ("promises", "suspects", "chargers", "inputs", "partition")
-"""Parts of a header from which no scenario is made: the scenario's file is needed."""
+UNREAD = {"promises": "deadlines"} | {
+    key: key for key in ("suspects", "chargers", "inputs", "partition")
+}
+"""Parts of a header from which no scenario is made, and their names: the scenario's file is
+needed."""
 ENDED = ("completed", "unrealizable")
 
 
@@ -231,7 +234,7 @@ def _changes(base: Scenario, state: TraceEnd) -> Iterable[settings.RobotChange]:
 
 def _scenario(header: setting.ScenarioHeader, clock: settings.Clock) -> Scenario:
     """The scenario of a header."""
-    missing = [key for key in UNREAD if getattr(header, key)]
+    missing = [UNREAD[key] for key in UNREAD if getattr(header, key)]
     robots = header.robots.values()
     missing += ["batteries"] if any(robot.battery for robot in robots) else []
     missing += ["'when'"] if any(robot.when for robot in robots) else []

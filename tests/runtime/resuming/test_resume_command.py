@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 import warm
 from once import SCENARIOS
@@ -11,18 +12,26 @@ from runtime.played import play, whole
 from runtime.resuming.cuts import CLOSED, DOOR
 from safenav.errors import UsageError
 from safenav.runtime.analysis.resuming import resumed
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.reading import read_lines, read_trace
 
+HELLO = load_scenario(SCENARIOS / "hello.yaml")
 
-def test_what_a_trace_does_not_describe_is_named() -> None:
-    first = read_lines(play(load_scenario(SCENARIOS / "battery_delivery.yaml")).lines[:20])
-    said = "does not fully describe batteries: also name the scenario"
+
+@pytest.mark.parametrize(
+    ("scenario", "named"),
+    [
+        (load_scenario(SCENARIOS / "battery_delivery.yaml"), "batteries"),
+        (replace(HELLO, until=replace(HELLO.until, by=99)), "deadlines"),
+    ],
+    ids=["batteries", "deadlines"],
+)
+def test_what_a_trace_does_not_describe_is_named(scenario: Scenario, named: str) -> None:
+    first = read_lines(play(scenario).lines[:9])
+    said = f"does not fully describe {named}: also name the scenario"
     with pytest.raises(UsageError, match=said):
         resumed(first)
-
-
-HELLO = load_scenario(SCENARIOS / "hello.yaml")
 
 
 @pytest.fixture
