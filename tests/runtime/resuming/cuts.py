@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable
 
-from runtime.played import Line, Run, play
+from runtime.played import Line, Run, prepared
+from safenav.audit.check import audit
 from safenav.begun import Begun
 from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.model import Scenario
@@ -16,7 +17,13 @@ def begun(rest: Scenario) -> Begun:
 
 
 def continued(run: Run, end: int, scenario: Scenario | None = None) -> Run:
-    return play(resumed(read_lines(run.lines[:end]), scenario))
+    """The rest of a run that is cut there: the audit derives by its own replay of the run before
+    what the header of the rest tells."""
+    first = read_lines(run.lines[:end])
+    mission, rest = prepared(resumed(first, scenario))
+    mission.run()
+    assert audit(read_lines(rest.lines), first).findings == (), end
+    return rest
 
 
 def with_another(rest: Scenario) -> Scenario:

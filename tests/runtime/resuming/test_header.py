@@ -4,44 +4,11 @@ import re
 
 import pytest
 
-from runtime.played import Run, loaded, play
-from runtime.resuming.cuts import (
-    ALARM,
-    CLOSED,
-    COMES_BACK,
-    DOOR,
-    KINDS,
-    ONE,
-    ORDERS,
-    TIGHT,
-    continued,
-)
-from safenav import Mission
+from runtime.played import loaded, play
+from runtime.resuming.cuts import DOOR, KINDS, ONE, continued
 from safenav.audit.check import audit
 from safenav.runtime.analysis.resuming import resumed
 from safenav.trace.reading import read_lines
-
-CONTINUED = {
-    "door": DOOR,
-    "orders": ORDERS,
-    "closed": CLOSED,
-    "alarm": ALARM,
-    "back": COMES_BACK,
-    "tight": TIGHT % 30,
-    "cover": ONE % KINDS["cover"],
-    "once": ONE % KINDS["once"],
-}
-
-
-@pytest.mark.parametrize("name", CONTINUED)
-def test_the_audit_derives_what_the_header_tells(name: str) -> None:
-    """By its own replay of the run before."""
-    scenario = loaded(CONTINUED[name])
-    lines = play(scenario).lines
-    for end in range(2, len(lines) - 1, 3):
-        first, begins = read_lines(lines[:end]), Run()
-        Mission(resumed(first, scenario), listeners=[begins]).start()
-        assert audit(read_lines(begins.lines), first).findings == (), end
 
 
 @pytest.mark.parametrize(

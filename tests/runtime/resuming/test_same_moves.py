@@ -6,9 +6,7 @@ from collections.abc import Iterable
 import pytest
 
 from runtime.played import Line, loaded, play
-from safenav.audit.check import audit
-from safenav.runtime.analysis.resuming import resumed
-from safenav.trace.reading import read_lines
+from runtime.resuming.cuts import continued
 
 CHARGES = """
 map: {grid: ["......."]}
@@ -82,12 +80,7 @@ def test_the_rest_moves_as_the_whole_run(text: str) -> None:
     whole = play(scenario)
     expected = moves(whole.records)
     for end in range(2, len(whole.records) - 1):
-        first = read_lines(whole.lines[:end])
-        rest = resumed(first, scenario)
-        assert rest.begun is not None
-        run = play(rest)
-        assert audit(read_lines(run.lines), first).findings == (), end
-        before = moves(whole.records[:end])
-        after = [m for m in run.records if m["type"] == "move"]
-        after = [m for m in after if m["tick"] > 1 or m["robot"] not in rest.begun.had]
+        run = continued(whole, end, scenario)
+        before, had = moves(whole.records[:end]), run.records[0]["scenario"]["begun"]["had"]
+        after = [m for m in run.all("move") if m["tick"] > 1 or m["robot"] not in had]
         assert before + moves(after) == expected, (end, json.dumps(whole.records[end]))

@@ -9,7 +9,17 @@ from msgspec.structs import replace
 from once import SCENARIOS
 from runtime.counting import COUNTING
 from runtime.played import Run, begin, completed, loaded, play
-from runtime.resuming.cuts import ALARM, BATTERY, CLOSED, COMES_BACK, DUE, ORDERS, begun, continued
+from runtime.resuming.cuts import (
+    ALARM,
+    BATTERY,
+    CLOSED,
+    COMES_BACK,
+    DOOR,
+    DUE,
+    ORDERS,
+    begun,
+    continued,
+)
 from runtime.test_operator import GATE, attended
 from safenav.audit.check import audit
 from safenav.runtime.analysis.resuming import resumed
@@ -71,8 +81,8 @@ def test_a_run_that_never_began_is_refused_again() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    [ORDERS, COMES_BACK, COUNTING, BATTERY, CLOSED],
-    ids=["orders", "back", "memory", "charge", "closed"],
+    [ORDERS, COMES_BACK, COUNTING, BATTERY, CLOSED, ALARM, DOOR],
+    ids=["orders", "back", "memory", "charge", "closed", "alarm", "deadlines"],
 )
 def test_a_run_continues_from_each_of_its_lines(text: str) -> None:
     scenario = loaded(text)
