@@ -107,7 +107,8 @@ class Passes(Algorithm):
         if goes_on:
             self.guarded(partial(self.settle, [Continued()]))
         if given_up:
-            raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
+            stands = None if self.interventions.took_effect else team.waiting
+            raise RunEnded(stands or Conclusion(Outcome.INTERRUPTED, "given up"))
         if team.waiting is not None and team.waits_until is not None:
             self._together |= team.waits_until <= self.world.now()
         for change in self.world.changes(team.occupied()):

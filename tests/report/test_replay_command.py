@@ -85,6 +85,14 @@ def test_into_a_pipe_the_terminal_replay_tells_only_what_matters(traces: dict[st
     assert "▒▒" in done.stdout
 
 
+def test_into_a_pipe_the_terminal_replay_tells_what_a_user_has_changed(tmp_path: Path) -> None:
+    lines = made_traces.door()
+    lines.insert(-1, {"type": "service", "tick": lines[-1]["tick"] - 1, "robot": "digit",
+                      "active": False, "cause": "user"})  # fmt: skip
+    done = safenav("replay", made_traces.write(lines, tmp_path / "out.jsonl"), "--terminal")
+    assert "digit is out of service" in done.stdout, done.stderr
+
+
 def test_the_terminal_replay_restores_the_cursor_when_interrupted(
     replays: dict[str, Replay],
 ) -> None:

@@ -353,6 +353,21 @@ def test_a_lost_robot_is_put_back() -> None:
     assert run.one("gone")["obstacle"] == "lost_cart@26"
 
 
+@pytest.mark.parametrize("at_once", [True, False])
+def test_a_lost_robot_is_not_where_an_operator_has_found_nothing(*, at_once: bool) -> None:
+    """The bee may go there. A run that is given up at once does not end for what was resolved."""
+    mission, run, scenario = losing_the_cart(OPEN.replace("[[1, 9], [1, 1]]", "[[2, 4], [1, 1]]"))
+    while mission.waiting is None or not mission.still:
+        mission.step()
+    mission.intervene(read_intervention("resolved lost_cart@26", scenario))
+    while not at_once and (mission.waiting is None or not run.all("depart", robot="bee", to=26)):
+        mission.step()
+    mission.intervene(read_intervention("give_up", scenario))
+    end(mission, run)
+    ends = ("interrupted", "given up") if at_once else ("operator_needed", "cart (lost")
+    assert (run.outcome["outcome"], run.outcome["explanation"][: len(ends[1])]) == ends
+
+
 def test_a_robot_lost_in_several_regions_is_put_back_by_one_decision() -> None:
     """No region where it is not counts as a closed one for another decision."""
     text = OPEN.replace("rounds: 1", "rounds: 4").replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")

@@ -1,7 +1,7 @@
 """A replay on the terminal: the map and what happens, tick by tick.
 
-On a terminal the frames overwrite one another; into a file or a pipe only the ticks in which
-something happened are written, one below the other.
+On a terminal the frames overwrite one another; into a file or a pipe only the ticks with more
+than moves, goals and plans are written, one below the other.
 """
 
 from __future__ import annotations
@@ -30,6 +30,12 @@ _COLOURS = {
     StoryKind.BLOCKED: "magenta",
     StoryKind.OUTCOME: "cyan",
 }
+_LOGGED = {
+    *(*_COLOURS, StoryKind.APPEARED, StoryKind.GONE, StoryKind.REOPENED, StoryKind.FAILURE),
+    *(StoryKind.WAITING, StoryKind.PAUSED, StoryKind.OPERATOR, StoryKind.INPUTS),
+    *(StoryKind.OBJECTIVE, StoryKind.SERVICE, StoryKind.DEADLINE, StoryKind.ASSUMPTION),
+}
+"""All but the regular course of a run: its goals, plans and syntheses."""
 
 
 def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
@@ -111,10 +117,11 @@ def _moment(replay: Replay, tick: int) -> str:
 
 
 def log(replay: Replay, ticks: range) -> Iterator[str]:
-    """Yield the first tick and those with a discovery, request, resolution or end."""
+    """Yield the first tick, and those with a discovery, request, resolution, end, or a change from
+    outside."""
     for tick in ticks:
         events = replay.happened(tick)
-        if tick == ticks.start or any(event.kind in _COLOURS for event in events):
+        if tick == ticks.start or any(event.kind in _LOGGED for event in events):
             yield from frame(replay, tick, recent=max(1, len(events)))
             yield ""
 

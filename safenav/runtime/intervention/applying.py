@@ -50,7 +50,7 @@ class Interventions(Struct):
     _ordered: set[str] = field(default_factory=set)
     _made: int = 0
     took_effect: bool = False
-    """Whether a requested intervention has changed anything, or is recorded as one."""
+    """Whether a requested intervention has changed anything, or is recorded as a change."""
     ends_wait: bool = False
     """Whether the scenario, or an input, has changed something while an operator is waited for."""
 
@@ -136,7 +136,7 @@ class Interventions(Struct):
                 return self.state.live or self._robot(name).active is not active
             case kinds.SetInput(name, on):
                 return self.state.inputs[name] is not on
-        return True
+        return not isinstance(wanted, kinds.GiveUp)
 
     @property
     def more_changes(self) -> bool:
