@@ -130,9 +130,12 @@ def test_very_many_problems_are_summed_up() -> None:
     assert "80 more" in problems[-1].found
 
 
-@pytest.mark.parametrize("raw", [b"", b"\n\n", b'{"type": "head'])
-def test_an_empty_trace_is_refused(raw: bytes) -> None:
-    with pytest.raises(InputError, match="empty"):
+@pytest.mark.parametrize(
+    ("raw", "said"),
+    [(b"", "empty"), (b"\n\n", "empty"), (b'{"type": "head', "the first line is incomplete")],
+)
+def test_a_trace_without_a_whole_line_is_refused(raw: bytes, said: str) -> None:
+    with pytest.raises(InputError, match=said):
         read_bytes(raw)
 
 
