@@ -131,3 +131,25 @@ def test_formulas_that_remember_get_what_they_wait_for() -> None:
         if region == 10 and remembered:
             remembered, done = False, done + 1
     assert done >= 2
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_only_one_out_of_service_can_help(clock: str) -> None:
+    """``a`` could go to 9, but the car would have to back off to 8, where it cannot turn: nobody
+    gets anywhere before ``c`` is back, though it is in the way of ``a`` alone."""
+    run = play(f"""
+        map: {{grid: ["#######", "#.....#", "#######"]}}
+        catalogue:
+          robots:
+            cart: {{mobility: free, layer: ground, capabilities: []}}
+            car: {{mobility: heading, layer: ground, capabilities: []}}
+        robots:
+          a: {{model: cart, start: 10, objective: {{cover: [12, 9]}}}}
+          b: {{model: car, start: 9, heading: south, objective: {{hold: 10}}}}
+          c: {{model: cart, start: 11, objective: {{visit: [10, 11]}}}}
+        changes: [{{at: 2, robot: c, service: out}}]
+        until: {{rounds: 1}}
+        limits: {{ticks: 30}}
+        clock: {clock}
+        """)
+    assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "out_of_service")

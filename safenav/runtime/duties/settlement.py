@@ -8,7 +8,7 @@ module keep no state.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -68,7 +68,7 @@ class TrafficNotes(Struct):
     a plan was wanted for a robot in a helper's way, for what is due, with other targets first;
     ``followed``: a plan was begun, at whose end ``followers`` stand behind their helper;
     ``hopeless``: obstacles that no joint state serves; ``hemmed_in``: robots that no order of moves
-    brings to their next target."""
+    brings to their next target; ``impasses``: states in which no plan helped."""
 
     cleared: bool = False
     hurried: bool = False
@@ -77,6 +77,7 @@ class TrafficNotes(Struct):
     followers: frozenset[str] = frozenset()
     hopeless: frozenset[str] = frozenset()
     hemmed_in: frozenset[int] = frozenset()
+    impasses: set[Hashable] = field(default_factory=set)
 
 
 class Settled(Struct, frozen=True):

@@ -255,6 +255,7 @@ class Traffic:
             self.search.hopeless = frozenset()
             self.search.leg(problem)  # somebody in the way may come back
             self._set_aside(problem.floor, self.search.hopeless)
+            self._note_impasse(problem.floor)
             return
         self.search.failures += 1
         self.search.used = budgets.MOST_WORK - self.search.work.left
@@ -263,6 +264,16 @@ class Traffic:
         if self.search.failures > most or self.search.work.done:
             said = f"search budget exhausted while planning joint moves: {occasion.reason}"
             raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
+
+    def _note_impasse(self, floor: Floor) -> None:
+        """No plan helps before a robot is back in service, nor have the others got anywhere by
+        themselves since they were in this state: only that robot can help any of them."""
+        notes, robots = self.state.last_settled.notes, self.state.robots.values()
+        done = ((self.state.rounds_counted(r), r.own.memory.index, r.own.seen) for r in robots)
+        now = floor.poses, tuple(done), tuple(robot.charge for robot in robots)
+        if now in notes.impasses:
+            notes.hemmed_in |= {i for i, robot in enumerate(robots) if robot.active}
+        notes.impasses.add(now)
 
     def _set_aside(self, floor: Floor, gates: frozenset[int]) -> None:
         """Make no plan now, and set these obstacles aside."""
