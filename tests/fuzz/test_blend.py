@@ -99,6 +99,7 @@ LOCKSTEP = {
     "a helper is kept away by one out of service": 58813,
     "its battery is replaced while it starves": 58211,
     "with assignable goals a helper is due in one pose": 172141,
+    "one that cannot be passed is taken out of service": 181144,
 }
 PLAIN = {
     "an input gives an objective, and nobody passes": (73200, False),
@@ -162,6 +163,7 @@ FORMULAS = {
     "an input changes the objective on the way from one target to another": (97881, True, *NONE),
     "no robot has a strategy for the first order, in no decision": (155147, *LOCK),
     "it waits where it would have helped before": (150691, True, *NONE),
+    "it meets its goal in the moment in which it gets another strategy": (182374, True, *NONE),
 }
 
 

@@ -310,12 +310,15 @@ class Nature(LiveSimulation):
         here, taken = self._poses[robot.name], {*self.truth.standing()}
         taken |= {p.region for n, p in self._poses.items() if n != robot.name}
         taken |= {r for n, two in self._bound.items() if n != robot.name for r in two}
+        at = {n: {p.region, *self._bound.get(n, ())} for n, p in self._poses.items()}
         for entry in self.log:
             if entry["log"] == "end" and entry["within"] and entry["robot"] in self._dead:
                 taken |= {*entry["within"]}
         for other, (until, regions) in self._reserved.items():
             if other != robot.name and until >= self._now:
                 taken |= regions
+                at[other] |= regions
+        taken |= self._scenario.held(robot.name, at)
         poses = moves(robot.model.mobility, here, self._scenario.map)
         return [pose for pose in poses if pose.region not in taken]
 

@@ -255,6 +255,7 @@ class Evidence(Rule):
         if task.objective.serves(robot.own):
             robot.forms.add("literal" if task.objective == robot.own else "alternation")
         robot.nodes, robot.knowledge = {node}, dict(task.knowledge)
+        robot.came_from = set()  # that was a node of the strategy before
         robot.signal = robot.signal or {"request": 0, "wait": 0, "assigned": record.get("neutral")}
 
     def even_alone(self, task: Task, record: Json) -> str:
