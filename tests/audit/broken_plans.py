@@ -3,7 +3,7 @@
 import copy
 from typing import Any
 
-from audit.broken_traces import Case, cut_after
+from audit.broken_traces import RESOLVED, Case, cut_after
 from audit.trace_script import Line, Mutation, both, drop, edit, find, insert_after, scenario
 
 
@@ -68,16 +68,7 @@ BY_SIGNALS = scenario("coordination", to="assignable")
 BACK = told("right", {"visit": [12]})
 
 NOT_OUT = scenario("changes", 1, "active", to=True)
-EARLY = insert_after(
-    "met",
-    {"need": 0},
-    type="resolved",
-    obstacle="beam@10",
-    robot="cart",
-    at=9,
-    requested=False,
-    traversable=None,
-)
+EARLY = insert_after("met", {"need": 0}, **RESOLVED, obstacle="beam@10", robot="cart", at=9)
 
 CASES_OF_PLANS: list[Case] = [
     ("plan planned 2 two", edit("plan", {}, orders=[["two", 1, "one", 3]])),

@@ -14,7 +14,11 @@ from audit.trace_script import (
     scenario,
 )
 
-REST = {"tick": 8, "robot": "digit"}
+REST, FIRST = {"tick": 8, "robot": "digit"}, {"tick": 1, "robot": "quad"}
+RESOLVED: Line = {"type": "resolved", "requested": False, "traversable": None}
+OPENED: Line = {**RESOLVED, "obstacle": "door@9", "robot": "digit", "at": 8}
+KEPT: Line = {"type": "deadline", "tick": 1, "of": "mission", "due": 5, "verdict": "kept"}
+CHARGED: Line = {**FIRST, "type": "service", "active": True, "cause": "battery"}
 DEBRIS = obstacle("debris", 14, "clear", [14], ["one"])
 
 
@@ -99,16 +103,7 @@ CASES: list[Case] = [
     ("order door 5 digit", edit("goal", {"robot": "digit"}, tick=5)),
     (
         "order door 8 -",
-        insert_after(
-            "outcome",
-            {},
-            type="resolved",
-            obstacle="door@9",
-            robot="digit",
-            at=8,
-            requested=False,
-            traversable=None,
-        ),
+        insert_after("outcome", {}, **OPENED),
     ),
     ("continuity unrequested 2 quad", retell("quad", (2, 8, 8))),
     ("continuity shared_floor 4 two", edit("move", {"tick": 4, "robot": "two"}, origin=8, to=8)),
@@ -314,28 +309,6 @@ CASES: list[Case] = [
     ),
     ("synthesis door 0 digit", edit("synthesis", {"robot": "digit"}, strategy=None)),
     ("synthesis door 3 digit", edit("synthesis", {"robot": "digit", "tick": 3}, reason="initial")),
-    (
-        "deadline door 1 -",
-        insert_after(
-            "move",
-            {"tick": 1, "robot": "quad"},
-            type="deadline",
-            tick=1,
-            of="mission",
-            due=5,
-            verdict="kept",
-        ),
-    ),
-    (
-        "charge door 1 quad",
-        insert_after(
-            "move",
-            {"tick": 1, "robot": "quad"},
-            type="service",
-            tick=1,
-            robot="quad",
-            active=True,
-            cause="battery",
-        ),
-    ),
+    ("deadline door 1 -", insert_after("move", FIRST, **KEPT)),
+    ("charge door 1 quad", insert_after("move", FIRST, **CHARGED)),
 ]

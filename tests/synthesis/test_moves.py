@@ -30,7 +30,8 @@ at' = 5
 at' = 0
 """
 CHECK = MoveCheck(read_specification(FERRY, "ferry", "ferry"))
-CALM, STORM = {"calm": 1, "fog": 0}, {"calm": 0, "fog": 0}
+CALM, STORM, FOG = {"calm": 1, "fog": 0}, {"calm": 0, "fog": 0}, {"calm": 0, "fog": 1}
+UNMET = "goal .* as met, which it is not"
 
 
 def position(
@@ -39,7 +40,7 @@ def position(
     return Position({"calm": calm, "fog": fog, "at": at}, goal, distance, assumption)
 
 
-HERE = position(2, 6)
+HERE, FREE, LATE = (position(2, 6, assumption=number) for number in (0, None, 3))
 
 
 @pytest.mark.parametrize(
@@ -59,55 +60,20 @@ def test_what_the_strategy_may_do(here: Position, inputs: dict[str, int], move: 
     ("here", "inputs", "move", "why"),
     [
         (HERE, CALM, ServedMove(position(4, 4, calm=1), 0), "a move that violates .*at' <= at"),
-        (
-            HERE,
-            {"calm": 0, "fog": 1},
-            ServedMove(position(3, 4, fog=1), 0),
-            "a move that violates .*fog'",
-        ),
+        (HERE, FOG, ServedMove(position(3, 4, fog=1), 0), "a move that violates .*fog'"),
         (position(5, 1), CALM, ServedMove(position(6, 0, calm=1), 0), "a value outside its range"),
         (HERE, CALM, ServedMove(position(3, 4), 0), "a move for other inputs"),
-        (
-            position(2, 6, fog=1),
-            {"calm": 0, "fog": 1},
-            ServedMove(position(2, 4, fog=1), 0),
-            "a move although .* is violated",
-        ),
+        (position(2, 6, fog=1), FOG, ServedMove(position(2, 4, fog=1), 0), "although .* violated"),
         (HERE, CALM, ServedMove(position(2, 6, calm=1), 0), "makes no progress .*from 6 to 6"),
         (HERE, STORM, ServedMove(position(2, 7), 0), "makes no progress .*from 6 to 7"),
-        (HERE, STORM, ServedMove(position(2, 6, assumption=None), 0), "makes no progress"),
-        (
-            position(2, 6, assumption=None),
-            STORM,
-            ServedMove(position(2, 6, assumption=None), 0),
-            "makes no progress",
-        ),
+        (HERE, STORM, ServedMove(FREE, 0), "makes no progress"),
+        (FREE, STORM, ServedMove(FREE, 0), "makes no progress"),
         (HERE, CALM, ServedMove(position(3, -1, calm=1), 0), "makes no progress"),
-        (
-            HERE,
-            CALM,
-            ServedMove(position(3, 9, goal=1, calm=1), 1),
-            "goal .* as met, which it is not",
-        ),
-        (
-            position(4, 2),
-            CALM,
-            ServedMove(position(5, 9, goal=0, calm=1), 2),
-            "goal .* as met, which it is not",
-        ),
+        (HERE, CALM, ServedMove(position(3, 9, goal=1, calm=1), 1), UNMET),
+        (position(4, 2), CALM, ServedMove(position(5, 9, goal=0, calm=1), 2), UNMET),
         (HERE, CALM, ServedMove(position(3, 4, goal=1, calm=1), 0), "goal 1 after goal 0"),
-        (
-            position(2, 6, goal=2),
-            CALM,
-            ServedMove(position(3, 4, goal=2, calm=1), 0),
-            "goal 2 after",
-        ),
-        (
-            position(2, 6, assumption=3),
-            STORM,
-            ServedMove(position(2, 6, assumption=3), 0),
-            "waiting for assumption 3, of 1",
-        ),
+        (position(2, 6, 2), CALM, ServedMove(position(3, 4, 2, calm=1), 0), "goal 2 after"),
+        (LATE, STORM, ServedMove(LATE, 0), "waiting for assumption 3, of 1"),
     ],
 )
 def test_what_it_may_not_do(
@@ -125,6 +91,6 @@ def test_where_it_may_begin() -> None:
 
 
 def test_only_what_the_assumptions_exclude_may_be_refused() -> None:
-    CHECK.refusal(position(2, 6, fog=1), {"calm": 0, "fog": 1})
+    CHECK.refusal(position(2, 6, fog=1), FOG)
     with pytest.raises(SynthesizerError, match="no move, though every assumption holds"):
         CHECK.refusal(HERE, CALM)

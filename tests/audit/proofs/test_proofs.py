@@ -116,10 +116,6 @@ def changed(proof: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
     return found
 
 
-def test_a_closure_shows_that_nobody_can_open_the_door() -> None:
-    assert reasons(NO_PUSHER, NOBODY) == []
-
-
 @pytest.mark.parametrize(
     ("proof", "reason"),
     [
@@ -148,24 +144,29 @@ def test_an_obstacle_that_somebody_can_resolve_is_not_never_resolved() -> None:
     assert "can be resolved" in reasons(NO_PUSHER, able)[0]
 
 
-def test_a_pusher_behind_the_door_does_not_help_where_it_cannot_get() -> None:
-    far = moment(
-        [robot("a", 1, 5, 1), robot("b", 5, 5, can="push")],
-        obstacle("door@3", 3, need("push", 2), blocks="a b"),
-        obstacle("fog@4", 4, need("sense", 2), blocks="b"),
-    )
-    robots = {"a": table(range(1, 3), False), "b": table(range(5, 6), True)}
-    proof = closure("door@3 fog@4", **robots)
-    assert reasons(proof, far) == []
+CLOSURES = {
+    "nobody can open the door": (NO_PUSHER, NOBODY),
+    "a pusher behind the door does not help where it cannot get": (
+        closure("door@3 fog@4", a=table(range(1, 3), False), b=table(range(5, 6), True)),
+        moment(
+            [robot("a", 1, 5, 1), robot("b", 5, 5, can="push")],
+            obstacle("door@3", 3, need("push", 2), blocks="a b"),
+            obstacle("fog@4", 4, need("sense", 2), blocks="b"),
+        ),
+    ),
+    "a second need that nobody can meet is enough": (
+        closure("vault@3", a=table(range(1, 3), False)),
+        moment(
+            [robot("a", 1, 5, 1, can="sense")],
+            obstacle("vault@3", 3, need("sense", 2), need("lift", 2), blocks="a"),
+        ),
+    ),
+}
 
 
-def test_a_second_need_that_nobody_can_meet_is_enough() -> None:
-    vault = moment(
-        [robot("a", 1, 5, 1, can="sense")],
-        obstacle("vault@3", 3, need("sense", 2), need("lift", 2), blocks="a"),
-    )
-    proof = closure("vault@3", a=table(range(1, 3), False))
-    assert reasons(proof, vault) == []
+@pytest.mark.parametrize("why", CLOSURES)
+def test_a_closure_shows_it(why: str) -> None:
+    assert reasons(*CLOSURES[why]) == []
 
 
 @pytest.mark.parametrize(("apart", "accepted"), [(True, True), (False, False)])
@@ -211,12 +212,9 @@ def test_a_tree_that_refutes_each_choice_is_accepted() -> None:
     assert reasons(one_way_proof(), ONE_WAY) == []
 
 
-def test_a_choice_that_is_left_out_is_named() -> None:
+def test_a_tree_that_leaves_a_choice_out_or_refutes_it_wrongly_is_refused() -> None:
     proof = {"kind": "tree", "choices": []}
     assert "a at west@2 is not refuted" in reasons(proof, ONE_WAY)[0]
-
-
-def test_a_choice_whose_own_proof_fails_is_refused() -> None:
     proof = changed(one_way_proof(), "choices", 0, "proof", "robots", "b", "poses", to=[[3, None]])
     assert "out of its closure" in reasons(proof, ONE_WAY)[0]
 

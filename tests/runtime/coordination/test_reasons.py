@@ -17,19 +17,29 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
 
 
 @pytest.mark.parametrize(
+    ("hindrance", "but"),
+    [
+        (Hindrance.WALLS, "no path leads there"),
+        (Hindrance.GATES, "door@1 itself is in its way"),
+        (Hindrance.INSIDE, "it cannot enter that region alone: 'at' can say where else it acts"),
+        (Hindrance.OUT_OF_SERVICE, "it is out of service"),
+    ],
+)
+def test_what_keeps_a_robot_from_an_obstacle_is_said(hindrance: Hindrance, but: str) -> None:
+    gates = ("door@1",) if hindrance in (Hindrance.GATES, Hindrance.INSIDE) else ()
+    said = shortfall_words(lacks(Helper("a", hindrance, gates)), number_word)
+    assert said == f"door@1 needs a robot with 'push'; a has it, but {but}"
+
+
+TWO = (Helper("a", Hindrance.NOTHING), Helper("b", Hindrance.GATES, ("crate@2",)))
+
+
+@pytest.mark.parametrize(
     ("found", "words"),
     [
         (lacks(), "door@1 needs a robot with 'push', and no robot of this team has it"),
         (
-            lacks(Helper("a", Hindrance.WALLS)),
-            "door@1 needs a robot with 'push'; a has it, but no path leads there",
-        ),
-        (
-            lacks(
-                Helper("a", Hindrance.NOTHING),
-                Helper("b", Hindrance.GATES, ("crate@2",)),
-                robots=2,
-            ),
+            lacks(*TWO, robots=2),
             "door@1 needs two robots with 'push'; b has it, but crate@2 is in its way; "
             "a can reach it",
         ),
@@ -41,19 +51,6 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
         (
             Shortfall("box@1", "lift", 1, False, (), beside=("press",)),
             "box@1 needs a robot with 'lift' and 'press', and no robot of this team has both",
-        ),
-        (
-            lacks(Helper("a", Hindrance.GATES, ("door@1",))),
-            "door@1 needs a robot with 'push'; a has it, but door@1 itself is in its way",
-        ),
-        (
-            lacks(Helper("a", Hindrance.INSIDE, ("door@1",))),
-            "door@1 needs a robot with 'push'; a has it, but it cannot enter that region alone: "
-            "'at' can say where else it acts",
-        ),
-        (
-            lacks(Helper("a", Hindrance.OUT_OF_SERVICE)),
-            "door@1 needs a robot with 'push'; a has it, but it is out of service",
         ),
     ],
 )
