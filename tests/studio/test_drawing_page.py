@@ -158,7 +158,9 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     board.click(44)
     board.choose("Look")
     browser.driver.refresh()  # a reload in mid-run loses nothing
-    browser.wait(lambda: browser.all("header h1"))
+    browser.wait(lambda: browser.all(".clock"), lacks="the run, which the page showed before")
+    board.choose("✎ Draw")
+    browser.driver.refresh()
     board.choose("To the run")
     browser.wait(lambda: browser.tick >= 5)
     board.fast()

@@ -237,6 +237,30 @@ def test_the_map_is_drawn_with_the_keyboard_alone(house: Board) -> None:
     browser.wait(lambda: browser.all('[data-obstacle="door@16"]'))
 
 
+def test_the_keyboard_passes_through_the_text(house: Board) -> None:
+    """Tab indented the text for ever: nothing after it could be reached."""
+    browser, before = house.browser, house.text
+    area = "document.querySelector('.text textarea')"
+    browser.run("document.querySelector('[aria-label=\"Whole map\"]').focus()")
+    steps = []
+    for key in (Keys.TAB, Keys.TAB):
+        browser.press(key)
+        steps.append(browser.run(f"return document.activeElement === {area}"))
+    assert steps == [True, False] and house.text == before
+    browser.run(f"{area}.focus(); {area}.setSelectionRange(0, 0)")
+    for key, text, inside in (
+        ("#", "#" + before, True),
+        (Keys.TAB, "#  " + before, True),
+        (Keys.ESCAPE, "#  " + before, True),
+        (Keys.TAB, "#  " + before, False),
+    ):
+        browser.press(key)
+        browser.wait(
+            lambda text=text: house.text == text, 5, lacks=repr((key, house.text[:20], text[:20]))
+        )
+        assert browser.run(f"return document.activeElement === {area}") is inside
+
+
 def test_an_area_is_drawn_by_a_drag_and_becomes_a_target(house: Board) -> None:
     browser = house.browser
     house.choose("Area")

@@ -1,4 +1,4 @@
-/* sources cb44241c2bbf6d4e0aabafce7357cdc4c45a1aac32ed8a8ed0fae201d4992819 */
+/* sources f43963b0a31b4180c9087cd889164341e5bc99ee500610366a26de87978d74f7 */
 /* Contains Preact:
 The MIT License (MIT)
 

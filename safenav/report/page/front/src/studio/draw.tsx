@@ -35,7 +35,7 @@ const KEYS: Keys = [
   ["3 4", "name regions, or draw areas"],
   ["Esc", "close a menu; deselect the tool"],
   ["Delete", "remove what is selected"],
-  ["Tab", "focus the map, then the next control"],
+  ["Tab", "focus the map, then the next control; in the text: indent while you write (Esc ends that)"],
   ["↑ ↓ ← →", "on the map: move the cursor; with Shift: drag an item, or paint"],
   ["Enter", "on the map: click at the cursor"],
   ["Ctrl+S", "save"],

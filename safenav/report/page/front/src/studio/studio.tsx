@@ -22,6 +22,9 @@ interface Hello {
   folder: string;
 }
 
+/** The end of the address while the run is shown. */
+const WATCHED = "#run";
+
 export function Studio() {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const [connected, setConnected] = useState(true);
@@ -30,7 +33,11 @@ export function Studio() {
   const [hello, setHello] = useState<Hello | null>(null);
   const [doc, setDoc] = useState<Doc | null>(null);
   const [verdicts, setVerdicts] = useState<Record<string, Verdict>>({});
-  const [running, watch] = useState(false);
+  const [running, setRunning] = useState(false);
+  const watch = (on: boolean): void => {
+    history.replaceState(null, "", on ? WATCHED : location.pathname);
+    setRunning(on);
+  };
   const [files, setFiles] = useState<string[] | null>(null);
   const [asking, ask] = useState<Asking | null>(null);
   const current = useRef<Run | null>(null);
@@ -64,6 +71,7 @@ export function Studio() {
       player.stand(message.state as RunState);
       if (told) player.reach(told, before === null || told.last < before.last);
       setRun(told);
+      if (before === null && told !== null && location.hash === WATCHED) setRunning(true); // reloaded
     } else if (message.is === "news" && current.current) {
       const news = message.news as News;
       current.current = merged(current.current, news);

@@ -20,6 +20,8 @@ export function Text({ text, revision, problems, say, line }: TextProps) {
   const area = useRef<HTMLTextAreaElement>(null);
   const gutter = useRef<HTMLPreElement>(null);
   const pending = useRef(0);
+  /** Tab indents for somebody who writes here, and goes on for somebody who only passes. */
+  const typing = useRef(false);
   useEffect(() => {
     if (pending.current === 0) setOwn(text);
   }, [text, revision]);
@@ -61,8 +63,11 @@ export function Text({ text, revision, problems, say, line }: TextProps) {
         value={own}
         onInput={(event) => type(event.currentTarget.value)}
         onScroll={(event) => (gutter.current!.scrollTop = event.currentTarget.scrollTop)}
+        onPointerDown={() => (typing.current = true)}
+        onBlur={() => (typing.current = false)}
         onKeyDown={(event) => {
-          if (event.key !== "Tab" || event.shiftKey) return;
+          if (event.key !== "Tab") typing.current = event.key !== "Escape" && event.key !== "Shift";
+          if (event.key !== "Tab" || event.shiftKey || !typing.current) return;
           event.preventDefault();
           const { selectionStart: a, selectionEnd: b } = event.currentTarget;
           type(`${own.slice(0, a)}  ${own.slice(b)}`);
