@@ -50,9 +50,9 @@ class World:
         cells, named, areas = "".join(data["grid"]), data.get("names"), data.get("areas")
         good = {*map(len, data["grid"])} == {data["cols"]} and len(data["grid"]) == data["rows"]
         good = good and {*cells} <= {*"#."}
-        require(good, "the map has rows of different lengths, or other cells than # and .")
+        require(good, "the map has rows of different lengths, or cells other than # and .")
         good = all(re.fullmatch(r"[\w-]+", name) for name in (*(named or ()), *(areas or ())))
-        require(good, "a name of a region has other characters than letters, digits, _ and -")
+        require(good, "a name of a region has characters other than letters, digits, _ and -")
         return cls(data["grid"], data["rows"], data["cols"], named, areas, live=live)
 
     def on_map(self, region: int) -> bool:

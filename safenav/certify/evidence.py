@@ -126,4 +126,4 @@ def _opening(strategy: Strategy) -> Row:
 def _first(rows: Iterable[Row]) -> Row:
     for row in sorted(rows):
         return row
-    raise LookupError("the robot has an answer to each input")
+    raise LookupError("the robot has a successor for each input")

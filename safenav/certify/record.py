@@ -39,8 +39,8 @@ def bundle_of_run(
     plan = load_scenario_text(text, str(scenario))
     if plan.controllers is Controllers.ON_DEMAND:
         raise UsageError(
-            f"{scenario}: 'controllers: on_demand' lists no strategies, and a certificate is about "
-            "listed ones; certify it with 'controllers: listed'"
+            f"{scenario}: 'controllers: on_demand' lists no strategies, but a certificate needs "
+            "them; certify it with 'controllers: listed'"
         )
     if seed is not None:
         plan = replace(plan, seed=seed)

@@ -44,9 +44,9 @@ class Kept(Struct):
             spec, strategy = line["spec"], line.get("strategy")
             if line.get("verified") == Verified.MOVES:
                 raise UsageError(
-                    f"{line['robot']} got its moves on demand at tick {line['tick']}: they were "
-                    "checked one by one, but there is no listed strategy that a certificate could "
-                    "be about; run it with 'controllers: listed'"
+                    f"{line['robot']} got its moves on demand at tick {line['tick']}: each was "
+                    "checked, but a certificate needs a listed strategy; run the scenario with "
+                    "'controllers: listed'"
                 )
             if spec not in self.texts:
                 text = cache.load_text(spec)
@@ -70,8 +70,8 @@ class Kept(Struct):
         if data is None or hashlib.sha256(data).hexdigest() != line["strategy"]:
             raise UsageError(
                 f"the strategy of {line['robot']} at tick {line['tick']} "
-                f"({line['strategy'][:12]}) is gone: the synthesizer that is installed now gives "
-                "another one; run the scenario again with `safenav certify`"
+                f"({line['strategy'][:12]}) is no longer in the cache, and the installed "
+                "synthesizer gives another one; run the scenario again with `safenav certify`"
             )
         return data
 

@@ -125,10 +125,10 @@ class FleetSteps:
         if found != pose.region:
             where = "off the map" if found is None else f"in region {found}"
             x, y = self.places.centre(pose.region)
-            said = f"{name} is {where} ({at.x:.2f}, {at.y:.2f} m); the scenario has it begin in "
+            said = f"{name} is {where} ({at.x:.2f}, {at.y:.2f} m); the scenario starts it in "
             said += f"{pose.region} ({x:.2f}, {y:.2f} m)"
         elif pose.heading is not None and (facing := self.places.heading(at.yaw)) != pose.heading:
-            said = f"{name} faces {facing.label}; the scenario has it begin facing "
+            said = f"{name} faces {facing.label}; the scenario starts it facing "
             said += pose.heading.label
         else:
             return None if self._following is None else self._following.astray(name)

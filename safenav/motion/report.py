@@ -30,7 +30,7 @@ def report_of(motion: Motion) -> str:
     lines = [f"makespan {outcome.makespan:.1f} s, regions of {motion.header.side:g} m"]
     if outcome.chain:
         lines += ["", "critical path:", *(f"  {_told(link)}" for link in _joined(outcome.chain))]
-    lines += ["", "robot            busy s  waiting s  path m  mean m/s  most m/s  room m"]
+    lines += ["", "robot            busy s  waiting s  path m  mean m/s   max m/s  room m"]
     for name in motion.header.robots:
         travel = travel_of(motion, name)
         busy, waiting = outcome.busy[name], outcome.waiting[name]

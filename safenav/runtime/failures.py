@@ -18,7 +18,7 @@ class Reaction(Enum):
     """Policy after a failed step."""
 
     RETRY = "the strategy decides again"
-    OBSTACLE = "the region counts as an obstacle that was met"
+    OBSTACLE = "the region counts as an encountered obstacle"
     OUT_OF_SERVICE = "others take over its duties"
 
 

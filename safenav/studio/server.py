@@ -275,8 +275,7 @@ def listening(port: int | None) -> socket.socket:
         else:
             return listener
     raise UsageError(
-        f"port {port} cannot be listened on: {failure.strerror}\n"
-        "    leave --port out to get another"
+        f"cannot listen on port {port}: {failure.strerror}\n    leave --port out to get another"
     )
 
 

@@ -243,7 +243,7 @@ def _check_columns(states: list[list[int]], transitions: list[list[int]], bits: 
         if len(state) != bits:
             raise _malformed(f"node {node} has {len(state)} bits, there are {bits} variables")
     if not set(chain.from_iterable(states)) <= {0, 1}:
-        raise _malformed("a 'state' has something else than bits 0 and 1")
+        raise _malformed("a 'state' has something other than bits 0 and 1")
     targets = set(chain.from_iterable(transitions))
     if targets and not (min(targets) >= 0 and max(targets) < len(states)):
         node = next(

@@ -342,8 +342,8 @@ ELSEWHERE = "another answer of the strategy that is correct as well, and not one
 STAYS = "where it waits it meets each of its goals"
 
 LOOSE, STRICT = (
-    "; it may cross the one whose turn it is not",
-    ", without crossing the one whose turn it is not",
+    "; it may cross a target out of turn",
+    ", without crossing a target out of turn",
 )
 
 

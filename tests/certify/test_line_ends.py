@@ -104,5 +104,5 @@ def test_tabs_and_carriage_returns_before_line_feeds_are_fine() -> None:
 
 def test_a_specification_that_cannot_begin_shows_nothing() -> None:
     text = TEXT.format("a light", "none") + "[ENV_INIT]\nFALSE\n"
-    with pytest.raises(checker.RefusedError, match="no input can occur at first"):
+    with pytest.raises(checker.RefusedError, match="no initial input is possible"):
         checker.check_realizes(checker.Strategy({"variables": [], "nodes": {}}, text), [])

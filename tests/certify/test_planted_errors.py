@@ -51,7 +51,7 @@ CROSSROADS = """
 
 
 EDGE = "the scenario forbids the edge"
-UNANSWERED = "has no answer to"
+UNANSWERED = "has no successor for"
 
 
 @dataclass(frozen=True)

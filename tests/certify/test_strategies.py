@@ -28,7 +28,7 @@ from safenav.certify.evidence import counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError, components, measure
 
 BATCH = 25
-NOTHING = "no input can occur at first, so that nothing is shown"
+NOTHING = "no initial input is possible, so nothing is shown"
 
 
 def random_game(seed: int) -> Specification:

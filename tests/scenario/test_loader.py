@@ -305,7 +305,7 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
 def test_a_map_that_is_too_large() -> None:
     rows = "".join(f"    {'.' * 600}\n" for _ in range(500))
     robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
-    with pytest.raises(InputError, match="a map of 500 x 600 regions; the most is 262144"):
+    with pytest.raises(InputError, match="a map of 500 x 600 regions; the maximum is 262144"):
         load_scenario_text(f"safenav: 1\nmap:\n  grid: |\n{rows}{robots}")
 
 

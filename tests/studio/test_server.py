@@ -149,7 +149,7 @@ def test_a_port_is_taken_before_it_is_served() -> None:
     with listening(None) as first, listening(None) as second:
         taken = first.getsockname()[1]
         assert taken != second.getsockname()[1]
-        with pytest.raises(UsageError, match="cannot be listened on"):
+        with pytest.raises(UsageError, match="cannot listen on port"):
             listening(taken)
 
 

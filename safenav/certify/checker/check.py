@@ -93,14 +93,14 @@ def check_page(run: Evidence) -> None:
     owns = {name: Objective(robot.data["objective"]) for name, robot in run.robots.items()}
     asked = [own.proven(name, run.world, run.claims) for name, own in owns.items()]
     same = [robot["objective"] for robot in facts["asked"]] == asked
-    require(same, "assurance.json states another form of an objective than was proven")
+    require(same, "assurance.json states a form of an objective that was not proven")
     listed = sorted(re.findall(r'<li id="[^"]*">(.*?)<br>', shown))
     cells = re.findall(r'<td class="must">(.*?)</td>', shown)
     same = listed == sorted(map(escape, texts)) and cells == [*map(escape, asked)]
     for text in sorted((*texts, *asked), key=len, reverse=True):
         shown = shown.replace(escape(text), "")
     same = same and STRICTLY not in shown
-    require(same, "index.html states something else than is established")
+    require(same, "index.html differs from what was established")
 
 
 def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:

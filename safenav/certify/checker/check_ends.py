@@ -17,7 +17,7 @@ def conclude(run: Any, record: Line, now: Situation) -> None:
     if proof is not None and team_of(now) is None:
         raise TooLargeError("formulas that this checker does not read; not certified")
     if record.type == "blocked" and record.reason == "operator":
-        run.claim("operator", f"An operator says that {record.obstacle} stays.")
+        run.claim("operator", f"An operator has declared {record.obstacle} permanent.")
     elif record.type == "blocked" and record.reason != "untraversable":
         kind, _, _ = record.obstacle.rpartition("@")
         what = f"{kind}@{run.world.word([now.obstacles[record.obstacle].region])}"

@@ -14,10 +14,10 @@ from safenav.audit.world import World
 from safenav.certify.checker.check_strategies import Json
 
 MOST_MEMORY = 64
-STRICTLY = ", without crossing the one whose turn it is not"
+STRICTLY = ", without crossing a target out of turn"
 
 
-LOOSELY = "; it may cross the one whose turn it is not"
+LOOSELY = "; it may cross a target out of turn"
 
 
 class Objective:

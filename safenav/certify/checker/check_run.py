@@ -54,7 +54,7 @@ class Evidence(Rule):
         header, *self.trace = map(json.loads, files["trace.jsonl"].read_bytes().splitlines())
         self.scenario, self.tick = header["scenario"], 0
         same = header["type"] == "header" and self.scenario == self.json("scenario.json")
-        require(same, "scenario.json is not what the header of the trace says")
+        require(same, "scenario.json differs from the header of the trace")
         self.header = read_line({"tick": 0, **header}, 1)
         self.live = self.header.clock == "live"
         self.world = World.of(self.scenario["map"], live=self.live)
@@ -160,7 +160,9 @@ class Evidence(Rule):
             case "service" if record.active and robot and now.toward[robot.name] is None:
                 robot.nodes = robot.at_pose()
             case "assumption" if robot:
-                require(robot.answers == set(), f"{robot.name} has an answer: no assumption failed")
+                require(
+                    robot.answers == set(), f"{robot.name} has a successor: no assumption failed"
+                )
                 robot.nodes = set()
                 said = f"An assumption of {robot.name} failed ({record.name}); its guarantees"
                 self.claim("broken", f"{said} resume at its next synthesis.")
@@ -241,7 +243,11 @@ class Evidence(Rule):
         if files not in self.shown:
             self.shown[files] = graph = Strategy(self.json(files[1]), self.text(text))
             check_realizes(graph, self.json(files[2]))
-            what = f"satisfies its specification: {graph.count} nodes, {graph.size} edges"
+            size = (
+                f"{n} {word}{'s' * (n != 1)}"
+                for n, word in ((graph.count, "node"), (graph.size, "edge"))
+            )
+            what = f"satisfies its specification: {', '.join(size)}"
             self.claim("realizes", f"The strategy of {said} {what}.", *files)
         graph = self.shown[files]
         require(node in graph.begin, f"node {node} is not one with which the strategy may begin")
@@ -286,9 +292,9 @@ class Evidence(Rule):
         listed = {each["name"]: each["again"] for each in self.scenario.get("inputs") or ()}
         again = {name: listed[name] for name in task.heard if listed[name]}
         same = again == (record.get("again") or {}) and task.inputs.items() <= robot.heard.items()
-        require(same, f"{robot.name} assumes other inputs than there are")
+        require(same, f"{robot.name} assumes inputs that the scenario lacks")
         same = task.objective.rules() == robot.own.rules()
-        require(same, f"{robot.name} is synthesized for other rules than its own")
+        require(same, f"{robot.name} is not synthesized for its own rules")
         closed = [(name.removeprefix("obstacles."), r) for r, name in record.get("closed") or ()]
         wrong = [name for name, region in closed if region not in at.get(name, ())]
         require(not wrong, f"{', '.join(wrong)} is not where it should close a region")
@@ -366,7 +372,7 @@ class Evidence(Rule):
                 others = task.following(task.alike(robot.nodes), robot.row)
                 fits = {n for n in others if task.poses[n] == after}
             said = sorted({str(task.poses[n]) for n in answers})
-            require(fits, f"{name} goes to {after}, but its strategy answers {said}")
+            require(fits, f"{name} goes to {after}, but its strategy goes to {said}")
             self.answered += by != "backtrack" and not (self.live and after == before)
         # On a plan, a robot may remember what it never does on its strategy's moves.
         robot.came_from, robot.nodes = set() if by == "plan" else robot.nodes, fits

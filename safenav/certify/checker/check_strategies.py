@@ -63,7 +63,7 @@ class Specification:
         for line in (*lines["INPUT"], *lines["OUTPUT"]):
             match = re.fullmatch(r"(?a)([A-Za-z_]\w*)(?::(\d+)\.\.\.(\d+))?", line)
             if match is None or match[1] in self.ranges:
-                raise RefusedError(f"'{line}' declares no variable, or one that there is")
+                raise RefusedError(f"'{line}' declares no variable, or one that exists")
             self.ranges[match[1]] = range(int(match[2] or 0), int(match[3] or 1) + 1)
         every = (*lines["INPUT"], *lines["OUTPUT"])
         truths = frozenset(line for line in every if line in self.ranges)
@@ -113,7 +113,7 @@ class Strategy:
         self.next = [own[node] for node in self.first]
         self.size = sum(map(len, self.next))
         if (size := sum(map(len, own.values()))) > MOST_EDGES:
-            raise TooLargeError(f"{size} edges; this checker takes {MOST_EDGES}")
+            raise TooLargeError(f"{size} edges; this checker accepts {MOST_EDGES}")
         holds = function_of((*spec.names,), (*spec.env_init, *spec.sys_init))
         self.begin = [node for node, row in enumerate(self.rows(spec.names)) if holds(*row)]
         self.deciding = [n for n in spec.names if any(n in c.reads for c in spec.env_trans)]
@@ -189,9 +189,9 @@ def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: 
     for node in nodes:
         inputs = [graph.inputs[target] for target in graph.next[node]]
         missing = sorted(rules.expected(rules.asked[node]) - {*inputs})[:1]
-        said = f"node {node} has no answer to {missing} of {graph.spec.inputs}"
+        said = f"node {node} has no successor for {missing} of {graph.spec.inputs}"
         require(not missing, f"{said}, which can occur by {rules.name}")
-        require(len({*inputs}) == len(inputs), f"node {node} has two answers to one input")
+        require(len({*inputs}) == len(inputs), f"node {node} has two successors for one input")
     edges = graph.edges(nodes)
     if not all(allowed := rules.allowed(edges)):
         node, target = (ends[allowed.index(False)] for ends in edges)
@@ -240,7 +240,7 @@ def check_measure(
     never rises, so at some point it stays; from there on a stays as well, and is not met."""
     numbers, which = given["n"], given["a"]
     good = min(numbers, default=0) >= 0 and all(a is None or 0 <= a < len(excuses) for a in which)
-    require(good, f"{what}: the measure has a number below 0 or names an excuse that is not there")
+    require(good, f"{what}: the measure has a number below 0 or names an unknown assumption")
     for edge in (edge for edge, good in enumerate(met) if not good):
         source, target = edges[0][edge], graph.first[edges[1][edge]]
         excuse, stays = which[source], numbers[target] == numbers[source]
@@ -253,8 +253,8 @@ def check_measure(
 def check_realizes(graph: Strategy, measures: Any) -> None:
     """Refuse unless a strategy realizes the text of its specification."""
     begun = {graph.inputs[node] for node in graph.begin}
-    require(graph.starts(), "no input can occur at first, so that nothing is shown")
-    require(graph.starts() <= begun, "not all inputs that can occur at first have a node")
+    require(graph.starts(), "no initial input is possible, so nothing is shown")
+    require(graph.starts() <= begun, "not every possible initial input has a node")
     check_strategy(graph, graph, [*dict.fromkeys(graph.first)], measures)
     del graph.done, graph.asked, graph.expected  # a run has no use for them
 

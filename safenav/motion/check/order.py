@@ -285,7 +285,7 @@ class _Order:
                 wrong("order", f"enters region {step.to} {early:.3f} s before {other} has left it")
         early = self.bound.get(step.robot, 0.0) - step.begin
         if early > NEAR:
-            wrong("order", f"moves {early:.3f} s before what its strategy answers has happened")
+            wrong("order", f"moves {early:.3f} s before the event that its strategy follows")
         for name, obstacle in self.obstacles.items():
             if obstacle.region != step.to or step.robot not in obstacle.blocks:
                 continue
@@ -335,7 +335,7 @@ class _Order:
             spans.append((done.t0, done.t1))
             for since, what in (
                 (arrived, "it has arrived"),
-                (bound, "what its strategy answers"),
+                (bound, "the event that its strategy follows"),
             ):
                 if since - done.t0 > NEAR:
                     early = f"acts on {name} {since - done.t0:.3f} s before {what}"

@@ -51,7 +51,7 @@ class OnDemand:
         if position is not None:
             self._check.position(position)
             if any(position.values[name] != value for name, value in values.items()):
-                raise self._check.wrong("a node with other values than were asked for")
+                raise self._check.wrong("a node with values other than those requested")
             return self._number(position)
         for node, met in enumerate(self._positions):
             if all(met.values[name] == value for name, value in values.items()):

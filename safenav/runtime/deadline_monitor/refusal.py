@@ -75,7 +75,7 @@ def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
     if robot.pose.region in team.scenario.chargers:
         said = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
     else:
-        said = f"from {here}, with whatever charge up to {battery.capacity}, {name} reaches no stop"
+        said = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
     return f"{said} from which it can continue"
 
 

@@ -294,9 +294,9 @@ class Interventions(Struct):
             if known.region == wanted.region and reason == UNTRAVERSABLE:
                 raise UsageError(f"{known.name} is permanent: no robot can pass")
         if any(isinstance(o, kinds.AddObstacle) and o.region == wanted.region for o in self._asked):
-            raise UsageError(f"region {wanted.region} is already closed with the next tick")
+            raise UsageError(f"region {wanted.region} will be closed at the next tick")
         if wanted.type.has_truth and wanted.truth is None:
-            raise UsageError(f"say whether {wanted.type.name} turns out traversable")
+            raise UsageError(f"state whether {wanted.type.name} is traversable")
 
     def _may_order(self, wanted: kinds.PlaceOrder) -> None:
         if not self.state.scenario.map.is_free(wanted.region):

@@ -82,7 +82,7 @@ class TimingKeys(Table):
     most = Key(
         whole(1, MOST_TICKS),
         "At most.",
-        required="the most ticks that a step takes, for example {least: 1, most: 3}",
+        required="the maximum number of ticks of a step, for example {least: 1, most: 3}",
     )
 
 
@@ -226,7 +226,7 @@ class TypeKeys(Table):
     needs = Key(form(many(NeedKeys, 1)), "Several actions that resolve it, in this order.")
     blocks = Key(WORDS, "Layers, models and robots that it stops. Default: all without the action.")
     has_truth = Key(TRUTH, "Whether resolving it reveals if the region is traversable.")
-    resolve_within = Key(whole(), "The most ticks from the request to the resolution.")
+    resolve_within = Key(whole(), "Maximum number of ticks from the request to the resolution.")
     sweeps = Key(SWEEPS)
 
 

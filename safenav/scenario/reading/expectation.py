@@ -35,7 +35,7 @@ OUTCOMES = [outcome for outcome in Outcome if outcome is not Outcome.ERROR]
 
 class TickKeys(Table):
     at_least = Key(whole(1), "The least ticks.")
-    at_most = Key(whole(1), "The most ticks.")
+    at_most = Key(whole(1), "Maximum number of ticks.")
 
 
 def _names(

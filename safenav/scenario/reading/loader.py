@@ -139,7 +139,7 @@ class ScenarioKeys(Table):
     failures = Key(FailureKeys.filling(settings.Failures()))
     resolve_within = Key(
         whole(),
-        "The most ticks from a request to a resolution, unless the obstacle says otherwise.",
+        "Maximum ticks from a request to its resolution, unless the obstacle has its own.",
     )
     suspects = Key(SUSPECTS, "Possible obstacles that the team knows of.")
     late = Key(choice(settings.LatePolicy), "After a missed deadline: go_on, or stop.")

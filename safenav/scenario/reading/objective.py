@@ -93,7 +93,7 @@ class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
         Shape({"const": "literal"}, read.text),
         "literal: the exact formula, or unrealizable.",
     )
-    within = Key(whole(1), f"The most ticks of each round of {one_of(TIMED)}.")
+    within = Key(whole(1), f"Maximum number of ticks of each round of {one_of(TIMED)}.")
     avoid = Key(ZONE, "Regions that the robot never enters.")
     always = Key(FORMULAS, "Formulas over region and heading that each of its steps satisfies.")
 

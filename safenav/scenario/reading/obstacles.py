@@ -11,7 +11,7 @@ from safenav.scenario.yaml.shapes import PROBABILITY, Key, Shape, Table, either,
 
 MOST_TICKS = read.MOST
 TICK = whole(1, MOST_TICKS)
-LIMIT = Key(whole(), "The most ticks from the request to the resolution.")
+LIMIT = Key(whole(), "Maximum number of ticks from the request to the resolution.")
 _AT = Key(REGION, "Where it is.", required="for example 'region: 47' or 'region: [3, 8]'")
 
 

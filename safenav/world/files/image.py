@@ -98,7 +98,7 @@ def _check_size(width: int, height: int) -> None:
     if width < 1 or height < 1:
         raise MapFileError(Flaw(f"an image of {width} x {height} pixels", _CONVERT))
     if width * height > MAX_PIXELS:
-        found = f"an image of {width} x {height} pixels; the most is {MAX_PIXELS} (8192 x 4096)"
+        found = f"an image of {width} x {height} pixels; the maximum is {MAX_PIXELS} (8192 x 4096)"
         raise MapFileError(Flaw(found, "scale it down: a few pixels for each region are enough"))
 
 

@@ -39,7 +39,7 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
 
 def too_large(rows: int, cols: int) -> tuple[str, str]:
     """Return the error of a map of this size, and what to do."""
-    found = f"a map of {rows} x {cols} regions; the most is {MAX_REGIONS} (512 x 512)"
+    found = f"a map of {rows} x {cols} regions; the maximum is {MAX_REGIONS} (512 x 512)"
     return found, "use larger regions"
 
 
