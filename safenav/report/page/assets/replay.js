@@ -1,4 +1,4 @@
-/* sources f43963b0a31b4180c9087cd889164341e5bc99ee500610366a26de87978d74f7 */
+/* sources 75c73d989457b19bfc653d2f6a712c59b2e9b12bad66919cb59a9ebc3fccbe1f */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -20,7 +20,7 @@ export function Text({ text, revision, problems, say, line }: TextProps) {
   const area = useRef<HTMLTextAreaElement>(null);
   const gutter = useRef<HTMLPreElement>(null);
   const pending = useRef(0);
-  /** Tab indents for somebody who writes here, and goes on for somebody who only passes. */
+  /** Whether Tab indents: a user who has not written here only passes. */
   const typing = useRef(false);
   useEffect(() => {
     if (pending.current === 0) setOwn(text);
