@@ -9,8 +9,11 @@ import logging
 import sys
 
 if __name__ == "__main__":
+    from dask import config
     from distributed import LocalCluster
 
+    # Workers are forked from one process that has imported everything.
+    config.set({"distributed.worker.multiprocessing-method": "forkserver"})
     workers = int(sys.argv[1])
     cluster = LocalCluster(
         n_workers=workers,
