@@ -40,9 +40,10 @@ def safenav(
     cwd: Path | None = None,
     env: Mapping[str, str] | None = None,
     text: str = "",
+    together: bool = False,
 ) -> Done:
     """Run ``safenav ARGUMENTS...`` with ``text`` on its standard input; warnings are errors."""
-    return program("safenav.cli", *arguments, cwd=cwd, env=env, text=text)
+    return program("safenav.cli", *arguments, cwd=cwd, env=env, text=text, together=together)
 
 
 def program(
@@ -51,8 +52,10 @@ def program(
     cwd: Path | None = None,
     env: Mapping[str, str] | None = None,
     text: str = "",
+    together: bool = False,
 ) -> Done:
-    """Run a module's ``main`` in the same way; what it returns is the exit status."""
+    """Run a module's ``main`` in the same way; what it returns is the exit status. ``together``:
+    standard output has what it writes to standard error as well."""
     words = [str(argument) for argument in arguments]
     with (
         tempfile.TemporaryFile() as given,
@@ -61,7 +64,7 @@ def program(
     ):
         given.write(text.encode())
         given.seek(0)
-        files = [stream.fileno() for stream in (given, out, err)]
+        files = [stream.fileno() for stream in (given, out, out if together else err)]
         status = _ask(b"run", files, module, words, cwd, env)
         texts = []
         for stream in (out, err):
