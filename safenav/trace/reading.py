@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from safenav.errors import Diagnostic, InputError
 from safenav.lines import json_flaw
 from safenav.trace.fields import WrongError, convert
-from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record
+from safenav.trace.records import KINDS, VERSION, Discovered, Header, Late, Record
 from safenav.trace.trace import Trace
 
 _DIAGNOSTIC_LIMIT = 20
@@ -118,7 +118,7 @@ class _Reader:
             record = self._convert(number, KINDS[kind], data)
             if isinstance(record, Discovered):
                 self._announce(number, record.obstacle.name, "is known already")
-            if record is not None:
+            if record is not None and self._names_robots(number, record):
                 self._records.append(record)
         else:
             self._ignored += 1
@@ -161,6 +161,15 @@ class _Reader:
                 self._report(number, sentence)
             return None
         return replace(record, line=number)
+
+    def _names_robots(self, number: int, record: Record) -> bool:
+        """Whether a line names no robot that the header lacks; a dropped report may."""
+        known = {} if self._header is None else self._header.scenario.robots
+        named = {getattr(record, "robot", None), *(getattr(record, "robots", None) or ())} - {None}
+        if self._header is None or isinstance(record, Late) or named <= known.keys():
+            return True
+        self._report(number, f"the header has no robot {min(named - known.keys())}")
+        return False
 
     def _announce(self, number: int, obstacle: str, problem: str) -> None:
         if obstacle in self._obstacles:

@@ -10,7 +10,7 @@ import warm
 from once import SCENARIOS
 from runtime.played import play, whole
 from runtime.resuming.cuts import CLOSED, DOOR
-from safenav.errors import UsageError
+from safenav.errors import InputError, UsageError
 from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -40,6 +40,15 @@ def path(tmp_path: Path) -> Path:
     file = tmp_path / "trace.jsonl"
     file.write_text("".join(play(HELLO).lines[:9]))
     return file
+
+
+def test_a_line_of_another_run_is_refused(path: Path) -> None:
+    """Two files written into one: it ended as a defect of safenav."""
+    line = {"type": "backtrack", "tick": 1, "robot": "stranger", "to": 9}
+    with path.open("a") as file:
+        file.write(json.dumps(line) + "\n")
+    with pytest.raises(InputError, match=r":10:1: the header has no robot stranger"):
+        resumed(read_trace(path))
 
 
 def test_a_finished_run_is_not_resumed(tmp_path: Path, path: Path) -> None:
