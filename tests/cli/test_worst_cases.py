@@ -11,7 +11,7 @@ from cli.conftest import Command
 from once import SCENARIOS
 from runtime.played import loaded, play
 from safenav.report.terminal.worst_cases import worst_lines
-from safenav.runtime.deadlines.worst import Times, Worst
+from safenav.runtime.deadlines.worst import Times, Worst, worst_cases
 from safenav.world.moves import Pose
 
 Alone = Callable[[str], dict[str, Any]]
@@ -245,3 +245,23 @@ def test_a_deadline_is_judged_where_the_obstacle_is_also_a_suspect(
     text = ROOM.replace("KIND", "fog").replace("PLACE", "12").replace("FLY", "1")
     (tmp_path / "s.yaml").write_text(text.replace("LIMIT", ", resolve_within: 3"))
     assert "resolve_within 3: not with c at 39" in safenav("check", "s.yaml").stdout
+
+
+def test_helpers_too_many_for_all_moments_are_compared_where_they_are_far() -> None:
+    """The others were where their strategies list them last: here beside the door."""
+    carts = "".join(
+        f"  c{n}: {{model: spot, start: [{n}, 1], objective: {{hold: [{n}, 1]}}}}\n"
+        for n in range(1, 5)
+    )
+    scenario = loaded(
+        "map: {grid: ['############', '#..........#', '#.......####', '#.......####',"
+        " '#.......####', '############']}\n"
+        "obstacles: [{type: door, region: [1, 9]}]\n"
+        "robots:\n"
+        "  quad: {model: quadcopter, start: [1, 10], objective: {hold: [1, 10]}}\n" + carts
+    )
+    region = scenario.map.region
+    poses = {f"c{n}": [Pose(region(n, c)) for c in range(1, 8)] for n in range(1, 5)}
+    (case,) = worst_cases(scenario, {"quad": [Pose(region(1, 10))], **poses})
+    assert not case.alone.whole
+    assert case.alone.worst is not None and case.alone.worst >= 7

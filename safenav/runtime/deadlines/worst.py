@@ -9,7 +9,7 @@ obstacle that one robot resolves they are exact but for collisions.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 from time import monotonic
@@ -21,12 +21,12 @@ from safenav.runtime.deadlines import bound
 from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.navigation import pose_of
 from safenav.runtime.resolution.problem import OpenObstacle, Stage
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import bits, plain_graph, region_mask
+from safenav.world.poses import FAR, bits, plain_graph, region_mask
 
 MOST_MOMENTS = 2_000
 """Moments of one obstacle that are compared; beyond that the helpers are examined one by one."""
@@ -131,6 +131,7 @@ def _times(
     requesters = [*_requesters(scenario, poses, obstacle, shut)]
     if not requesters:
         return None
+    far: dict[str, Pose] = {}
     best: int | None = None
     worst: int | None = -1
     moment: Mapping[str, Pose] = {}
@@ -140,8 +141,9 @@ def _times(
         others = {other: places for other, places in pools.items() if other != name}
         told = prod(map(len, others.values())) <= MOST_MOMENTS
         whole = whole and told
+        far = far if told or far else _farthest(scenario, pools, obstacle, standing)
         every = (dict(zip(others, each, strict=True)) for each in product(*others.values()))
-        for places in every if told else _one_by_one(others):
+        for places in every if told else _one_by_one(others, far):
             if moment and monotonic() > ends:
                 whole = False
                 break
@@ -216,25 +218,46 @@ def _bids(
     """The ticks, at their slowest step, that robots need to where the obstacle's first action is
     performed, with all that stands closed to those that it blocks: as a request tells."""
     skills, found = obstacle.type.actions(0), dict[str, int | None]()
-    regions = region_mask(obstacle.resolution_regions(scenario.map))
     for robot in scenario.robots:
         if robot.name not in at or not skills <= robot.capabilities:
             continue
-        graph = graph_of(robot, scenario.map)
-        shut = region_mask(other.region for other in standing if other.closed_to(robot))
-        allowed = permitted(robot, graph) & ~graph.poses_on(shut)
-        here = 1 << graph.number(at[robot.name])
-        steps = graph.steps_between(here, graph.poses_on(regions), allowed)
-        found[robot.name] = None if steps is None else steps * robot.model.timing.most
+        steps = _ways(scenario, robot, obstacle, standing)(at[robot.name])
+        found[robot.name] = None if steps >= FAR else steps * robot.model.timing.most
     return found
 
 
-def _one_by_one(pools: Mapping[str, Sequence[Pose]]) -> Iterator[dict[str, Pose]]:
-    """Each pose of each helper, the others being where they are last listed."""
-    fixed = {name: places[-1] for name, places in pools.items()}
+def _ways(
+    scenario: Scenario, robot: Robot, obstacle: Obstacle, standing: Sequence[Obstacle]
+) -> Callable[[Pose], int]:
+    """The steps from each pose of a robot to where the first action is performed; FAR for none."""
+    graph = graph_of(robot, scenario.map)
+    shut = region_mask(other.region for other in standing if other.closed_to(robot))
+    allowed = permitted(robot, graph) & ~graph.poses_on(shut)
+    goal = graph.poses_on(region_mask(obstacle.resolution_regions(scenario.map))) & allowed
+    steps = graph.distances(goal, allowed)
+    return lambda pose: steps[graph.number(pose)]
+
+
+def _farthest(
+    scenario: Scenario,
+    pools: Mapping[str, Sequence[Pose]],
+    obstacle: Obstacle,
+    standing: Sequence[Obstacle],
+) -> dict[str, Pose]:
+    """The pose of each helper from which it takes the most steps to the first action."""
+    ways = {name: _ways(scenario, scenario.robot(name), obstacle, standing) for name in pools}
+    return {name: max(places, key=ways[name]) for name, places in pools.items()}
+
+
+def _one_by_one(
+    pools: Mapping[str, Sequence[Pose]], fixed: Mapping[str, Pose]
+) -> Iterator[dict[str, Pose]]:
+    """All helpers where they are ``fixed``, then each pose of each, the others being there."""
+    here = {name: fixed[name] for name in pools}
+    yield here
     for name, places in pools.items():
         for place in places:
-            yield {**fixed, name: place}
+            yield {**here, name: place}
 
 
 def _resolved_after(
