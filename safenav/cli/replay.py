@@ -152,7 +152,10 @@ def _refuse_ending(output: Path | None, form: str) -> None:
     ending = "" if output is None else output.suffix.lower().removeprefix(".")
     if output is not None and ending in ("html", "svg", "png", "gif") and ending != form:
         name = output.with_suffix(f".{form}").name
-        raise UsageError(f"{output}: the replay is {form.upper()}; choose a name such as {name}")
+        wanted = "--gif" if ending == "gif" else f"--{ending} last"
+        added = f", or add {wanted}" if form == "html" else ""
+        said = f"{output}: the replay is {form.upper()}; choose a name such as {name}{added}"
+        raise UsageError(said)
 
 
 def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
