@@ -133,7 +133,6 @@ def test_formulas_that_remember_get_what_they_wait_for() -> None:
     assert done >= 2
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_only_one_out_of_service_can_help(clock: str) -> None:
     """``a`` could go to 9, but the car would have to back off to 8, where it cannot turn: nobody
     gets anywhere before ``c`` is back, though it is in the way of ``a`` alone."""
@@ -149,7 +148,6 @@ def test_only_one_out_of_service_can_help(clock: str) -> None:
           c: {{model: cart, start: 11, objective: {{visit: [10, 11]}}}}
         changes: [{{at: 2, robot: c, service: out}}]
         until: {{rounds: 1}}
-        limits: {{ticks: 30}}
         clock: {clock}
         """)
     assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "out_of_service")

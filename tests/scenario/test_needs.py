@@ -18,7 +18,8 @@ catalogue:
     vault: {needs: NEEDS}
 obstacles: OBSTACLES
 """
-VAULT = "[{type: vault, region: [1, 4]}]"
+VAULT, PUSH = "[{type: vault, region: [1, 4]}]", "[{action: push}]"
+AFTER = "[{type: vault, region: [1, 4], until: 9}, {type: door, region: [1, 4], from: 9}]"
 
 
 def load(needs: str, obstacles: str = VAULT) -> Scenario:
@@ -70,21 +71,9 @@ def test_robots_keep_out_unless_they_resolve_by_entering(
         ("[{robots: 2}]", VAULT, "'action'"),
         ("[{action: push, robots: 0}]", VAULT, "'robots' of need 1"),
         ("[{action: push, at: nowhere}]", VAULT, "'at' of need 1"),
-        (
-            "[{action: push}], action: push",
-            VAULT,
-            "both 'needs' and 'action'",
-        ),
-        (
-            "[{action: push}]",
-            "[{type: vault, region: [1, 4], from: 9, until: 9}]",
-            "disappears before it appears",
-        ),
-        (
-            "[{action: push}]",
-            "[{type: vault, region: [1, 4], until: 9}, {type: door, region: [1, 4], from: 8}]",
-            "the region already contains",
-        ),
+        ("[{action: push}], action: push", VAULT, "both 'needs' and 'action'"),
+        (PUSH, VAULT.replace("}", ", from: 9, until: 9}"), "disappears before it appears"),
+        (PUSH, AFTER.replace("from: 9", "from: 8"), "the region already contains"),
     ],
 )
 def test_what_cannot_be_is_refused(needs: str, obstacles: str, found: str) -> None:
@@ -93,5 +82,4 @@ def test_what_cannot_be_is_refused(needs: str, obstacles: str, found: str) -> No
 
 
 def test_a_region_may_hold_one_obstacle_after_the_other() -> None:
-    after = "[{type: door, region: [1, 4], until: 9}, {type: door, region: [1, 4], from: 9}]"
-    assert [o.appears for o in load("[{action: push}]", after).obstacles] == [None, 9]
+    assert [o.appears for o in load(PUSH, AFTER).obstacles] == [None, 9]

@@ -166,21 +166,18 @@ def test_by_is_refused_just_below_what_a_robot_alone_needs(
         assert f"cannot be completed before tick {ticks}" in refused.outcome["explanation"]
 
 
+KEPT = "within 30 of a: kept, as simulated: the mission is completed in tick"
+ORDERED = "}\norders: [{at: %d, type: parcel, region: [1, 3]}]\nlimits: {ticks: 99"
+
+
 @pytest.mark.parametrize(
     ("until", "said"),
     [
+        ("rounds: 1, by: 5", "unrealizable: the mission cannot be completed before tick 8, and is"),
+        ("rounds: 1", KEPT),
+        (f"rounds: 1{ORDERED % 9}", KEPT),
         (
-            "rounds: 1, by: 5",
-            "unrealizable: the mission cannot be completed before tick 8, and is due by 5",
-        ),
-        ("rounds: 1", "within 30 of a: kept, as simulated: the mission is completed in tick"),
-        (
-            "rounds: 1}\norders: [{at: 9, type: parcel, region: [1, 3]}]\nlimits: {ticks: 99",
-            "within 30 of a: kept, as simulated: the mission is completed in tick",
-        ),
-        (
-            "rounds: 1, by: 19}\norders: [{at: 20, type: parcel, region: [1, 3]}]\n"
-            "limits: {ticks: 99",
+            f"rounds: 1, by: 19{ORDERED % 20}",
             "by 19: late in tick 20, as simulated, completed in tick 2",
         ),
         ("rounds: 99999", "within 30 of a: kept forever, as simulated: tick"),

@@ -120,8 +120,6 @@ map: {grid: %s}
 catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [], battery: %s}}}
 robots: {r: {model: rover, start: %d, objective: {visit: %s}}}
 chargers: %s
-until: {rounds: 2}
-limits: {ticks: 40}
 clock: %s
 """
 LANE = ["######", "#....#", "######"]
@@ -138,7 +136,6 @@ WHICHEVER = {
 }
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize("where", WHICHEVER)
 def test_it_has_charge_for_whichever_region_its_strategy_may_choose(where: str, clock: str) -> None:
     """Its next target is met by staying there, but it may go to another region for that."""
@@ -536,7 +533,6 @@ robots:
 chargers: [[1, 3]]
 orders: [{at: 3, type: parcel, region: [1, 20], resolve_within: 60}]
 until: {rounds: 1}
-limits: {ticks: 100}
 """
 
 
