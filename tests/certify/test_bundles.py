@@ -15,9 +15,19 @@ from typing import TYPE_CHECKING
 import pytest
 
 import warm
-from certify.making import SCENARIOS, bundle_at, files_of, judged, rewrite, run_checker, shipped
+from certify.making import (
+    SCENARIOS,
+    bundle_at,
+    checked,
+    files_of,
+    judged,
+    rewrite,
+    run_checker,
+    shipped,
+)
 from runtime.played import whole
 from safenav.certify import bundle as writing
+from safenav.certify.check import Acceptance
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
 from safenav.spec.task import Fairness
@@ -163,9 +173,9 @@ def test_a_file_that_no_claim_needs_is_refused(name: str, tmp_path: Path) -> Non
     with zipfile.ZipFile(packed, "w") as archive:
         for each, data in (files | {"manifest.json": json.dumps(manifest).encode()}).items():
             archive.writestr(each, data)
-    status, said = run_checker(packed, program=shipped("hello") / "check.py")
-    assert status == 1
-    assert f"{name} is not a file of this bundle" in said
+    verdict = checked(packed)
+    assert verdict.result is Acceptance.REFUSED
+    assert f"{name} is not a file of this bundle" in verdict.reason
 
 
 @pytest.mark.parametrize(
