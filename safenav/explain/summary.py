@@ -23,13 +23,13 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
     """Return the reason alone."""
     here = world.label(task.pose.region)
     lost = " and ".join(world.labels(target) for target in found.lost)
-    things = "; ".join(f"{world.label(k.region)}: {k.reason}" for k in found.culprits)
+    things = ", ".join(f"{world.label(k.region)} is closed ({k.reason})" for k in found.culprits)
     match found.cause:
         case NoStrategyCause.NO_WAY:
             return f"no path from {here} to {lost}: walls are between them"
         case NoStrategyCause.OBSTACLE | NoStrategyCause.PARKED_ROBOT:
             way = f"no path from {here} to {lost}" if lost else "no path to its targets"
-            return f"{way}; {things}"
+            return f"{way}: {things}"
         case NoStrategyCause.HEADING:
             facing = "" if task.pose.heading is None else f" facing {task.pose.heading.label}"
             return f"from {here}{facing} it cannot reach its targets: it cannot turn on the spot"

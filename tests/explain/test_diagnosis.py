@@ -149,7 +149,7 @@ def test_a_robot_that_stays_in_the_only_way_is_what_is_in_the_way() -> None:
     task, world = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
     found = explain(_beside(GUARD), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.PARKED_ROBOT
-    assert "14 [1, 5]: guard holds this region" in cause_words(found, world)
+    assert "14 [1, 5] is closed (guard holds this region)" in cause_words(found, world)
 
 
 def test_no_start_is_proposed_that_the_loader_refuses() -> None:
