@@ -292,6 +292,9 @@ class Passes(Algorithm):
     def _hear(self) -> None:
         """Process the reports of the world, other than the ends of commands."""
         failures = self.team.failures
+        for robot, regions in self.world.claims():  # others may have their turns first
+            found = self.team.robots[robot]
+            found.claims = dict.fromkeys({*regions} - found.occupied, frozenset())
         while self.world.dropped:
             event, reason = self.world.dropped.pop(0)
             kind, name = type(event).__name__.lower(), getattr(event, "robot", None)
@@ -303,7 +306,8 @@ class Passes(Algorithm):
             if failures.is_late(obstacle.name, at):
                 self.turns.tell.late("sensed", said, sensed.by, obstacle, at)
             elif not sensed.there:  # as if an operator had resolved it
-                self._together |= self.team.waiting is not None
+                known = self.team.knowledge.knows(obstacle)
+                self._together |= known and self.team.waiting is not None
                 self.guarded(partial(self.settle, self.turns.actions.gone(obstacle)))
         if self._come:
             self._come = False

@@ -327,7 +327,22 @@ def test_a_robot_that_may_be_where_another_stands_closes_that_when_it_has_left()
     after = Run(run.records[run.records.index(lost) :])
     assert after.one("violation", robot="a")["obstacle"] == f"lost_a@{region}"
     assert [line["from"] for line in after.all("depart")] == [region]
-    assert run.outcome["outcome"] == "operator_needed" and "collision" in run.broken
+    assert run.outcome["outcome"] == "operator_needed"
+    assert "collision" in run.broken and "request" not in run.broken
+
+
+def test_a_report_counts_before_the_turn_of_its_robot() -> None:
+    """Robot a, whose turn is before that of b, was sent to where b had just been lost."""
+    ahead = frozenset({10})
+
+    def lost(_: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
+        if isinstance(event, Arrived) and event.robot == "b":
+            return [Lost(event.at, "b", ahead, command=event.command)]
+        return [event]
+
+    run = play_faulty(lost)
+    assert run.one("arrive", result="lost")["t"] == run.one("arrive", at=9)["t"]
+    assert not run.all("depart", to=10) and "collision" not in run.broken
 
 
 def test_a_robot_that_may_be_in_a_zone_closes_it_to_those_never_together_with_it() -> None:

@@ -20,7 +20,7 @@ from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.mission import Mission
 from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Found
-from safenav.runtime.worlds.protocol import Lost
+from safenav.runtime.worlds.protocol import Lost, Sensed
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
@@ -335,6 +335,18 @@ def losing_the_cart(text: str, *regions: int) -> tuple[Mission, Run, Scenario]:
     mission.post(Lost(world.now(), "cart", places, "no signal", command=number))
     world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
     return mission, run, scenario
+
+
+def test_a_report_that_nothing_is_there_changes_no_wait() -> None:
+    """A sensor that looks often would have it decided again as often."""
+    scenario = loaded(GATE)
+    mission, run = begin(scenario, world=Remote(scenario), attended=True)
+    while mission.waiting is None or not mission.still:
+        mission.step()
+    elsewhere = replace(scenario.obstacles[0], region=23)
+    mission.post(Sensed(mission.state.now(), elsewhere, there=False))
+    mission.step()
+    assert len(run.all("waiting")) == 1 and not run.all("reopened")
 
 
 def test_a_lost_robot_is_put_back() -> None:

@@ -259,7 +259,7 @@ class Interventions(Struct):
         yield from self.turns.relocation.leave_plan()
         robot.planner.node = None
         self.state.failures.back(robot.name)
-        robot.unclosed = {}
+        robot.claims = {}
         for obstacle in self.state.knowledge.obstacles.values():
             if obstacle.type.name == f"lost_{robot.name}":
                 yield from self.turns.actions.gone(obstacle)

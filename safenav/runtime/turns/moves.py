@@ -81,7 +81,7 @@ class Moves(Struct, frozen=True):
         """Take in the end of a step: let the robot act there, and count its progress.
         ``recorded``: what a trace in ticks says of it."""
         start, pose, progress = robot.pose, step.pose, robot.progress
-        robot.transit = None
+        robot.transit, robot.claims = None, {}
         self.state.moved()
         if isinstance(event, Arrived):
             robot.pose = pose
@@ -223,6 +223,13 @@ class Moves(Struct, frozen=True):
         else:
             yield from self.relocation.go_on_from_elsewhere(robot)
 
+    def close_later(self, robot: RobotState) -> Iterator[Event]:
+        """Close the regions of a lost robot that others have left."""
+        for encountered in self.close(robot):
+            yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
+            yield encountered
+            yield events.HelpRequested(encountered.violation)
+
     def _lost(self, robot: RobotState, event: Lost) -> Iterator[Event]:
         """Close all regions but one in which a lost robot may be: it blocks that one itself. Where
         it may be in a zone that it does not hold by that, close all of this to the others."""
@@ -234,20 +241,19 @@ class Moves(Struct, frozen=True):
                 continue
             for region in zone.regions if zone.regions & event.regions else ():
                 closed[region] = closed.get(region, frozenset()) | zone.robots - {robot.name}
-        robot.unclosed = closed
+        robot.claims = closed
         yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
         yield from self.close(robot)
 
-    def close(self, robot: RobotState) -> Iterator[Event]:
-        """Close the ``unclosed`` regions of a lost robot in which no other robot is. Until then no
+    def close(self, robot: RobotState) -> Iterator[events.ObstacleEncountered]:
+        """Close the ``claims`` regions of a lost robot in which no other robot is. Until then no
         other enters them: the lost one occupies them (``RobotState.occupied``)."""
         occupied = {n: each.occupied for n, each in self.state.robots.items() if each is not robot}
-        for region, names in sorted(robot.unclosed.items()):
+        for region, names in sorted(robot.claims.items()):
             there = any(region in occupied[name] for name in names)
             if there or region in swept(self.state, robot.robot):
                 continue
-            robot.unclosed = {r: them for r, them in robot.unclosed.items() if r != region}
-            yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
+            robot.claims = {r: them for r, them in robot.claims.items() if r != region}
             obstacle = lost(robot.robot, names, region)
             violation = ForbiddenMove(robot.robot, robot.pose.region, region, obstacle)
             self.encounter(robot, violation)

@@ -54,7 +54,7 @@ class Turns:
         elif self._may_act(robot) and (yield from self.actions.acts(robot)):
             return
         elif not robot.active:
-            yield from self.moves.close(robot)
+            yield from self.moves.close_later(robot)
             yield from self._stand_still(robot, robot.held or HoldReason.SERVICE)
         elif self.state.waiting is not None and not goes_on(self.state, robot):
             yield from self._stand_still(robot, HoldReason.OPERATOR)

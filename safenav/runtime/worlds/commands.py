@@ -179,6 +179,11 @@ class Commands:
         """Whether a robot's step has ended, as far as that is known before its turn."""
         return not self.live or name in self._ended
 
+    def claims(self) -> Iterator[tuple[str, Collection[Region]]]:
+        """The robots whose steps have ended, and the regions that their reports name."""
+        for name, event in self._ended.items():
+            yield name, claimed(event)
+
     def act(
         self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle], takers: Takers = NO_TAKERS
     ) -> protocol.Acted | None:
