@@ -17,6 +17,7 @@ from audit.trace_script import (
 REST, FIRST = {"tick": 8, "robot": "digit"}, {"tick": 1, "robot": "quad"}
 RESOLVED: Line = {"type": "resolved", "requested": False, "traversable": None}
 OPENED: Line = {**RESOLVED, "obstacle": "door@9", "robot": "digit", "at": 8}
+STRANGER: Line = {"type": "late", "robot": "ghost", "event": "sensed", "reason": "it is unknown"}
 KEPT: Line = {"type": "deadline", "tick": 1, "of": "mission", "due": 5, "verdict": "kept"}
 CHARGED: Line = {**FIRST, "type": "service", "active": True, "cause": "battery"}
 DEBRIS = obstacle("debris", 14, "clear", [14], ["one"])
@@ -87,7 +88,7 @@ Case = tuple[str, *tuple[Mutation, ...]]
 are if not one; then the changes of the trace."""
 
 CASES: list[Case] = [
-    ("names door 8 -", insert_after("move", REST, robot="ghost")),
+    ("names door 8 -", insert_after("move", REST, **STRANGER)),
     ("names unrequested 2 -", insert_after("resolved", {}, obstacle="gate@9")),
     ("names unrequested 2 -", insert_after("resolved", {}, obstacle="quad")),
     ("header unrealizable 0 rover", scenario("robots", "rover", "start", to=7)),

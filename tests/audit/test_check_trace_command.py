@@ -47,12 +47,8 @@ def test_a_broken_trace_exits_1_and_tells_the_first_rule(bad: Path) -> None:
 
 def test_all_tells_every_broken_rule(bad: Path) -> None:
     result = run("--all", str(bad))
-    assert [line.split(": ")[2].split(" ")[0] for line in result.stdout.splitlines()] == [
-        "map",
-        "mobility",
-        "goal",
-        "outcome",
-    ]
+    rules = [line.split(": ")[2].split(" ")[0] for line in result.stdout.splitlines()]
+    assert rules == ["map", "mobility", "goal", "outcome"]
 
 
 def test_json_holds_the_findings(bad: Path) -> None:

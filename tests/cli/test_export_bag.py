@@ -45,18 +45,9 @@ def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_p
     done = safenav("export", trace, "--mcap", "run.mcap", "--resolution", "0.5")
     assert done.returncode == 0, done.stderr
     bag = read(tmp_path / "run.mcap")
-    assert set(bag) == {
-        "/map",
-        "/tf",
-        "/quad/path",
-        "/digit/path",
-        "/obstacles",
-        "/requests",
-        "/robots",
-        "/places",
-        "/plan",
-        "/rosout",
-    }
+    topics = " ".join(sorted(topic.removeprefix("/") for topic in bag))
+    others = "map obstacles places plan quad/path requests robots rosout tf"
+    assert topics == f"digit/path {others}"
     header = lines(trace, "header")[0]["scenario"]["map"]
     ((_, grid),) = bag["/map"]
     assert (grid.info.width, grid.info.height) == (header["cols"], header["rows"])

@@ -63,12 +63,8 @@ expect:
     assert ann.start == Pose(9, Heading.SOUTH)
     assert ann.objective == Patrol((frozenset({8}), frozenset({26})))
     assert fly.start == Pose(9)
-    assert [o.name for o in scenario.obstacles] == [
-        "door@17",
-        "uncertainty@22",
-        "uncertainty@23",
-        "uncertainty@25",
-    ]
+    names = ["door@17", *(f"uncertainty@{region}" for region in (22, 23, 25))]
+    assert [o.name for o in scenario.obstacles] == names
     assert [o.traversable for o in scenario.obstacles] == [None, True, False, 0.25]
     assert scenario.until == Until(3)
     assert scenario.limits == Limits(50, 2.5, 100, states=9)

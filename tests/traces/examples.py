@@ -18,12 +18,22 @@ _OBJECTIVES = (
     {"ltl": {"liveness": ["region = 3"]}},
 )
 
+ROBOTS = ("quad", "digit")
+
 
 def examples(seed: int) -> Iterator[Record]:
     """One of each type; whether optional fields are there depends on the seed."""
     rng = random.Random(seed)
     for kind in KINDS.values():
         yield _example(kind, rng)
+
+
+def _known(field: str, value: Any) -> Any:
+    """The value, or robots that the header names in place of names of robots."""
+    if field == "robot" and isinstance(value, str):
+        return ROBOTS[0]
+    named = field == "robots" and isinstance(value, tuple | frozenset)
+    return type(value)(ROBOTS[: len(value)]) if named else value
 
 
 def _example(annotation: Any, rng: random.Random) -> Any:
@@ -40,7 +50,7 @@ def _example(annotation: Any, rng: random.Random) -> Any:
     if origin in (tuple, frozenset):
         return origin(_example(arguments[0], rng) for _ in range(rng.randrange(4)))
     if origin is not None and issubclass(origin, Mapping):
-        return {name: _example(arguments[1], rng) for name in ("quad", "digit")}
+        return {name: _example(arguments[1], rng) for name in ROBOTS}
     if annotation is Objective:
         return Objective.of(rng.choice(_OBJECTIVES))
     if isinstance(annotation, type) and issubclass(annotation, StrEnum):
@@ -48,7 +58,7 @@ def _example(annotation: Any, rng: random.Random) -> Any:
     if isinstance(annotation, type) and issubclass(annotation, Struct):
         hints = get_type_hints(annotation, include_extras=True)
         given = {
-            field.name: _example(hints[field.name], rng)
+            field.name: _known(field.name, _example(hints[field.name], rng))
             for field in fields(annotation)
             if field.name != "line" and (field.default is not None or rng.random() < 0.5)
         }

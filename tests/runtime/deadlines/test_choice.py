@@ -211,19 +211,18 @@ def test_a_suspect_is_avoided_where_that_is_in_time(
     assert not around or played.one("resolved", obstacle="parcel@42")["tick"] == 12
 
 
+def around(**regions: list[int]) -> Callable[[Run], object]:
+    """Other regions that robots keep out of."""
+    return lambda run: run.all("acts")[0].update(around=regions)
+
+
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (lambda run: run.all("acts")[0].update(around={"a": [18, 23]}), "cannot act on parcel@42"),
-        (lambda run: run.all("acts")[0].update(around={"a": [38]}), "and had to keep out of it"),
-        (
-            lambda run: run.records[0]["scenario"].update(suspects=None),
-            "the scenario has no suspects",
-        ),
-        (
-            lambda run: run.all("acts")[0].update(around={"z": [18]}),
-            "'z' is not in the scenario",
-        ),
+        (around(a=[18, 23]), "cannot act on parcel@42"),
+        (around(a=[38]), "and had to keep out of it"),
+        (around(z=[18]), "'z' is not in the scenario"),
+        (lambda run: run.records[0]["scenario"].pop("suspects"), "the scenario has no suspects"),
     ],
 )
 def test_the_audit_judges_careful_plans(damage: Callable[[Run], object], said: str) -> None:

@@ -100,6 +100,7 @@ robots:
 until: {rounds: 2, by: 8}
 late: stop
 """
+FOG = "{type: uncertainty, region: [2, 2]"
 
 
 def test_what_cannot_be_is_refused_before_the_start() -> None:
@@ -110,25 +111,17 @@ def test_what_cannot_be_is_refused_before_the_start() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "found"),
+    ("was", "now", "found"),
     [
-        (
-            LATE.replace("visit: [[1, 5], [1, 1]]", "cover: [[1, 5], [1, 1]], within: 9"),
-            "cannot have a deadline",
-        ),
-        (LATE.replace("by: 8", "by: 0"), "at least 1"),
-        (LATE + "clock: live\n", "a tick has no length"),
-        (
-            LATE.replace(
-                "late: stop", "obstacles: [{type: uncertainty, region: [2, 2], resolve_within: 3}]"
-            ),
-            "no robot can 'sense'",
-        ),
+        ("visit: [[1, 5], [1, 1]]", "cover: [[1, 5], [1, 1]], within: 9", "cannot have a deadline"),
+        ("by: 8", "by: 0", "at least 1"),
+        ("late: stop", "clock: live", "a tick has no length"),
+        ("late: stop", f"obstacles: [{FOG}, resolve_within: 3}}]", "no robot can 'sense'"),
     ],
 )
-def test_errors(text: str, found: str) -> None:
+def test_errors(was: str, now: str, found: str) -> None:
     with pytest.raises(InputError, match=found):
-        loaded(text)
+        loaded(LATE.replace(was, now))
 
 
 LOST = """
