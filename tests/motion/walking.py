@@ -57,18 +57,18 @@ def swing_path(swing: Swing, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
     start, goal = np.array(swing.start), np.array(swing.goal)
     powers = np.arange(6)
 
-    def row(t: float, derivative: int) -> np.ndarray:
+    def rows(t: np.ndarray, derivative: int) -> np.ndarray:
         factor = np.ones(6)
         for k in range(derivative):
             factor = factor * np.maximum(powers - k, 0)
-        return factor * t ** np.maximum(powers - derivative, 0)
+        return factor * t[:, None] ** np.maximum(powers - derivative, 0)
 
-    matrix = np.array([row(t, d) for t in (0.0, seconds) for d in (0, 1, 2)])
+    ends = np.array([0.0, seconds])
+    matrix = np.stack([rows(ends, d) for d in (0, 1, 2)], axis=1).reshape(6, 6)
     values = np.array([*start.reshape(3, 3), *goal.reshape(3, 3)])
     coefficients = np.linalg.solve(matrix, values)
     times = np.linspace(0, seconds, count)
-    places = np.array([row(t, 0) @ coefficients for t in times])
-    speeds = np.array([row(t, 1) @ coefficients for t in times])
+    places, speeds = (rows(times, derivative) @ coefficients for derivative in (0, 1))
     return places, np.hypot(speeds[:, 0], speeds[:, 1])
 
 
