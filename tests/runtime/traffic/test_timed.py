@@ -68,6 +68,25 @@ def earliest(problem: Problem, poses: tuple[int, ...]) -> int | None:
     return None if turn is None else turn // len(poses)
 
 
+def test_nothing_is_searched_where_others_that_stay_close_the_way() -> None:
+    """Each state was looked at again and again with all times: 25 s for two robots on a floor."""
+    world = RegionMap.from_grid(["#########", "#...#...#", "#.......#", "#...#...#", "#########"])
+    graph = PoseGraph(world, Mobility.FREE)
+    skills = (frozenset({"lift"}), frozenset({"lift"}), frozenset[str]())
+    members = tuple(
+        Member(f"r{k}", graph, graph.everywhere, (), True, False, each, 1)
+        for k, each in enumerate(skills)
+    )
+    gate = OpenObstacle(
+        "o@0", 16, (frozenset(range(3)),), (OpenNeed("lift", 1, region_mask({16})),)
+    )
+    problem = Problem(members, (gate,), tuple(frozenset(range(3)) - {i} for i in range(3)))
+    looked: list[int] = []
+    search = Quickest(problem, (Stage(),), (10, 28, 22), 0, lambda: looked.append(1))
+    assert search._search([0, 1], 1 << 30) is None
+    assert len(looked) < 2
+
+
 def possible(problem: Problem, plan: list[tuple[int, ...]]) -> None:
     """No two robots are in one region, none swaps with another, and all steps are steps."""
     size = problem.members[0].graph.size

@@ -112,7 +112,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         return [i for _, i in sorted(found)]
 
     def _search(self, movers: Sequence[int], most: int) -> list[Poses] | None:
-        fields, steps = self._fields(movers), {}
+        fields, steps, most = self._fields(movers), {}, min(most, FAR - 1)  # others are walls
         for i in movers:
             steps[i] = self._allowed(i, movers)
         here = tuple((self.poses[i], self.poses[i], 0) for i in movers)
