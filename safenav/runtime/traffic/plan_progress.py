@@ -79,9 +79,12 @@ class PlanProgress:
         return self.execution is not None and self.execution.done(self._index(name))
 
     def goes_on_without(self, robot: RobotState) -> bool:
-        """Live: whether the plan only moves robots that wait neither for this one, nor for any that
-        do, directly or through others. In lockstep every robot stays while a plan lasts."""
-        if self.execution is None or not self.state.live or self.execution.finished:
+        """Whether the plan only moves robots that wait neither for this one, nor for any that do,
+        directly or through others. In lockstep every robot stays while a plan lasts, so it must
+        stand on a charger."""
+        if self.execution is None or self.execution.finished:
+            return False
+        if not self.state.live and robot.pose.region not in self.state.scenario.chargers:
             return False
         robots, rivals = self.state.robots, self.state.rivals
         near = explored([robot.name], lambda name: [o.name for o in rivals(robots[name].robot)])

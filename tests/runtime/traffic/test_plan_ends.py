@@ -91,3 +91,23 @@ def test_a_plan_goes_on_when_a_robot_of_another_floor_charges() -> None:
     played = completed(CHARGES_BELOW)
     assert played.outcome["rounds"]["c"] > 1
     assert len(played.all("plan")) == 1
+
+
+CHARGES_ABOVE = """
+map: {grid: ["#########", "#.......#", "#####.###", "#########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: []}
+    drone: {mobility: free, layer: air, capabilities: [], battery: {capacity: 4, charge: 2}}
+robots:
+  a: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
+  b: {model: cart, start: [1, 7], objective: {visit: [[1, 1], [1, 7]]}}
+  d: {model: drone, start: [1, 1], objective: {visit: [[1, 1], [1, 2]]}}
+chargers: [[1, 1]]
+until: {rounds: 2}
+limits: {ticks: 100}
+"""
+
+
+def test_a_plan_goes_on_when_a_robot_of_another_floor_has_charged() -> None:
+    assert {end["reason"] for end in completed(CHARGES_ABOVE).all("plan_end")} == {"reached"}
