@@ -220,6 +220,8 @@ class Passes(Algorithm):
             part()
             return True
         except RunEnded as over:
+            if self._is_over(over.conclusion):
+                raise RunEnded(self._completed()) from over
             conclusion = self._ends(over.conclusion)
             if conclusion is not None:
                 raise RunEnded(conclusion) from over
@@ -232,7 +234,12 @@ class Passes(Algorithm):
 
     def waits_on(self, end: Conclusion) -> bool:
         begun = all(robot.has_strategy for robot in self.team.robots.values())
-        return begun and self._ends(end) is None
+        return begun and not self._is_over(end) and self._ends(end) is None
+
+    def _is_over(self, end: Conclusion) -> bool:
+        """Whether the mission is completed where the run would end: nothing that is missing is
+        needed."""
+        return end.outcome in WAITS and self.completes()
 
     def _ends(self, end: Conclusion) -> Conclusion | None:
         """The end of the run, with its proof; None if the team waits instead, or decides again
@@ -337,12 +344,7 @@ class Passes(Algorithm):
         team, scenario = self.team, self.team.scenario
         wanted = scenario.until.rounds
         if self.completes():
-            plural = "round" if wanted == 1 else "rounds"
-            said = f"every robot has met its objective for {wanted} {plural}"
-            if undone := self._undone():
-                said += f"; still open: {', '.join(left_words(team, name) for name in undone)}"
-            self.deadlines.completed()
-            raise RunEnded(Conclusion(Outcome.COMPLETED, said))
+            raise RunEnded(self._completed())
         left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
         served = team.last_settled.found.served
         if (
@@ -358,6 +360,15 @@ class Passes(Algorithm):
                 raise RunEnded(self._out_of(Outcome.TIME_LIMIT))
         elif team.tick >= scenario.limits.ticks:
             raise RunEnded(self._out_of(Outcome.TICK_LIMIT))
+
+    def _completed(self) -> Conclusion:
+        wanted = self.team.scenario.until.rounds
+        plural = "round" if wanted == 1 else "rounds"
+        said = f"every robot has met its objective for {wanted} {plural}"
+        if undone := self._undone():
+            said += f"; still open: {', '.join(left_words(self.team, name) for name in undone)}"
+        self.deadlines.completed()
+        return Conclusion(Outcome.COMPLETED, said)
 
     def _undone(self) -> list[str]:
         """The open orders."""
