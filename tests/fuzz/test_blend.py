@@ -100,6 +100,7 @@ LOCKSTEP = {
     "its battery is replaced while it starves": 58211,
     "with assignable goals a helper is due in one pose": 172141,
     "one that cannot be passed is taken out of service": 181144,
+    "another objective is met before a mission is due that was lost": 184138,
 }
 PLAIN = {
     "an input gives an objective, and nobody passes": (73200, False),
@@ -253,6 +254,7 @@ ELSEWHERE = {
     "a robot that was charging continues": (mixed_mission, 147181, *LOCK, 60),
     "two with formulas lift together": (formula_mission, 164260, *LIVE, 64),
     "no strategy enters a region in one pose only": (mixed_mission, 172141, *LOCK, 5),
+    "all is done, and a robot has no strategy": (formula_mission, 171360, *LIVE, 89),
 }
 
 

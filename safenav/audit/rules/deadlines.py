@@ -67,6 +67,7 @@ class DeadlineRule(Rule):
     def __init__(self) -> None:
         self._open: dict[str, int] = {}
         self._lost: set[str] = set()
+        self._changed = False  # an objective, since the mission was recorded as lost
         self._past: set[str] = set()
         self._by_charge: set[str] = set()
         self._late: list[str] = []
@@ -234,6 +235,7 @@ class DeadlineRule(Rule):
                 if first is not None and record.objective == now.own[record.robot]:
                     self._first[record.robot] = first
             case "objective":
+                self._changed |= MISSION in self._lost
                 self._first.pop(record.robot, None)
                 self._clocks[record.robot] = _Clock(tick)
                 self._within.pop(record.robot, None)
@@ -328,7 +330,11 @@ class DeadlineRule(Rule):
                 yield f"{record.of} is planned for {planned}, not {record.planned}"
             elif planned is not None and planned > record.due and record.of not in self._beyond:
                 yield f"{record.of} is planned for {planned}, and due at {record.due}"
-        elif record.verdict == "kept" and record.of in self._lost:
+        elif (
+            record.verdict == "kept"
+            and record.of in self._lost
+            and not (record.of == MISSION and self._changed)
+        ):
             yield f"{record.of} is recorded as lost, but is kept"
         if record.verdict in ENDS:
             self._lost.discard(record.of)
