@@ -8,12 +8,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from campaigns.judge.joint import JointState, State
 from campaigns.judge.mission import read_mission
 from campaigns.judge.situation import Answer, at_start
 from certify.making import certified
-from runtime.played import play
+from runtime.coordination.floors import Bot, Floor
+from runtime.played import loaded, play
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 ROWS, COLS = 3, 4
@@ -103,3 +105,16 @@ def test_the_mission_completes_iff_some_order_of_moves_does(seed: int, clock: st
     assert played(document) == wanted, json.dumps(document)
     if seed % BUNDLED == 0 or (wanted == "operator_needed" and clock == "lockstep"):
         certified(json.dumps(document))
+
+
+def test_robots_that_share_but_a_zone_may_have_to_wait_for_each_other() -> None:
+    robot = "{model: quadcopter, start: %d, objective: {hold: %d}, avoids: []}"
+    team = "\n".join(f"  {name}: {robot % (k, k)}" for k, name in enumerate("abc"))
+    zone = "never_together: [{robots: [a, b], in: [3]}]"
+    scenario = loaded(f'map: {{grid: ["...."]}}\nrobots:\n{team}\n{zone}\n')
+    a, b, c = scenario.robots
+    assert scenario.interfere(a, b) and not scenario.interfere(a, c)
+    assert [scenario.observable_stepwise(one) for one in (a, b, c)] == [False, False, True]
+    floor = Floor(["...."], {name: Bot(f"{k}", [k], layer=name) for k, name in enumerate("abc")})
+    problem = replace(floor.problem, zones=((frozenset({0, 1}), 1 << 3),))
+    assert [problem.interferes(robot) for robot in range(3)] == [True, True, False]
