@@ -85,11 +85,12 @@ def entered_early(trace: Trace, plan: list[Line]) -> int:
     """Reservations of a region whose obstacle blocks the robot and is not resolved yet, but by
     those that resolve it by entering."""
     done = {line.obstacle: line.t1 for line in plan if isinstance(line, Action)}
+    obstacles = [*trace.obstacles.values()]
     blocked = [
         line
         for line in plan
         if isinstance(line, Reserve)
-        for obstacle in trace.obstacles.values()
+        for obstacle in obstacles
         if obstacle.region == line.region
         and line.robot in obstacle.blocks
         and not obstacle.resolved_by_entering(
