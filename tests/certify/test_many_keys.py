@@ -104,6 +104,12 @@ robots: {r: {model: slow, start: 8, objective: {circuit: [10, 9, 17]},
              when: {alarm: {visit: [10, 16]}}}}
 inputs: {alarm: {at: ["2-4"]}}
 """,
+    "an objective is back on the way, and a strategy that suffices is kept": """
+map: {grid: ["....", "####"]}
+robots: {r: {model: slow, start: 2, objective: {patrol: [1, 3]}, when: {alarm: {visit: [1, 3]}}}}
+inputs: {alarm: {at: ["1-3"]}}
+until: {rounds: 2}
+""",
     "one robot can close several regions of a zone": """
 map: {grid: ["..####..", "........", "..####.."]}
 robots:

@@ -46,4 +46,11 @@ class Robot:
 
     def at_pose(self) -> set[int]:
         """Return the nodes of its strategy with its pose."""
-        return set(self.task.of_pose.get(self.pose, ())) if self.task else set()
+        return self._nodes_in(self.pose)
+
+    def at_destination(self) -> set[int]:
+        """Return the nodes of its strategy where its step ends."""
+        return self._nodes_in(self.destination)
+
+    def _nodes_in(self, pose: Pose) -> set[int]:
+        return set(self.task.of_pose.get(pose, ())) if self.task else set()

@@ -153,7 +153,10 @@ class Evidence(Rule):
                 told = Objective(record.data["objective"])
                 self.tell(self.robots[record.robot], told, now, entries=len(now.stack))
             case "objective":
-                self.give(self.robots[record.robot], Objective(record.data["objective"]))
+                given = self.robots[record.robot]
+                self.give(given, Objective(record.data["objective"]))
+                if record.data["at_once"]:  # it continues in any node where its step ends
+                    given.came_from, given.nodes = set(), given.at_destination()
             case "operator" if record.intervention == "put_back" and robot:
                 put: Pose = record.region, record.heading
                 robot.nodes = robot.task.of_pose.get(put, set()) if robot.task else set()
