@@ -41,6 +41,7 @@ from safenav.runtime.deadline_monitor.refusal import refusal_of
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.intervention.applying import Interventions
 from safenav.runtime.progress import Progress
+from safenav.runtime.sweeping import claimed_beside
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
@@ -85,7 +86,8 @@ class Algorithm(Struct):
         for number, robot in enumerate(self.team.robots.values(), 1):
             self.stop.check()
             self.deadlines.turn_begins(number)
-            if robot.transit is None or self.world.may_have_ended(robot.name):
+            ready = not claimed_beside(self.team, robot)
+            if ready if robot.transit is None else self.world.may_have_ended(robot.name):
                 turn = partial(self.settle, self._step(robot))
                 self.turns.idling.unless_idle(robot, partial(self.guarded, turn))
             self.deadlines.turn_ends(number)

@@ -1,9 +1,10 @@
-"""The regions that the resolution of obstacles sweeps, and the robots that are in its way."""
+"""The regions that are taken: by other robots, by the resolution of obstacles that sweep them, with
+the robots in its way, and by reports that have no effect yet."""
 
 from __future__ import annotations
 
 from safenav.runtime.deadlines.choice import InTime
-from safenav.runtime.team import Role, TeamState
+from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Obstacle, Robot
 from safenav.world.map import Region
 
@@ -13,6 +14,18 @@ def taken(team: TeamState, robot: Robot) -> set[Region]:
     it must not collide, those where it is never together with one that is there, and ``swept``
     ones."""
     return team.had_by_others(robot) | swept(team, robot)
+
+
+def claimed_beside(team: TeamState, robot: RobotState) -> bool:
+    """Whether another robot may be beside this one, where nobody else is, by a report that has no
+    effect before its own turn. Until then this one is not to set out."""
+    robots = team.robots.values()
+    claims = [(other, region) for other in robots for region in other.claims if other is not robot]
+    sides = team.scenario.map.neighbours(robot.pose.region) if claims else ()
+    return any(
+        region in sides and not any(region in o.occupied for o in robots if o is not claiming)
+        for claiming, region in claims
+    )
 
 
 def swept(team: TeamState, robot: Robot) -> set[Region]:

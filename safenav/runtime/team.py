@@ -92,9 +92,9 @@ class RobotState(Struct):
     ``shown`` as occupied; ``stood``: what it has decided by since it stands there. ``mode``: the
     input that has given it its present objective, and ``base`` the one before that with its
     progress. ``charge``: of its battery, if it has one; ``stop``: where it is to go for its
-    charge. ``claims``: further regions that it keeps others out of by a report: before its turn
-    those that the end of its step names, then those in which it is lost, as far as they are not
-    closed yet, since others are there; each with the robots to which it is to be closed."""
+    charge. ``claims``: further regions in which it may be by a report: before its turn those that
+    the end of its step names, then those in which it is lost, as far as they are not closed yet,
+    since others are there; each with the robots to which it is to be closed."""
 
     robot: Robot
     pose: Pose
@@ -170,9 +170,8 @@ class RobotState(Struct):
 
     @property
     def occupied(self) -> frozenset[Region]:
-        """The regions that the robot occupies now: two while it is in transit, and those where
-        it may be by a report."""
-        return frozenset({self.pose.region, self.next_pose.region, *self.claims})
+        """The regions that the robot occupies now: two while it is in transit."""
+        return frozenset({self.pose.region, self.next_pose.region})
 
     @property
     def state_key(self) -> Hashable:
@@ -384,7 +383,6 @@ class TeamState(Struct):
             found.add(other.pose.region)
             if other.transit is not None:
                 found.add(other.transit.pose.region)
-            found.update(other.claims)
         return found if among is None else found.intersection(among)
 
     def standing(self) -> dict[str, Region]:

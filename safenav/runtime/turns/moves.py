@@ -246,8 +246,7 @@ class Moves(Struct, frozen=True):
         yield from self.close(robot)
 
     def close(self, robot: RobotState) -> Iterator[events.ObstacleEncountered]:
-        """Close the ``claims`` regions of a lost robot in which no other robot is. Until then no
-        other enters them: the lost one occupies them (``RobotState.occupied``)."""
+        """Close the regions that a lost robot claims and in which no other robot is."""
         occupied = {n: each.occupied for n, each in self.state.robots.items() if each is not robot}
         for region, names in sorted(robot.claims.items()):
             there = any(region in occupied[name] for name in names)
