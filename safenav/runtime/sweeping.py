@@ -65,10 +65,14 @@ def leading(team: TeamState, obstacle: Obstacle) -> set[str]:
 
 
 def clear_of(team: TeamState, obstacle: Obstacle, robot: Robot) -> bool:
-    """Whether no other robot is where the resolution of an obstacle sweeps."""
+    """Whether no other robot is, or may be lost, where the resolution of an obstacle sweeps."""
     sweeps = obstacle.swept(team.scenario.map)
-    others = (state for name, state in team.robots.items() if name != robot.name)
-    return not sweeps or all(sweeps.isdisjoint(other.occupied) for other in others)
+    if not sweeps:
+        return True
+    others = {name: state for name, state in team.robots.items() if name != robot.name}
+    lost = {f"lost_{name}" for name in others}
+    closed = {o.region for o in team.knowledge.obstacles.values() if o.type.name in lost}
+    return sweeps.isdisjoint(closed.union(*(o.occupied | {*o.claims} for o in others.values())))
 
 
 def cleared(team: TeamState, robot: Robot, chosen: InTime | None = None) -> list[Obstacle]:

@@ -2,12 +2,15 @@
 
 import json
 import os
+from collections.abc import Sequence
 from itertools import count, islice
 
 import pytest
 
 from live.missions import crowd
 from runtime.played import Line, Run, play
+from runtime.test_live import Faulty, play_faulty
+from safenav import Arrived, Lost, WorldEvent
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.studio.editing.operations import edited
@@ -156,3 +159,19 @@ def test_a_deadlock_in_swept_regions_is_proven(clock: str) -> None:
 def test_it_is_none_where_there_is_room(clock: str, change: tuple[str, str]) -> None:
     """The left one passes the door unaware before that, since it does not stop it."""
     assert played(CORRIDOR.replace(*change), clock).outcome["outcome"] == "completed"
+
+
+def lost_beside_the_gate(world: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
+    if isinstance(event, Arrived) and event.robot == "quad" and world.count["quad"] == 2:
+        return [Lost(event.at, "quad", frozenset({20, 21}), command=event.command)]
+    return [event]
+
+
+def test_nothing_sweeps_where_a_robot_may_be_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = HALL.replace("[1, 5], [3, 7]]", "[1, 1], [3, 7]]") + "clock: live\n"
+    run = play_faulty(lost_beside_the_gate, text)
+    assert run.outcome["cause"] == "out_of_service"
+    assert not run.all("depart", to=GATE, robot="digit") and "swept" not in run.broken
+    monkeypatch.setattr("safenav.runtime.sweeping.clear_of", lambda *_: True)
+    careless = play_faulty(lost_beside_the_gate, text)
+    assert careless.all("depart", to=GATE, robot="digit") and "swept" in careless.broken

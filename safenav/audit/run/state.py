@@ -141,9 +141,10 @@ class State(Robots):
         return [len(need.able) < need.robots for need in left]
 
     def swept_with(self, obstacle: str, robots: Collection[str]) -> list[str]:
-        """Return the robots, other than these, that are where an obstacle's resolution sweeps."""
+        """Return the robots, other than these, that are or may be lost where the resolution of an
+        obstacle sweeps."""
         sweeps = {*(self.obstacles[obstacle].sweeps or ())}
-        return [name for name in self.region if name not in robots and sweeps & self.taken_by(name)]
+        return [name for name in self.region if name not in robots and sweeps & self.may_have(name)]
 
     def must_not_sweep(self, robot: str, obstacle: str) -> bool:
         """Return whether a robot that could resolve an obstacle must wait: the team does not know
