@@ -27,16 +27,18 @@ map:
     #.....#
     #######
 robots:
-  {{digit: {{model: digit, start: 8, heading: east, objective: {{hold: 8}}}},
+  {{digit: {{model: digit, start: {begins}, heading: east, objective: {{hold: {begins}}}}},
    quad: {{model: quadcopter, start: 12, objective: {{visit: [8, 12]}}}}}}
 obstacles: {obstacles}
 catalogue: {{obstacles: {{crate: {{action: push, resolve_at: neighbours}},
   rubble: {{action: clear, resolve_at: neighbours}}}}}}
 """
+FREE = HALL.format(obstacles="[]", begins=8)
 
 
-def hall(obstacles: str = "[]") -> tuple[Physics, Places]:
-    scenario = load_scenario_text(HALL.format(obstacles=obstacles), "hall.yaml")
+def hall(obstacles: str = "[]", begins: int = 8) -> tuple[Physics, Places]:
+    text = HALL.format(obstacles=obstacles, begins=begins)
+    scenario = load_scenario_text(text, "hall.yaml")
     assert scenario.map.frame is not None
     places = Places(scenario.map, scenario.map.frame)
     return Physics(places, scenario.robots, scenario.obstacles), places
@@ -71,7 +73,7 @@ def test_a_robot_stops_in_the_middle_of_a_region() -> None:
 
 def test_a_wide_robot_passes_below_a_drone() -> None:
     """A husky was 2.2 m high, as wide as it is, and pushed drones out of their regions."""
-    text = HALL.format(obstacles="[]").replace("digit, start: 8, heading: east", "husky, start: 8")
+    text = FREE.replace("digit, start: 8, heading: east", "husky, start: 8")
     scenario = load_scenario_text(text, "hall.yaml")
     assert scenario.map.frame is not None
     places = Places(scenario.map, scenario.map.frame)
@@ -102,9 +104,12 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
         assert gone(physics, places, "quad", region) == "succeeded"
 
 
-def test_who_walks_into_a_door_that_it_may_enter_pushes_it_open() -> None:
-    physics, places = hall("[{type: door, region: 9}]")
-    assert gone(physics, places, "digit", 9) == "succeeded"
+@pytest.mark.parametrize(("begins", "yaw"), [(8, 0.0), (8, pi / 2), (10, 0.0)])
+def test_who_walks_into_a_door_that_it_may_enter_pushes_it_open(begins: int, yaw: float) -> None:
+    """It goes on through the passage, wherever it faces: one of free mobility keeps its heading."""
+    physics, places = hall("[{type: door, region: 9}]", begins)
+    physics.send("digit", *places.centre(9), yaw)
+    assert ended(physics, "digit", "end") == "succeeded"
     physics.perform("digit", "push")
     assert ended(physics, "digit", "acted") == "done"
     assert physics.log()["closed"] == []
@@ -137,7 +142,7 @@ def test_a_cancelled_robot_stops_within_its_braking_distance() -> None:
 
 @pytest.mark.parametrize(("heading", "yaw"), [(Heading.NORTH, pi / 2), (Heading.WEST, pi)])
 def test_places_and_headings_of_a_turned_map(heading: Heading, yaw: float) -> None:
-    text = HALL.format(obstacles="[]").replace("origin: [3.0, -4.0]", "origin: [3.0, -4.0, 0.3]")
+    text = FREE.replace("origin: [3.0, -4.0]", "origin: [3.0, -4.0, 0.3]")
     scenario = load_scenario_text(text, "hall.yaml")
     assert scenario.map.frame is not None
     places = Places(scenario.map, scenario.map.frame)

@@ -171,14 +171,18 @@ def _box(places: Places, one: LabObstacle) -> str:
     )
 
 
+def passage(places: Places, region: Region) -> float:
+    """The direction in which a door is passed, in radians; its leaves are across."""
+    world = places.world
+    row = world.position(region)[0]
+    level = any(world.position(each)[0] == row for each in world.neighbours(region))
+    return places.frame.yaw + (0.0 if level else pi / 2)
+
+
 def _door(places: Places, one: LabObstacle) -> str:
     """Two leaves across the passage, hinged at the sides of their region."""
-    world, region = places.world, one.obstacle.region
-    x, y = places.centre(region)
-    beside = world.neighbours(region)
-    row = world.position(region)[0]
-    along = 0.0 if any(world.position(r)[0] == row for r in beside) else pi / 2
-    along += places.frame.yaw
+    x, y = places.centre(one.obstacle.region)
+    along = passage(places, one.obstacle.region)
     text = ""
     for index, sign in enumerate((1, -1)):
         reach = 0.48 * min(places.frame.resolution)

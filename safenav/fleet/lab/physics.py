@@ -18,7 +18,7 @@ import mujoco
 import numpy as np
 
 from safenav.fleet.lab.dynamics import Dynamics
-from safenav.fleet.lab.model import STEP, Handling, SimulatedBody
+from safenav.fleet.lab.model import STEP, Handling, SimulatedBody, passage
 from safenav.fleet.lab.obstacles import LabObstacle
 from safenav.fleet.place import turned
 from safenav.fleet.setpoints import Setpoints
@@ -84,9 +84,8 @@ class Physics(Dynamics):
                     return
                 cx, cy = self._places.centre(found.region)
                 far = hypot(cx - x, cy - y)
-                ux, uy = (cx - x, cy - y) if far > 0.3 * self._side else (cos(yaw), sin(yaw))
-                size = hypot(ux, uy)
-                ux, uy = ux / size, uy / size
+                amid = far <= 0.3 * self._side
+                ux, uy = self._ahead(stands) if amid else ((cx - x) / far, (cy - y) / far)
                 deep = 0.5 * self._side - body.radius - 0.02
                 side = deep - 0.1  # a leaf that is wide open is between the robot and the wall
                 spots = [(0.0, 0.0), (deep, 0.0), (deep, side), (deep, -side), (deep, 0.0)]
@@ -291,6 +290,13 @@ class Physics(Dynamics):
         if end == "aborted" and body.flies:  # its estimate took the obstacle for wind
             x, y, _ = self._at(body)
             body.trackers = (AxisTracker(x, body.tilt), AxisTracker(y, body.tilt))
+
+    def _ahead(self, door: LabObstacle) -> tuple[float, float]:
+        """The way through a door for a robot in its midst: to where its leaves already lean."""
+        first, second = (float(self._data.qpos[joint]) for joint in self._leaves[door.key])
+        along = passage(self._places, door.obstacle.region)
+        side = 1.0 if first >= second else -1.0
+        return side * cos(along), side * sin(along)
 
     def _is_open(self, door: LabObstacle) -> bool:
         return all(abs(float(self._data.qpos[joint])) >= OPEN for joint in self._leaves[door.key])
