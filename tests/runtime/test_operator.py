@@ -16,6 +16,7 @@ from runtime.played import Run, begin, end, loaded, whole
 from runtime.worlds import Clocked, Remote
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
+from safenav.runtime.intervention.kinds import AddObstacle
 from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.mission import Mission
 from safenav.runtime.traffic.joint_search.search import Search
@@ -108,6 +109,28 @@ def test_what_is_given_up_is_requested_again() -> None:
     assert first["cause"] == second["cause"] == "no_capable_robot"
     assert [line["obstacle"] for line in trace.all("reopened")] == ["gate@27"]
     assert trace.all("waiting")[2]["cause"] == "out_of_service"
+
+
+def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_back() -> None:
+    """The cart met the gate the first time, the bee the second time: the cart waits for nothing."""
+    east = GATE.replace("air", "ground").replace("[[2, 8], [2, 1]]", "[[2, 8], [3, 8]]")
+    mission, run = begin(east, attended=True)
+    while not (mission.waiting is not None and mission.still):
+        mission.step()
+    mission.intervene(read_intervention("resolved gate@27", mission.state.scenario))
+    while mission.state.robots["bee"].own.memory.index == 0:
+        mission.step()
+    gate = mission.state.scenario.obstacles[0]
+    mission.intervene(AddObstacle(gate.type, gate.region))
+    while not (mission.waiting is not None and mission.still):
+        mission.step()
+    mission.intervene(read_intervention("service cart out", mission.state.scenario))
+    mission.step()
+    mission.intervene(read_intervention("give_up", mission.state.scenario))
+    end(mission, run)
+    assert run.one("reopened")["obstacle"] == "gate@27"
+    assert [line["requester"] for line in run.all("request")] == ["cart", "bee", "bee"]
+    assert not run.findings
 
 
 CORRIDOR = """

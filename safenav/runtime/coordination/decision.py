@@ -257,7 +257,7 @@ def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
     said: tuple[Record, ...] = ()
     if obstacle.name not in team.knowledge.joined:
         said = (blocked(team, obstacle, BlockReason.OPERATOR),)
-    requests = team.requests.without(obstacle.name).decided(obstacle.name)
+    requests = team.requests.without(obstacle.name)
     return Decision(event, knowledge, requests, records=said, next=Unsettled(Reason.BLOCKED))
 
 

@@ -96,25 +96,19 @@ class Requests(Struct, frozen=True):
         return replace(self, stack=tuple(stack))
 
     def without(self, obstacle: str, *, given_up: bool = False) -> Requests:
-        """Return the requests without that for an obstacle."""
+        """Return the requests without that for an obstacle, open or given up before."""
         found = self.of(obstacle)
+        lost = tuple(r for r in self.given_up if r.obstacle.name != obstacle)
         if found is None:
-            return self
+            return replace(self, given_up=lost)
         left = tuple(request for request in self.stack if request is not found)
-        lost = (*self.given_up, found) if given_up else self.given_up
-        return Requests(left, (*self.closed, found), lost)
-
-    def decided(self, obstacle: str) -> Requests:
-        """The same, with an obstacle that is not requested again."""
-        kept = tuple(r for r in self.given_up if r.obstacle.name != obstacle)
-        return replace(self, given_up=kept)
+        return Requests(left, (*self.closed, found), (*lost, found) if given_up else lost)
 
     def reopened(self, request: OpenRequest) -> Requests:
         """Return the requests with one that was given up, as a new one."""
         again = OpenRequest(request.obstacle, request.requesters)
-        return replace(
-            self.decided(request.obstacle.name), stack=(*self.stack, again), aside=frozenset()
-        )
+        left = self.without(request.obstacle.name)
+        return replace(left, stack=(*left.stack, again), aside=frozenset())
 
     def waits(self, robot: str) -> list[OpenRequest]:
         """The requests that a robot has made."""
