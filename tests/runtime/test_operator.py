@@ -346,13 +346,17 @@ def test_a_simulated_run_asks_once_nothing_more_comes(
 OPEN = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "").replace("air", "ground")
 
 
-def losing_the_cart(text: str, *regions: int) -> tuple[Mission, Run, Scenario]:
-    """A mission whose world has lost the cart on its way: in these regions, or at either end."""
+def losing_the_cart(text: str, *regions: int, service: str = "") -> tuple[Mission, Run, Scenario]:
+    """A mission whose world has lost the cart on its way: in these regions, or at either end.
+    ``service``: what an operator says before."""
     scenario = loaded(text)
     world = Remote(scenario)
     mission, run = begin(scenario, world=world, attended=True)
     cart = mission.state.robots["cart"]
     while cart.transit is None or mission.state.tick < 6:
+        mission.step()
+    if service:
+        mission.intervene(read_intervention(service, scenario))
         mission.step()
     places, number = frozenset(regions) or cart.occupied, mission._commands.number("cart")
     mission.post(Lost(world.now(), "cart", places, "no signal", command=number))
@@ -370,6 +374,16 @@ def test_a_report_that_nothing_is_there_changes_no_wait() -> None:
     mission.post(Sensed(mission.state.now(), elsewhere, there=False))
     mission.step()
     assert len(run.all("waiting")) == 1 and not run.all("reopened")
+
+
+def test_a_robot_that_is_out_of_service_may_be_lost() -> None:
+    """By an operator, while it was on its way: its regions are requested all the same."""
+    mission, run, scenario = losing_the_cart(OPEN, service="service cart out")
+    while mission.waiting is None or not mission.still:
+        mission.step()
+    assert run.one("request")["obstacle"] == "lost_cart@26"
+    mission.intervene(read_intervention("give_up", scenario))
+    end(mission, run)
 
 
 def test_a_lost_robot_is_put_back() -> None:

@@ -243,7 +243,8 @@ class Moves(Struct, frozen=True):
                 closed[region] = closed.get(region, frozenset()) | zone.robots - {robot.name}
         robot.claims = closed
         yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
-        yield from self.close(robot)
+        # Taking it out of service, which follows, requests help; it may be out of service already.
+        yield from self.close(robot) if robot.active else self.close_later(robot)
 
     def close(self, robot: RobotState) -> Iterator[events.ObstacleEncountered]:
         """Close the regions that a lost robot claims and in which no other robot is."""
