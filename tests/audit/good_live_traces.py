@@ -223,6 +223,14 @@ def fails_at_once() -> list[Line]:
     return s.end("interrupted", {"a": 0, "b": 0})
 
 
+def lost_at_once() -> list[Line]:
+    """A robot is lost as a step of a plan is commanded; only the lines after the plan tell."""
+    s = _second_step_of_a_plan()
+    s.arrive("a", "lost", at=8, regions=[8]).add("plan_end", reason="violation")
+    s.add("service", robot="a", active=False, cause="world")
+    return s.end("interrupted", {"a": 0, "b": 0})
+
+
 def entered() -> list[Line]:
     """A robot departs into a region in the moment in which an action resolves what is there; its
     turn comes before that of the robot that acts."""
@@ -358,7 +366,7 @@ GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
     builder.__name__: builder
     for builder in (
         *(delayed, opened, lost, put_on_target, lost_around, waits, simulated, released),
-        *(ended_early, fails_at_once, entered, meets_a_ghost, gone_in_transit),
+        *(ended_early, fails_at_once, lost_at_once, entered, meets_a_ghost, gone_in_transit),
         *(resolved_before_pop, met_meanwhile, met_while_waiting, reopened_meanwhile),
     )
 }

@@ -80,7 +80,7 @@ class FollowsPlanRule(Rule):
                 if left > 0:
                     yield robot, f"the plan is reached, but {robot} still has {left} steps"
         elif record.reason == "violation" and now.turn.first("violation") is None:
-            if any(map(now.has_failed, now.ended)):
+            if now.turn.failed or any(map(now.has_failed, now.ended)):
                 return  # its violation follows
             yield "the plan ends by a violation that no line reports"
 
