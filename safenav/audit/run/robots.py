@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.audit.language import Pose
-from safenav.audit.lines import Line, Made, Objective
+from safenav.audit.lines import Line, Made, Objective, Obstacle
 from safenav.audit.run.progress import Progress
 from safenav.audit.run.turn import taken
 from safenav.audit.world import World
@@ -93,6 +93,13 @@ class Robots:
         """Return the regions that a robot occupies, or of which it may occupy one."""
         taken, lost = self.taken_by(robot), self.lost.get(robot)
         return taken | lost if lost else taken
+
+    def is_not_lost_in(self, gone: Obstacle) -> None:
+        """Note that a lost robot is not where an operator has resolved what stood for it."""
+        self.lost = {
+            robot: regions - {gone.region} if gone.type == f"lost_{robot}" else regions
+            for robot, regions in self.lost.items()
+        }
 
     def entered(self, move: Line) -> set[int]:
         """Return the regions that a robot occupies after a move, and did not before."""

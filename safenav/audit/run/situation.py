@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from safenav.audit.lines import Line, Objective, Obstacle
+from safenav.audit.lines import Line, Objective
 from safenav.audit.run.remembering import Memories
 from safenav.audit.run.robots import DECIMALS
 from safenav.audit.run.state import State
@@ -136,13 +136,6 @@ class Situation(State):
                 elif record.cause == "battery":
                     self._asks_for(robot)
 
-    def _not_lost_in(self, gone: Obstacle) -> None:
-        """Note that a lost robot is not where an operator has resolved what stood for it."""
-        self.lost = {
-            robot: regions - {gone.region} if gone.type == f"lost_{robot}" else regions
-            for robot, regions in self.lost.items()
-        }
-
     def _follow_obstacle(self, name: Any, robot: Any, record: Line) -> None:
         """Note what becomes of an obstacle, and of the request for it."""
         match record.type:
@@ -168,7 +161,7 @@ class Situation(State):
                     self._begin(name)
                     self.orders.discard(name)
                 else:
-                    self._not_lost_in(self.obstacles[name])
+                    self.is_not_lost_in(self.obstacles[name])
                     self._fit_again(obstacle=name)
                     self.status[name] = Status.ABSENT
             case "order":
