@@ -236,7 +236,7 @@ class Following:
         if at is None:
             return "no odometry"
         off = _off(resting_place(follower.mover, self._places), at)
-        if off <= follower.tolerance:
+        if off <= follower.tolerance and not follower.gone:
             return ""
         return self._reset(follower, at, f"{off:.2f} m off its place")
 
@@ -285,7 +285,12 @@ class Following:
 
     def _judge(self, follower: Follower, at: Located) -> None:
         order, reference, now = follower.order, follower.reference, self._clock()
-        if order is None or reference is None or order.doing is Doing.ACTING:
+        if reference is None or (order is not None and order.doing is Doing.ACTING):
+            return
+        if order is None:  # its rest would draw it back, through regions that others may enter
+            out = self._places.outside(follower.mover.region, at.x, at.y)
+            if not follower.gone and out > follower.tolerance:
+                self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")
             return
         off = _off(reference.at(now).tolist(), at)
         if off > follower.tolerance:
@@ -293,14 +298,19 @@ class Following:
         elif now >= reference.end:
             self._over(follower)
 
-    def _lose(self, follower: Follower, order: FollowerOrder, at: Located, reason: str) -> None:
+    def _hold(self, follower: Follower, at: Located, reason: str) -> str:
+        """Stop a robot where it was measured; why its plan cannot continue there."""
         refused = self._reset(follower, at, reason)
-        follower.order = None
         if refused:
             self._inner.cancel(follower.name)
         else:
             body = follower.mover
             self._send(follower, body.rest(0, body.time + LEAD))
+        return refused
+
+    def _lose(self, follower: Follower, order: FollowerOrder, at: Located, reason: str) -> None:
+        refused = self._hold(follower, at, reason)
+        follower.order = None
         if order.doing is Doing.RESUMING and order.result is not None:
             self._post(order.result)
         elif order.doing is Doing.FACING:

@@ -173,6 +173,29 @@ def test_who_leaves_its_reference_is_held_where_it_is_and_can_go_back(robot: str
     assert all(abs(a.t1 - b.t0) < 1e-9 for a, b in pairwise(plan))
 
 
+@pytest.mark.parametrize(
+    ("robot", "to", "held"), [("jackal", 11, True), ("quad", 9, True), ("digit", EAST, False)]
+)
+def test_a_robot_that_rests_is_not_drawn_back_from_another_region(
+    robot: str, to: int, held: bool
+) -> None:
+    """Its stream was to be where it had rested: a robot that a person had carried away came back by
+    itself. A walker, whose footsteps do not begin there, gets no stream."""
+    follows, bodies, places, _ = prepared()
+    follows.navigate(robot, goal(places, to))
+    bodies.pass_by(robot, 15.0)
+    bodies.sent.clear()
+    bodies.off[robot] = -3.0
+    assert bodies.pass_by(robot, PERIOD) == []
+    reset = follows.followers[robot].resets[-1]
+    away, bodies.off[robot] = bodies.off[robot], 0.0
+    assert "outside the region in which it rests" in reset.reason
+    assert bodies.sent == ([] if held else [(robot, "cancel")])
+    row = bodies.references[robot].at(bodies.now + 1)
+    there = places.frame.on_map(row[0] if held else row[0] + away, row[1])
+    assert (reset.x, reset.y) == pytest.approx(there)
+
+
 def test_a_walker_that_leaves_its_footsteps_is_sent_nowhere() -> None:
     follows, bodies, places, _ = prepared()
     follows.navigate("digit", goal(places, EAST))
