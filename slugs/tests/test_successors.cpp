@@ -37,22 +37,24 @@ RandomFunction make(Game &game, std::mt19937 &random) {
   };
   std::vector<bool> table(1u << active);
   const unsigned density = 1 + random() % 7;
-  Bdd f = store.constant(false);
+  // Rows beside each other are joined by a bit each until one function is left.
+  std::vector<Bdd> rows;
   for (unsigned row = 0; row < table.size(); ++row) {
     table[row] = random() % 8 < density;
-    Bdd product = store.constant(table[row]);
-    for (unsigned k = 0; k < active; ++k)
-      product &= literal(bits[k], (row >> k) & 1);
-    f |= product;
+    rows.push_back(store.constant(table[row]));
   }
+  for (unsigned k = 0; k < active; ++k)
+    for (std::size_t row = 0; row < table.size() >> (k + 1); ++row)
+      rows[row] = (literal(bits[k], false) & rows[2 * row]) | (literal(bits[k], true) & rows[2 * row + 1]);
   // Up to two more may have either value, all others only one.
   const std::size_t free = std::min<std::size_t>(random() % 3, bits.size() - active);
   Valuation constant(store.bits());
+  Bdd only = store.constant(true);
   for (std::size_t k = active + free; k < bits.size(); ++k) {
     constant[bits[k]] = random() % 2;
-    f &= literal(bits[k], constant[bits[k]]);
+    only &= literal(bits[k], constant[bits[k]]);
   }
-  RandomFunction result{f, {}};
+  RandomFunction result{rows[0] & only, {}};
   for (unsigned row = 0; row < table.size(); ++row)
     for (unsigned choice = 0; table[row] && choice < 1u << free; ++choice) {
       Valuation v = constant;
