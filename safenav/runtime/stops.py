@@ -247,16 +247,20 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         """The charge of which any step of a strategy leaves enough. It minimizes the steps to the
         first of its targets that it met last, over all others: where these have several poses, the
         legs between are not the shortest. It steps nowhere from where it cannot meet them
-        forever."""
+        forever. Where it meets a target by staying it may leave, to meet that on its way; on a
+        charger it has the charge for that."""
         goal, then = self.targets[turn], self.turn(turn + 1)
         if self._shortest or self.afterwards is not None:
             return 0
-        if goal >> pose & 1:
-            return self._aside(pose, turn, self.needs[then])
+        met, charges = goal >> pose & 1, self.chargers >> pose & 1
+        aside = self._aside(pose, turn, self.needs[then]) if met else 0
+        if met and (not charges or (self.settles and then == turn)):
+            return aside
         goes_on = self._on_chargers.needs
         turns = ((at, then if goal >> at & 1 else turn) for at in self.graph.steps(pose))
         needs = (self.need(at, k) for at, k in turns if at in goes_on[k])
-        return max((need + self.battery.move for need in needs), default=0)
+        least = max((need + self.battery.move for need in needs), default=0)
+        return max(aside, min(least, self.battery.capacity)) if met else least
 
     @cached_property
     def _on_chargers(self) -> Stops:

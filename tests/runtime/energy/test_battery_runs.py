@@ -145,6 +145,17 @@ def test_it_has_charge_for_whichever_region_its_strategy_may_choose(where: str, 
     assert play(made).outcome["outcome"] == "completed"
 
 
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_it_has_charge_where_it_leaves_a_target_to_meet_it_on_its_way(clock: str) -> None:
+    """Staying at 13 would meet its last target, but to turn it has to pass 8, which does, too."""
+    grid, visit = ["######", "#....#", "#..#.#", "######"], [[14, 16], [9, 10, 13, 14], [8, 13]]
+    battery = json.dumps({"capacity": 12, "start": 4, "charge": 3})
+    targets = json.dumps([{"any": regions} for regions in visit])
+    made = ROVER % (json.dumps(grid), battery, 9, targets, [13, 8, 14], clock)
+    made = made.replace("free", "heading").replace("start: 9,", "start: 9, heading: north,")
+    assert play(made).outcome["outcome"] == "completed"
+
+
 def test_a_charge_for_a_stay_alone_is_refused() -> None:
     """Its strategy may go from 8 to 7, from where it reaches no charger with the rest."""
     battery = "{capacity: 9, start: 1, charge: 3}"
