@@ -59,7 +59,8 @@ install: $(VENV)/.installed
 
 # Editable: Python files are used from the tree; the C++ side is rebuilt when it changes. A first run
 # needs no tools of developers; in a full environment there is nothing to add. For developers, a
-# warning of the optimizing compiler is an error, unless they say WERROR=OFF.
+# warning of the optimizing compiler is an error, unless they say WERROR=OFF. The pip that Python 3.11
+# brings takes twice the time of a new one to choose packages; where there is none, it does as well.
 INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*) $(wildcard slugs/include/*)
 $(VENV)/.runs: EXTRAS := motion,studio
 $(VENV)/.runs: WERROR := OFF
@@ -67,7 +68,8 @@ $(VENV)/.installed: EXTRAS := dev
 $(VENV)/.installed: WERROR := ON
 $(VENV)/.runs $(VENV)/.installed: $(INSTALLS) | toolchain
 	@echo "Installing safenav with the extras '$(EXTRAS)' into $(VENV), and compiling slugs/ ..."
-	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@test -x $(BIN)/python || { $(PYTHON) -m venv $(VENV) && \
+	  { $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check "pip>=26" || true; }; }
 	@{ $(BIN)/python -m pip install --verbose --no-compile --disable-pip-version-check \
 	  --config-settings=cmake.define.SLUGS_WERROR=$(WERROR) --editable '.[$(EXTRAS)]' 2>&1; echo "exit $$?"; } | awk '$(PROGRESS)'
 	@touch $@
