@@ -26,20 +26,35 @@ inline slugs::Specification read(const std::string &text) {
   return specification;
 }
 
-// Bit i of `current` and `next` is the value of variable i.
+// A formula to be evaluated on one valuation after the other.
+class Value {
+public:
+  Value(const slugs::Specification &specification, slugs::FormulaId formula)
+      : formula_(formula), evaluation_(specification.formulas, {formula}),
+        assignment_(specification.variables.size()) {}
+
+  // Bit i of `current` and `next` is the value of variable i.
+  bool operator()(std::uint64_t current, std::uint64_t next) {
+    for (std::size_t i = 0; i < assignment_.current.size(); ++i) {
+      assignment_.current[i] = slugs::known((current >> i) & 1 ? ~slugs::LaneBits{0} : 0);
+      assignment_.next[i] = slugs::known((next >> i) & 1 ? ~slugs::LaneBits{0} : 0);
+    }
+    evaluation_.run(assignment_);
+    const slugs::Truth truth = evaluation_[formula_];
+    if (truth.yes != ~truth.no)
+      throw std::logic_error("a formula has no value on a complete assignment");
+    return truth.yes != 0;
+  }
+
+private:
+  slugs::FormulaId formula_;
+  slugs::Evaluation evaluation_;
+  slugs::Assignment assignment_;
+};
+
 inline bool holds(const slugs::Specification &specification, slugs::FormulaId formula, std::uint64_t current,
                   std::uint64_t next = 0) {
-  slugs::Evaluation evaluation(specification.formulas, {formula});
-  slugs::Assignment assignment(specification.variables.size());
-  for (std::size_t i = 0; i < specification.variables.size(); ++i) {
-    assignment.current[i] = slugs::known((current >> i) & 1 ? ~slugs::LaneBits{0} : 0);
-    assignment.next[i] = slugs::known((next >> i) & 1 ? ~slugs::LaneBits{0} : 0);
-  }
-  evaluation.run(assignment);
-  const slugs::Truth truth = evaluation[formula];
-  if (truth.yes != ~truth.no)
-    throw std::logic_error("a formula has no value on a complete assignment");
-  return truth.yes != 0;
+  return Value(specification, formula)(current, next);
 }
 
 // The only constraint of a section.

@@ -42,6 +42,10 @@ void compare(const Specification &s, const std::vector<OpenVariable> &open, std:
     assignment.next[v] = known(assignment.next[v].yes);
   }
   completions.load(assignment);
+  std::vector<reading::Value> constraints;
+  for (const Section section : {Section::SysTrans, Section::SysLiveness})
+    for (const Constraint &constraint : s[section])
+      constraints.emplace_back(s, constraint.formula);
   for (const unsigned lane : {0u, 17u, 63u}) {
     std::set<std::vector<bool>> wanted;
     for (std::uint64_t choice = 0; choice < (std::uint64_t{1} << open.size()); ++choice) {
@@ -54,9 +58,8 @@ void compare(const Specification &s, const std::vector<OpenVariable> &open, std:
         side = values.back() ? side | bit : side & ~bit;
       }
       bool good = true;
-      for (const Section section : {Section::SysTrans, Section::SysLiveness})
-        for (const Constraint &constraint : s[section])
-          good = good && reading::holds(s, constraint.formula, now, next);
+      for (reading::Value &value : constraints)
+        good = good && value(now, next);
       if (good)
         wanted.insert(values);
     }

@@ -5,7 +5,9 @@
 #include "expect.hpp"
 #include "reading.hpp"
 
+#include <algorithm>
 #include <random>
+#include <vector>
 
 using namespace slugs;
 
@@ -32,22 +34,29 @@ std::vector<OpenVariable> variables(unsigned from, unsigned to) {
   return result;
 }
 
-bool all_hold(const Specification &s, Section section, std::uint64_t now, std::uint64_t next) {
+using Values = std::vector<reading::Value>;
+
+Values values(const Specification &s, Section section) {
+  Values result;
   for (const Constraint &constraint : s[section])
-    if (!reading::holds(s, constraint.formula, now, next))
-      return false;
-  return true;
+    result.emplace_back(s, constraint.formula);
+  return result;
+}
+
+bool all_hold(Values &constraints, std::uint64_t now, std::uint64_t next) {
+  return std::all_of(constraints.begin(), constraints.end(), [&](reading::Value &v) { return v(now, next); });
 }
 
 DeadEnds::Kind by_trial(const Specification &s, std::uint64_t now) {
+  Values assumptions = values(s, Section::EnvTrans), guarantees = values(s, Section::SysTrans);
   bool moves = false;
   for (std::uint64_t move = 0; move < 1u << inputs; ++move) {
-    if (!all_hold(s, Section::EnvTrans, now, move))
+    if (!all_hold(assumptions, now, move))
       continue;
     moves = true;
     bool answered = false;
     for (std::uint64_t answer = 0; answer < 1u << outputs && !answered; ++answer)
-      answered = all_hold(s, Section::SysTrans, now, move | answer << inputs);
+      answered = all_hold(guarantees, now, move | answer << inputs);
     if (!answered)
       return DeadEnds::Kind::SystemStuck;
   }
