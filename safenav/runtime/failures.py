@@ -92,6 +92,11 @@ def unknown(robot: Robot, region: Region) -> Obstacle:
     )
 
 
+def stands_for(obstacle: Obstacle, robot: str) -> bool:
+    """Whether an obstacle is a region in which that robot may be lost."""
+    return obstacle.type.name == f"lost_{robot}"
+
+
 def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
     """A region in which a lost robot may be, closed to itself and to ``others``."""
     blocks = frozenset({robot.name, *others})

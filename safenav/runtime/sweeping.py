@@ -4,6 +4,7 @@ the robots in its way, and by reports that have no effect yet."""
 from __future__ import annotations
 
 from safenav.runtime.deadlines.choice import InTime
+from safenav.runtime.failures import stands_for
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Obstacle, Robot
 from safenav.world.map import Region
@@ -70,8 +71,8 @@ def clear_of(team: TeamState, obstacle: Obstacle, robot: Robot) -> bool:
     if not sweeps:
         return True
     others = {name: state for name, state in team.robots.items() if name != robot.name}
-    lost = {f"lost_{name}" for name in others}
-    closed = {o.region for o in team.knowledge.obstacles.values() if o.type.name in lost}
+    known = team.knowledge.obstacles.values()
+    closed = {o.region for o in known if any(stands_for(o, name) for name in others)}
     return sweeps.isdisjoint(closed.union(*(o.occupied | {*o.claims} for o in others.values())))
 
 

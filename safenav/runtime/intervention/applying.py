@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.runtime.coordination import events
 from safenav.runtime.coordination.assignment import holding
+from safenav.runtime.failures import stands_for
 from safenav.runtime.intervention import kinds
 from safenav.runtime.intervention.inputs import EnvironmentInputs
 from safenav.runtime.knowledge import UNTRAVERSABLE
@@ -261,7 +262,7 @@ class Interventions(Struct):
         self.state.failures.back(robot.name)
         robot.claims = {}
         for obstacle in self.state.knowledge.obstacles.values():
-            if obstacle.type.name == f"lost_{robot.name}":
+            if stands_for(obstacle, robot.name):
                 yield from self.turns.actions.gone(obstacle)
         if robot.active:
             yield events.Unsettled(vocabulary.Reason.SERVICE)
@@ -335,7 +336,7 @@ class Interventions(Struct):
 
     def _is_lost(self, name: str) -> bool:
         known = self.state.knowledge.obstacles.values()
-        return any(obstacle.type.name == f"lost_{name}" for obstacle in known)
+        return any(stands_for(obstacle, name) for obstacle in known)
 
     def _live(self, what: str) -> None:
         if not self.state.live:
@@ -355,7 +356,7 @@ class Interventions(Struct):
         if region in taken(self.state, robot.robot):
             raise UsageError(f"another robot is in region {region}")
         for there in self._standing_at(region):
-            own = there.type.name == f"lost_{robot.name}"  # it is lost no more
+            own = stands_for(there, robot.name)  # it is lost no more
             if not own and self.state.knowledge.closed_to(there, robot.robot):
                 raise UsageError(f"{there.name} is in region {region}: resolve it first")
 
