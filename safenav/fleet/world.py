@@ -328,7 +328,9 @@ class FleetWorld(FleetSteps):
         if not services:
             told, bad = team_action.found, ActResult.FAILED
             found = [(one, end) for one, end in told if one in task.asked or end is not bad]
-            failed = any(end is bad for _, end in found)
+            if told and not found:  # the team does not know what it has failed on
+                team_action.reasons = team_action.reasons or [f"{told[0][0].name}: failed"]
+            failed = any(end is bad for _, end in found or told)
             why = "; ".join(team_action.reasons) if failed else ""
             task.over, task.due = (found, why), self.now() + LATE
             self._acted(body, task)

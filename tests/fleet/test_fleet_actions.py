@@ -53,17 +53,27 @@ def test_an_action_is_always_answered(result: ActResult) -> None:
     assert (world.sense(scenario.robots[0], 9) is None) == (result is not ActResult.FAILED)
 
 
-@pytest.mark.parametrize("result", [ActResult.DONE, ActResult.FAILED], ids=str)
-def test_a_robot_acts_on_what_only_the_fleet_knows(result: ActResult) -> None:
+@pytest.mark.parametrize(
+    ("result", "why", "reason"),
+    [
+        (ActResult.DONE, "so it is", ""),
+        (ActResult.FAILED, "so it is", "so it is"),
+        (ActResult.FAILED, "", "door@9: failed"),
+    ],
+)
+def test_a_robot_acts_on_what_only_the_fleet_knows(
+    result: ActResult, why: str, reason: str
+) -> None:
     """It entered the door that it had found: the team has not heard of that."""
     world, robots, scenario = started()
     door = seen(world, robots, scenario)
     robots.x["digit"] = 2.5
     robots.locate("digit")
     world.placed(scenario.robots[0], EAST)
-    robots.results = [(result, "so it is")]
+    robots.results = [(result, why)]
     assert world.act(scenario.robots[0], [], 9) is None
     (event,) = world.wait(5.0)
+    assert isinstance(event, Acted) and event.reason == reason
     done = result is ActResult.DONE
     assert told(event) == ("Acted", [(door, result)] * done) and robots.results == []
     world.act(scenario.robots[1], [], 10)  # it cannot push there

@@ -25,7 +25,7 @@ from safenav.motion.file.records import (
     Segment,
 )
 from safenav.motion.timed import timed_waypoints
-from safenav.trace.records import Arrive, Depart, Discovered
+from safenav.trace.records import Act, ActionEnd, Arrive, Depart, Discovered
 from safenav.trace.setting import ObstacleHeader
 from safenav.trace.vocabulary import MoveEnd
 
@@ -107,6 +107,22 @@ def test_a_robot_that_is_held_as_soon_as_it_lags_breaks_no_rule_if_the_trace_tel
     assert bool(told) or found == ["held (0.30 m off), but the trace reports no failure then"]
     (tracked,) = [one for one in trackings(motion, drive.trace) if one.robot == "jackal"]
     assert tracked.held == 1 and "; held 1 time" in str(tracked)
+
+
+@pytest.mark.parametrize("acts", [True, False])
+def test_a_robot_has_no_plan_while_it_acts_whatever_comes_of_it(drive: Drive, acts: bool) -> None:
+    """Also if it has failed, on what the team does not know."""
+    at = _rows(drive.motion, "jackal")[100:140]
+    moved = measured(
+        drive.motion, "jackal", lambda row: replace(row, x=row.x + 0.3) if row in at else row
+    )
+    act = Act(0, 999, "jackal", ("jackal",), (), t=at[0].t)
+    end = ActionEnd(0, 999, "jackal", {}, reason="door@12: failed", t=at[-1].t)
+    trace = replace(drive.trace, records=(*drive.trace.records, *(act, end) * acts))
+    found = {one.rule for one in check_motion(moved, trace)}
+    assert ("tracking" in found) is not acts
+    off = {one.robot: one.off for one in trackings(moved, trace)}
+    assert (off["jackal"] < 0.1) is acts
 
 
 def test_a_robot_that_cuts_a_corner_into_a_neighbours_region_is_found(drive: Drive) -> None:

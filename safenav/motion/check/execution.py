@@ -76,7 +76,8 @@ def check_execution(case: Examination) -> None:
         own: list[Holding] = []
         # Who acts on an obstacle reaches into its region, which blocks all others, and into those
         # that its resolution sweeps, which are reserved meanwhile.
-        acting = [*_acts(case.trace, name)]
+        told = _acts(case.trace, name)
+        acting = [(one, t0, t1) for act, t0, t1 in told for one in act.obstacles]
         acting += [(a.obstacle, a.t0, a.t1) for a in case.actions if a.robot == name]
         for obstacle, t0, t1 in acting:
             room = {*swept.get(obstacle, ())}
@@ -95,18 +96,16 @@ def check_execution(case: Examination) -> None:
     check_distances(case, {name: way.at for name, way in ways.items()}, measured=True)
 
 
-def _acts(trace: Trace, name: str) -> Iterator[tuple[str, float, float]]:
-    """The obstacles on which a robot acts, with success or not, from when and until when."""
+def _acts(trace: Trace, name: str) -> Iterator[tuple[Act, float, float]]:
+    """The actions in which a robot takes part, with success or not, from when and until when."""
     begun: dict[int, Act] = {}
     for record in trace.records:
         if isinstance(record, Act) and name in record.robots:
             begun[record.command] = record
         elif isinstance(record, ActionEnd) and (act := begun.pop(record.command, None)) is not None:
-            for obstacle in act.obstacles:
-                yield obstacle, act.t or 0.0, record.t or 0.0
+            yield act, act.t or 0.0, record.t or 0.0
     for act in begun.values():  # under way when the run ends
-        for obstacle in act.obstacles:
-            yield obstacle, act.t or 0.0, inf
+        yield act, act.t or 0.0, inf
 
 
 def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
@@ -170,11 +169,15 @@ def _clock(case: Examination, name: str, way: MeasuredWay) -> None:
 
 
 def _errors(case: Examination, name: str, way: MeasuredWay) -> Array:
-    """Metres off the reference at each measurement; 0 while the robot acts: it has none then."""
+    """Metres off the reference at each measurement; 0 while the robot acts: it has none then. The
+    lines of the motion are about actions that have met a need."""
     off: Array = np.hypot(*(way.centres - case.places(name, way.times)).T)
-    for line in case.actions:
-        if line.robot == name:
-            off[(way.times >= line.t0) & (way.times <= line.t1)] = 0.0
+    spans = [(line.t0, line.t1) for line in case.actions if line.robot == name]
+    for _, begin, end in _acts(case.trace, name):
+        if not any(begin < t1 and t0 < end for t0, t1 in spans):
+            spans.append((begin, end))
+    for t0, t1 in spans:
+        off[(way.times >= t0) & (way.times <= t1)] = 0.0
     return off
 
 
