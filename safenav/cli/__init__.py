@@ -206,7 +206,9 @@ def warn(message: Warning | str, *more: str) -> None:
 
 def _fail(message: str, code: ExitCode) -> None:
     from safenav.lines import printable
+    from safenav.report.terminal.fold import folded_message, terminal_width
 
     told = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
-    click.echo(told, err=True, color=_coloured())
+    shown = folded_message(told, terminal_width(sys.stderr))
+    click.echo(shown, err=True, color=_coloured())
     sys.exit(code)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.lines import printable
 from safenav.outfile import write_out
+from safenav.report.terminal.fold import echo_folded, terminal_width
 
 if TYPE_CHECKING:
     from safenav.batch.cases.search import FoundCases
@@ -196,8 +198,9 @@ def command(
         write_out(results, to_json(report, comparison), told=False)
     if as_csv is not None:
         write_out(as_csv, to_csv(report), told=False)
-    for line in summary(report, comparison, slowest):
-        click.echo(line, err=Path("-") in files)
+    err = Path("-") in files
+    width = terminal_width(sys.stderr if err else sys.stdout)
+    echo_folded(summary(report, comparison, slowest, width), err=err)
     if report.left and out is not None:
         click.echo(f"to continue, repeat with --resume ({report.left} cases left)", err=True)
     if report.interrupted:

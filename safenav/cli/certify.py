@@ -16,6 +16,7 @@ from safenav.certify.proved import TEAM, prove, refusals, rests_on
 from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.cli import options
 from safenav.errors import ExitCode, NotCertifiedError, UsageError
+from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.table import table
 
 EPILOG = """\b
@@ -88,8 +89,7 @@ def command(
     except NotCertifiedError as error:
         click.echo(str(error), err=True)
         return ExitCode.NEGATIVE
-    for claim in made.verdict.claims:
-        click.echo(f"  {claim['text']}")
+    echo_folded(f"  {claim['text']}" for claim in made.verdict.claims)
     click.echo(f"{made.path}: {made.files} files, {made.bytes / 1024:.0f} KiB, accepted")
     return ExitCode.OK
 

@@ -15,6 +15,7 @@ from safenav.cli import options, warn
 from safenav.errors import ExitCode
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
+from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.worst_cases import (
@@ -92,12 +93,11 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         for verdict in verdicts:
             _tell(verdict, answers[str(verdict["robot"])].words(plan.map.word), scenario)
         if refusal is not None:
-            click.echo(f"{click.style('unrealizable', fg='red')}: {refusal}")
-        for line in (*worst_lines(cases, plan.map.word), *deadline_lines(plan, ahead)):
-            click.echo(line)
+            echo_folded([f"{click.style('unrealizable', fg='red')}: {refusal}"])
+        echo_folded((*worst_lines(cases, plan.map.word), *deadline_lines(plan, ahead)))
         for line in warnings:
             if line.startswith(" "):
-                click.echo(line, err=True)
+                echo_folded([line], err=True)
             else:
                 warn(line)
     good = realizable and refusal is None and not (strict and warnings)
@@ -136,11 +136,11 @@ def _tell(verdict: Mapping[str, Any], words: str, scenario: Path) -> None:
     """Print the verdict on a robot, whose objective is in ``words``."""
     good = verdict["explanation"] is None
     word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
-    click.echo(f"{verdict['robot']}: {word}, {words}")
+    lines = [f"{verdict['robot']}: {word}, {words}"]
     if verdict["on_demand"]:
-        click.echo("    no explicit strategy: each move is computed and checked on demand")
-    for assumption in map(shortened, verdict["assumptions"] or ()):
-        click.echo(f"    assumes: {assumption}")
+        lines.append("    no explicit strategy: each move is computed and checked on demand")
+    lines += [f"    assumes: {shortened(rule)}" for rule in verdict["assumptions"] or ()]
     if not good:
-        click.echo(f"    {verdict['explanation']}")
-        click.echo(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")
+        lines.append(f"    {verdict['explanation']}")
+        lines.append(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")
+    echo_folded(lines)

@@ -11,6 +11,7 @@ from safenav.cli import options, specification
 from safenav.errors import ExitCode, InputError, UsageError, exit_code_of
 from safenav.outcome import Outcome
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
+from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.worst_cases import deadline_lines
@@ -68,8 +69,7 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
         click.echo(f"{robot} is {click.style('realizable', fg='green')}: nothing to explain")
     else:
         for place, explanation in enumerate(found):
-            for line in explanation_lines(explanation, plan):
-                click.echo(line)
+            echo_folded(explanation_lines(explanation, plan))
             if place + 1 < len(found):
                 click.echo()
     return ExitCode.NEGATIVE if found else ExitCode.OK
@@ -81,10 +81,8 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
     if as_json:
         click.echo(json.dumps(postmortem_data(found, plan), indent=2))
     else:
-        for line in postmortem_lines(found, plan.map.word):
-            click.echo(line)
+        echo_folded(postmortem_lines(found, plan.map.word))
         refused = found.result.outcome is Outcome.UNREALIZABLE  # it names the promise
         ahead = None if refused else simulate_team(plan, default_synthesizer(plan))
-        for line in deadline_lines(plan, ahead):
-            click.echo(f"without obstacles: {line}")
+        echo_folded(f"without obstacles: {line}" for line in deadline_lines(plan, ahead))
     return exit_code_of(found.result.outcome)

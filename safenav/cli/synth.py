@@ -14,6 +14,7 @@ from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
 from safenav.outfile import write_all
 from safenav.report.picture.automaton import svg_of_strategy
+from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.specification_text import vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.runtime.coordination.strategy_search import TaskResult
@@ -100,11 +101,11 @@ def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
     specification.print_sizes("robot", rows)
     for name, answer in answers.items():
         if answer.allows(plan.map.word):
-            click.echo(f"{name}: {answer.words(plan.map.word)}")
+            echo_folded([f"{name}: {answer.words(plan.map.word)}"])
         if answer.result.served is not None:
             click.echo(f"{name}: no explicit strategy: each move is computed and checked on demand")
-        for assumption in map(shortened, assumption_names(answer.task, plan.map)):
-            click.echo(f"{name} assumes: {assumption}")
+        rules = map(shortened, assumption_names(answer.task, plan.map))
+        echo_folded(f"{name} assumes: {rule}" for rule in rules)
 
 
 def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:

@@ -9,6 +9,7 @@ from safenav.scenario.objective import Ltl
 from safenav.scenario.objective_text import describe
 from safenav.spec.forms import asked_of
 from safenav.spec.task import Task
+from safenav.trace.words import MANY, listed
 from safenav.world.map import RegionMap
 
 
@@ -19,17 +20,31 @@ def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
     return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
 
 
+def _closed_words(found: Diagnosis, world: RegionMap) -> str:
+    """Return the regions that culprits close, those with the same reason together."""
+    by_reason: dict[str, list[str]] = {}
+    for known in found.culprits:
+        by_reason.setdefault(known.reason, []).append(world.label(known.region))
+    said = []
+    for reason, regions in by_reason.items():
+        some = regions if len(regions) <= MANY else [*regions[:3], f"{len(regions) - 3} others"]
+        if len(regions) > 1 and reason.endswith(" it"):
+            reason = f"{reason.removesuffix('it')}them"
+        said.append(f"{listed(some)} {'is' if len(regions) == 1 else 'are'} closed ({reason})")
+    return ", ".join(said)
+
+
 def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
     """Return the reason alone."""
     here = world.label(task.pose.region)
     lost = " and ".join(world.labels(target) for target in found.lost)
-    things = ", ".join(f"{world.label(k.region)} is closed ({k.reason})" for k in found.culprits)
+    things = _closed_words(found, world)
     match found.cause:
         case NoStrategyCause.NO_WAY:
-            return f"no path from {here} to {lost}: walls are between them"
+            return f"there is no path from {here} to {lost}: walls are between them"
         case NoStrategyCause.OBSTACLE | NoStrategyCause.PARKED_ROBOT:
-            way = f"no path from {here} to {lost}" if lost else "no path to its targets"
-            return f"{way}: {things}"
+            way = f"from {here} to {lost}" if lost else "to its targets"
+            return f"there is no path {way}: {things}"
         case NoStrategyCause.HEADING:
             facing = "" if task.pose.heading is None else f" facing {task.pose.heading.label}"
             return f"from {here}{facing} it cannot reach its targets: it cannot turn on the spot"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.runtime.team import RobotState, TeamState
-from safenav.trace.words import counted, listed, obstacle_words, seconds_words
+from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words
 
 
 def where_out(team: TeamState, robot: RobotState) -> str:
@@ -23,10 +23,14 @@ def where_out(team: TeamState, robot: RobotState) -> str:
 def what_is_left(team: TeamState) -> str:
     """Return the reasons why the run is not completed yet."""
     word, wanted = team.scenario.map.word, team.scenario.until.rounds
+    behind: dict[int, list[str]] = {}
+    for name, robot in team.robots.items():
+        if robot.own.rounds < wanted:
+            behind.setdefault(robot.own.rounds, []).append(name)
     left = [
-        f"{robot.name} has completed {robot.own.rounds} of {wanted} rounds"
-        for robot in team.robots.values()
-        if robot.own.rounds < wanted
+        f"{listed(names) if len(names) <= MANY else f'{len(names)} robots'} "
+        f"{'has' if len(names) == 1 else 'have'} completed {done} of {wanted} rounds"
+        for done, names in behind.items()
     ]
     away = [name for name, robot in team.robots.items() if robot.base is not None]
     left += [f"an input keeps {name} from its own objective" for name in away]

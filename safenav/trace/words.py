@@ -58,7 +58,7 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(words[:-1]) + " and " + words[-1]
 
 
-MANY = 12
+MANY = 8
 """Robots of which a line for people names each."""
 
 

@@ -132,6 +132,16 @@ def test_the_tables_have_the_makespan_of_live_runs() -> None:
     assert "makespan" not in "".join(summary(report(ran("a/ticks.yaml"))))
 
 
+def test_a_narrow_terminal_gets_shorter_names_in_the_table() -> None:
+    """Each row was broken, so that the columns were lost."""
+    name = f"suite/{'with_a_long_name' * 5}/last.yaml"
+    shown = report(ran("a.yaml"), ran(name))
+    assert any(line.startswith(f"{name}  ") for line in summary(shown))
+    narrow = summary(shown, width=70)[:4]
+    assert max(map(len, narrow)) <= 70
+    assert any(line.startswith("suite/") and "last.yaml  passed" in line for line in narrow)
+
+
 def test_csv_has_a_line_for_each_case() -> None:
     rows = list(csv.DictReader(io.StringIO(to_csv(MIXED))))
     assert [row["name"] for row in rows] == [result.name for result in MIXED.in_order]

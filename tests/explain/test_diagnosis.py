@@ -7,11 +7,17 @@ import pytest
 from msgspec.structs import replace
 
 from safenav.explain.diagnosis import diagnose
-from safenav.explain.explanation import NoStrategyCause, RepairKind, RepairProblem, WitnessEnd
+from safenav.explain.explanation import (
+    Diagnosis,
+    NoStrategyCause,
+    RepairKind,
+    RepairProblem,
+    WitnessEnd,
+)
 from safenav.explain.investigation import explain
 from safenav.explain.quickxplain import minimal_subset
 from safenav.explain.repair import find_repairs
-from safenav.explain.summary import explain_unrealizable
+from safenav.explain.summary import explain_unrealizable, why_words
 from safenav.explain.undisturbed import play
 from safenav.outcome import Verdict
 from safenav.report.terminal.explanation_text import cause_words
@@ -150,6 +156,17 @@ def test_a_robot_that_stays_in_the_only_way_is_what_is_in_the_way() -> None:
     found = explain(_beside(GUARD), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.PARKED_ROBOT
     assert "14 [1, 5] is closed (guard holds this region)" in cause_words(found, world)
+
+
+def test_regions_that_are_closed_for_one_reason_are_listed_together() -> None:
+    """Each was listed with the reason: a line of 1,000 characters for an avoided column."""
+    task, world = _corridor(AWAY)
+    shut = [Known(region, "avoid", "guard avoids it") for region in range(8, 18)]
+    found = Diagnosis(NoStrategyCause.OBSTACLE, culprits=(*shut, Known(20, "door", "it is there")))
+    assert why_words(found, task, world).endswith(
+        ": 8 [0, 8], 9 [1, 0], 10 [1, 1] and 7 others are closed (guard avoids them), "
+        "20 [2, 2] is closed (it is there)"
+    )
 
 
 def test_no_start_is_proposed_that_the_loader_refuses() -> None:

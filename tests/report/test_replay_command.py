@@ -13,7 +13,7 @@ import warm
 from report import made_traces
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
-from safenav.report.terminal.fold import folded
+from safenav.report.terminal.fold import folded, folded_message
 from safenav.report.terminal.replay import play
 
 ROOT = Path(__file__).parents[2]
@@ -122,6 +122,20 @@ def test_a_frame_fits_into_the_terminal(
         assert len(lines) <= size[1] and max(map(len, lines)) <= size[0]
 
 
+def test_a_small_terminal_shows_the_last_events_of_a_large_team(
+    replays: dict[str, Replay], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Frames were cut at the bottom, so that the robots hid the events."""
+    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size((40, 14)))
+    written: list[str] = []
+    replay = replays["chain"]
+    play(replay, range(4, 8), 4, written.append, lambda _: None)
+    for tick, text in zip(range(4, 8), written[1:-1], strict=True):
+        newest = [event.text for event in replay.events if event.tick <= tick][-1]
+        said = " ".join(click.unstyle(text).replace("\x1b[K", "").split())
+        assert newest in said
+
+
 def test_a_frame_of_a_large_map_shows_the_robot_of_the_last_event(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -155,6 +169,14 @@ def test_a_frame_of_a_large_map_shows_the_robot_of_the_last_event(
 def test_long_lines_are_broken_between_words(width: int | None, parts: list[str]) -> None:
     line = f"tick 0  {click.style('quad', fg='cyan')} finds a door"
     assert [click.unstyle(part) for part in folded(line, width, 4)] == parts
+
+
+def test_a_message_is_folded_but_not_the_lines_of_a_file_in_it() -> None:
+    excerpt = "    4 | robots: {quad: {model: quadcopter}}\n      |         ^"
+    message = f"error: lab.yaml:4:9: a robot without an objective\n{excerpt}"
+    folds = "error: lab.yaml:4:9: a robot\n      without an objective\n"
+    assert folded_message(message, 30) == folds + excerpt
+    assert folded_message(message, None) == message
 
 
 def test_draw_knows_two_forms_of_picture(tmp_path: Path) -> None:

@@ -43,6 +43,21 @@ def header() -> records.Header:
     return records.Header(0, records.VERSION, "0", scenario)
 
 
+@pytest.mark.parametrize(("width", "beside"), [(None, True), (60, True), (40, False)])
+def test_the_legend_stands_below_a_map_that_leaves_no_room(width: int | None, beside: bool) -> None:
+    """Its lines were longer than the terminal is wide."""
+    said: list[str] = []
+    story = Story(
+        load_scenario_text(ROOM.replace("NORTH", "north")),
+        lambda line: said.extend(click.unstyle(str(line)).split("\n")),
+        width=width,
+    )
+    story(header())
+    assert max(map(len, said)) <= (width or 100)
+    robots = [line for line in said if line.endswith("quad at 7 [1, 1]")]
+    assert len(robots) == 1 and ("█" in robots[0]) is beside
+
+
 @pytest.mark.parametrize("heading", ["north", "east", "south", "west"])
 def test_every_heading_is_told(heading: str) -> None:
     assert any(f"facing {heading}: hold 13" in line for line in told(header(), heading=heading))

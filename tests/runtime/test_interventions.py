@@ -96,7 +96,7 @@ until: {rounds: 1}
 """
 ON_IT = (
     "d (by a change of the scenario; at 11 [1, 4], a target of c) out of service; "
-    "not completed after 1 tick: c has"
+    "not completed after 1 tick: c and d have"
 )
 
 

@@ -12,6 +12,7 @@ import click
 from safenav.batch.cases.case import Result
 from safenav.batch.session import Report
 from safenav.lines import printable
+from safenav.report.terminal.fold import echo_folded
 
 
 class ProgressLine:
@@ -34,7 +35,7 @@ class ProgressLine:
             self.clear()
             reason = result.reasons[0].removeprefix(f"{result.name}:") if result.reasons else ""
             verdict = click.style(result.verdict.value, fg="red")
-            click.echo(f"{verdict} {printable(f'{result.name}: {reason}')}", err=True)
+            echo_folded([f"{verdict} {printable(f'{result.name}: {reason}')}"], err=True)
         if self._live:
             self._show(_state(report, ()))
 

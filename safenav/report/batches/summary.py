@@ -16,14 +16,19 @@ from safenav.trace.words import listed
 
 _REASONS = 3
 _NAMES = 20
+_LEAST_NAME = 16
+"""Characters that a name keeps on a narrow terminal."""
 _STILL_OPEN = "; still open: "
 
 
 def summary(
-    report: Report, comparison: BaselineComparison | None = None, slowest: int = 10
+    report: Report,
+    comparison: BaselineComparison | None = None,
+    slowest: int = 10,
+    width: int | None = None,
 ) -> list[str]:
     """Return lines: a table with the failed cases first, then the ``slowest`` that passed; their
-    reasons; the comparison; the totals."""
+    reasons; the comparison; the totals. ``width``: of the terminal, for the table."""
     failed = report.failed
     passed = [result for result in report.in_order if result.passed]
     passed.sort(key=lambda result: -result.duration)
@@ -33,7 +38,7 @@ def summary(
         live = any(result.makespan is not None for result in shown)
         times = ("ticks", "makespan") if live else ("ticks",)
         headings = ("case", "verdict", "outcome", *times, "syntheses", "seconds")
-        rows = table(headings, [_row(result, live) for result in shown])
+        rows = _fitted(headings, [_row(result, live) for result in shown], width)
         lines += _coloured([printable(row) for row in rows], len(failed))
         more = len(passed) - slowest
         if more > 0:
@@ -57,6 +62,25 @@ def summary(
         for file, key, values in without_effect(report.in_order)
     ]
     return [*lines, *([""] if idle else []), *idle, "", _sum(report)]
+
+
+def _fitted(
+    headings: tuple[str, ...], rows: list[tuple[object, ...]], width: int | None
+) -> list[str]:
+    """Return the table, the middle of long names left out where it would be too wide."""
+    lines = table(headings, rows)
+    wide = len(lines[1])  # the rule under the headings
+    if width is None or wide <= width:
+        return lines
+    room = max(_LEAST_NAME, max(len(str(name)) for name, *_ in rows) - (wide - width))
+    return table(headings, [(_elided(str(name), room), *rest) for name, *rest in rows])
+
+
+def _elided(name: str, room: int) -> str:
+    if len(name) <= room:
+        return name
+    tail = (room - 3) // 2
+    return f"{name[: room - 3 - tail]}...{name[-tail:]}"
 
 
 def _row(result: Result, live: bool) -> tuple[object, ...]:

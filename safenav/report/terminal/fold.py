@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
+from collections.abc import Iterable
+from typing import TextIO
 
 import click
 
+_EXCERPT = re.compile(r" *\d* \| ")
+"""The beginning of a line of a file, and of the mark below it, in a message."""
 
-def terminal_width() -> int | None:
-    """Return the width of the terminal; None where there is none."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+
+def terminal_width(stream: TextIO | None = None) -> int | None:
+    """Return the width of the terminal to which ``stream`` (default: standard output) goes; None
+    where there is none."""
+    stream = stream or sys.stdout
+    return shutil.get_terminal_size().columns if stream.isatty() else None
+
+
+def echo_folded(lines: Iterable[str], err: bool = False) -> None:
+    """Print lines, folded on a terminal; parts are indented two columns deeper than their line."""
+    width = terminal_width(sys.stderr if err else sys.stdout)
+    for line in lines:
+        for part in folded(line, width, len(line) - len(line.lstrip()) + 2):
+            click.echo(part, err=err)
 
 
 def folded(line: str, width: int | None, indent: int) -> list[str]:
@@ -29,3 +45,11 @@ def folded(line: str, width: int | None, indent: int) -> list[str]:
         lines[-1] += word
         used += long + (1 if number else 0)
     return lines
+
+
+def folded_message(message: str, width: int | None) -> str:
+    """Return an error message with its lines folded, but for those of a file that it shows."""
+    parts = (
+        [line] if _EXCERPT.match(line) else folded(line, width, 6) for line in message.split("\n")
+    )
+    return "\n".join(part for some in parts for part in some)

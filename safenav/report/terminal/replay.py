@@ -96,16 +96,36 @@ def _cut(cells: Sequence[str], middle: int, most: int) -> Sequence[str]:
 
 
 def _fitted(lines: list[str], map_ends: int, middle: tuple[int, int]) -> list[str]:
-    """Return the lines of a frame as the terminal can show them: maps cut around ``middle``, the
-    rest folded."""
+    """Return the lines of a frame as the terminal can show them: the map cut around ``middle``, the
+    rest folded; the last events are shown before the robots."""
     width, height = shutil.get_terminal_size()
-    below = [part for line in lines[map_ends:] for part in folded(line, width, 7)]
-    shown = min(map_ends, max(height // 2, height - len(below) - 1))
     above = folded(lines[0], width, 2)
+    room = height - 1 - len(above) - 3  # three empty lines
+    end = len(lines) - lines[::-1].index("")
+    status = [folded(line, width, 7) for line in lines[map_ends + 1 : end - 1]]
+    told = [folded(line, width, 7) for line in lines[end:]]
+    while len(told) > 1 and sum(map(len, told)) > room // 3:
+        del told[0]
+    story = [part for parts in told for part in parts]
     pairs = ([line[i : i + 2] for i in range(0, len(line), 2)] for line in lines[2:map_ends])
     drawn = ["".join(_cut(cells, middle[1], width // 2)) for cells in pairs]
-    rows = _cut(drawn, middle[0], max(0, shown - len(above) - 1))
-    return [*above, "", *rows, *below][: height - 1]
+    left = room - len(story)
+    rows = _cut(drawn, middle[0], max(0, left // 2, left - sum(map(len, status))))
+    below = _first(status, left - len(rows))
+    return [*above, "", *rows, "", *below, "", *story][: height - 1]
+
+
+def _first(items: Sequence[list[str]], room: int) -> list[str]:
+    """Return the lines of the first items, as many as there is room for, and the number of the
+    others."""
+    if sum(map(len, items)) <= room:
+        return [line for item in items for line in item]
+    shown: list[str] = []
+    for number, item in enumerate(items):
+        if len(shown) + len(item) >= room:
+            return [*shown, f"... and {len(items) - number} more"]
+        shown += item
+    return shown
 
 
 def _pause(replay: Replay, tick: int) -> float:

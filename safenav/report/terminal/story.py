@@ -274,10 +274,14 @@ class Story:
         targets = frozenset[Region]().union(*map(target_regions, objectives))
         picture = MapPicture(markers, self._closed, self._barred, targets)
         self._write("")
-        legend = self._legend()
-        for row, line in enumerate(draw(self._scenario.map, picture)):
-            note = f"   {legend[row]}" if row < len(legend) else ""
+        rows, legend = draw(self._scenario.map, picture), self._legend()
+        longest = max(len(click.unstyle(note)) for note in legend)
+        beside = self._width is None or 14 + len(rows[0]) + longest <= self._width
+        for row, line in enumerate(rows):
+            note = f"   {legend[row]}" if beside and row < len(legend) else ""
             self._write(f"           {line}{note}")
+        for note in () if beside else legend:
+            self._echo(f"           {note}", 15)
         self._write("")
 
     def _legend(self) -> list[str]:
