@@ -85,6 +85,8 @@ BESIDE: list[tuple[Callable[[Arrived], Any], str]] = [
     (lambda _: Sensed("now", Obstacle(DOOR, 29), there=False), "its time is 'now'"),  # type: ignore[arg-type]
     (lambda e: Arrived(e.at, 7, command=e.command), "its robot is 7, not str"),  # type: ignore[arg-type]
     (lambda _: "arrived", "'arrived' is not an event"),
+    (lambda e: Arrived(e.at, "a"), "it names no command (command=, the number"),
+    (lambda e: Arrived(e.at, "a", command=str(e.command)), "its command is '"),  # type: ignore[arg-type]
 ]
 """Reports beside the ends of commands."""
 

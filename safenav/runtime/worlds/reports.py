@@ -60,6 +60,8 @@ def malformed(event: Any, robots: Collection[str]) -> str | None:
     for part in event.__struct_fields__:
         kinds, found = _PARTS.get(part, (object,)), getattr(event, part)
         left_out = found is None and part in _LEFT_OUT
+        if found is None and part == "command" and not isinstance(event, protocol.Sensed):
+            return "it names no command (command=, the number that start or act was given)"
         if not left_out and not isinstance(found, kinds):
             expected = " or ".join(kind.__name__ for kind in kinds)
             return f"its {part} is {found!r}, not {expected}"
@@ -79,6 +81,7 @@ def malformed(event: Any, robots: Collection[str]) -> str | None:
 
 
 _PARTS: dict[str, tuple[type, ...]] = {
+    "command": (int,),
     "robot": (str,),
     "by": (str,),
     "reason": (str,),
@@ -87,7 +90,7 @@ _PARTS: dict[str, tuple[type, ...]] = {
     "obstacle": (Obstacle,),
 }
 """Parts of events, and their types where they are given."""
-_LEFT_OUT = {"by", "reason", "obstacle"}
+_LEFT_OUT = {"by", "command", "reason", "obstacle"}
 """Parts that may be None."""
 
 
