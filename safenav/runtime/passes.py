@@ -66,7 +66,7 @@ class Passes(Algorithm):
         self.stop.check()
         asked = self.interventions.asked
         stands = self.attended and self.world.simulated and self.world.idle
-        if team.waits_for_operator and not asked and stands:
+        if team.waits_for_operator and not (asked or self._outdated) and stands:
             return  # time stands still until an operator intervenes
         self._come = self.search.fresh() or self._come
         changed = self._changed or self._come or asked or self.traffic.thinking.fresh()
@@ -103,17 +103,19 @@ class Passes(Algorithm):
             self._together = together or self.interventions.took_effect
         elif goes_on:  # all of it is decided with the requests of the run before
             self._together = together
-        self._together |= self.interventions.ends_wait
+        self._together |= self.interventions.ends_wait or self._outdated
         if goes_on:
             self.guarded(partial(self.settle, [Continued()]))
         if given_up:
+            if self._outdated:
+                self._resume()
             stands = None if self.interventions.took_effect else team.waiting
             raise RunEnded(stands or Conclusion(Outcome.INTERRUPTED, "given up"))
         if team.waiting is not None and team.waits_until is not None:
             self._together |= team.waits_until <= self.world.now()
         for change in self.world.changes(team.occupied()):
-            known, waits = team.knowledge.knows(change.obstacle), team.waiting is not None
-            self._together |= team.waits_for_operator or (waits and change.by_user)
+            known = team.knowledge.knows(change.obstacle)
+            self._together |= team.waiting is not None
             if change.obstacle.ordered if change.appeared else known:  # duties change with it
                 self.settle(self.turns.relocation.leave_plan())
             if change.appeared:
@@ -293,7 +295,7 @@ class Passes(Algorithm):
     def _resume(self) -> None:
         """Decide once after all interventions of a pass, or after a change of the scenario. First
         reopen the requests that were given up, since the missing capability may be available."""
-        self.team.waiting, self._together = None, False
+        self.team.waiting, self._together, self._outdated = None, False, False
         self.guarded(lambda: self.settle([ObstaclesReopened()]))
 
     def _hear(self) -> None:

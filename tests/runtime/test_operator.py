@@ -21,7 +21,7 @@ from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.mission import Mission
 from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Found
-from safenav.runtime.worlds.protocol import Lost, Sensed
+from safenav.runtime.worlds.protocol import Failed, Lost, Sensed
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
@@ -487,4 +487,27 @@ def test_a_run_that_is_completed_waits_for_no_strategy() -> None:
     synthesizer.answers.set()
     assert mission.result is not None and mission.result.outcome is Outcome.COMPLETED
     assert run.all("violation") and run.all("hold", robot="cart", why="synthesis")
+    assert not run.findings
+
+
+def test_a_robot_that_fails_while_the_team_waits_is_in_the_reason_that_ends_the_run() -> None:
+    """The first proof says that it cannot continue, which is not true of one out of service."""
+    slow = GATE.replace("layer: air", "layer: ground, timing: 7")
+    scenario = loaded(slow.replace("start: [1, 1]", "start: [3, 1]"))
+    world = Remote(scenario)
+    mission, run = begin(scenario, world=world, attended=True)
+    while mission.waiting is None:
+        mission.step()
+    bee = mission.state.robots["bee"]
+    assert bee.transit is not None
+    number = mission._commands.number("bee")
+    mission.post(Failed(world.now(), "bee", bee.pose, "motor", fatal=True, command=number))
+    world.simulation._coming = []
+    mission.step()
+    mission.intervene(read_intervention("give_up", scenario))
+    while mission.result is None:
+        mission.step()
+    first, last = run.all("waiting")
+    live = [line["proof"]["robots"]["bee"]["live"] for line in (first, last, run.outcome)]
+    assert live == [False, True, True]
     assert not run.findings

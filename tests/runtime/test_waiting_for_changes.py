@@ -10,6 +10,9 @@ from runtime.played import Run, completed, loaded, play
 from safenav.report.terminal.story import Story
 from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission
+from safenav.runtime.worlds.protocol import Sensed, WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.reading import read_lines
 
@@ -117,6 +120,42 @@ obstacles:
   - {type: leaf, region: [1, 6], until: 30}
 until: {rounds: 1}
 """
+
+
+class Opened(LiveSimulation):
+    """A sensor reports after 60 s that the cart has been taken away."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario)
+        (self.cart,) = scenario.obstacles
+
+    def wait(self, timeout: float | None) -> list[WorldEvent]:
+        left = 60 - self.now()
+        within = left if timeout is None else min(left, timeout)
+        events = super().wait(timeout if left <= 0 else within)
+        if left <= 0 or self.now() < 60:
+            return events
+        self.truth.take_away(self.cart.name)
+        self.truth.changes(0, ())
+        return [*events, Sensed(60.0, self.cart, there=False)]
+
+
+def test_a_sensor_ends_a_wait_before_its_time() -> None:
+    scenario = loaded(cart(Clock.LIVE, changes="changes: [{robot: a, at: 200, service: back}]"))
+    played = completed(scenario, world=Opened(scenario))
+    assert [line["until"] for line in played.all("waiting")] == [200]
+    assert played.one("gone")["t"] == 60 and played.records[-1]["t"] < 150
+
+
+def test_an_input_ends_a_wait_before_its_time(clock: Clock) -> None:
+    text = cart(clock, changes="changes: [{robot: a, at: 200, service: back}]")
+    when = "[1, 6]]}, when: {home: {hold: [1, 1]}}}"
+    text = text.replace("[1, 6]]}}", when) + "inputs: {home: {probability: 0.2}}\n"
+    played = play(text)
+    wait = played.all("waiting")[0]
+    told = next(line for line in played.all("objective") if line["tick"] > wait["tick"])
+    assert told["tick"] < 50 and wait["until"] == 200
+    assert played.all("synthesis", tick=told["tick"])
 
 
 LATE = """

@@ -16,6 +16,7 @@ from safenav.audit.run.turn import (
     StackEntry,
     Status,
     Turn,
+    fails,
     helpers_of,
     is_of_scenario,
     is_of_user,
@@ -59,12 +60,13 @@ class Situation(State):
         self.turn = Turn(record.tick, robot, record.line, self.objectives, *origin)
 
     def ends_wait(self, record: Line) -> bool:
-        """Return whether a line ends a wait: one for a change of the scenario ends at its time."""
+        """Return whether a line ends a wait: any change by a user, the scenario or the world does,
+        the time until which the team waits, and the tick after a robot has failed."""
         if (wait := self.waits) is None:
             return False
-        told = wait.until is None and is_of_scenario(record)
-        told = (told or is_of_user(record)) and not self.repeats_inputs(record)
-        return told or is_over(wait, record)
+        told = is_of_scenario(record) or is_of_user(record)
+        later = self.fails_in is not None and record.tick > self.fails_in
+        return (told and not self.repeats_inputs(record)) or later or is_over(wait, record)
 
     def apply(self, record: Line) -> None:
         """Let a line take effect."""
@@ -75,7 +77,9 @@ class Situation(State):
         if record.type in _CHANGES and not self.repeats_inputs(record):
             self.aside.clear()
         if self.ends_wait(record):
-            self.waits = None
+            self.waits = self.fails_in = None
+        elif self.waits is not None and fails(record):
+            self.fails_in = record.tick
         robot: Any = getattr(record, "robot", None)
         if robot in self.charge:
             self._charged(record)
@@ -197,7 +201,7 @@ class Situation(State):
         """Note what robots pursue, for whom, and how far they are with it."""
         match record.type:
             case "waiting":
-                self.waits = record
+                self.waits, self.fails_in = record, None
             case "acts":
                 self.acts = record.acts
             case "plan" | "plan_end":

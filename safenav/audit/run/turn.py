@@ -141,11 +141,17 @@ SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs
 
 
 def is_of_scenario(record: Line) -> bool:
-    """Return whether a line is of what the scenario or the world changes by itself: no robot that
-    fails, or has used up its charge, and no user."""
-    cause = getattr(record, "cause", None)
-    others = ("battery", "user", "world") if record.type == "service" else ("battery", "user")
-    return record.type in SCENARIO_CHANGES and cause not in others
+    """Return whether a line is of what the scenario or the world changes by itself, or of a robot
+    that is charged: nothing by a user, and no robot that fails or has used up its charge."""
+    others = ("user",) if record.type == "service" else ("battery", "user")
+    told = record.type in SCENARIO_CHANGES and getattr(record, "cause", None) not in others
+    return told and not fails(record)
+
+
+def fails(record: Line) -> bool:
+    """Return whether a robot is out of service as it fails, or has used up its charge."""
+    by_itself = record.type == "service" and record.cause in ("battery", "world")
+    return by_itself and not record.active
 
 
 def taken(move: Line) -> set[int]:

@@ -53,7 +53,7 @@ class Interventions(Struct):
     took_effect: bool = False
     """Whether a requested intervention has changed anything, or is recorded as a change."""
     ends_wait: bool = False
-    """Whether the scenario, or an input, has changed something while an operator is waited for."""
+    """Whether the scenario, or an input, has changed something while the team waits."""
 
     @property
     def asked(self) -> bool:
@@ -129,7 +129,7 @@ class Interventions(Struct):
 
     def _note_change(self) -> None:
         """Note that the scenario or an input changes something: it may help the team."""
-        self.ends_wait |= self.state.waits_for_operator
+        self.ends_wait |= self.state.waiting is not None
 
     def _has_effect(self, wanted: kinds.Intervention) -> bool:
         match wanted:
