@@ -88,8 +88,11 @@ class Algorithm(Struct):
         for number, robot in enumerate(self.team.robots.values(), 1):
             self.stop.check()
             self.deadlines.turn_begins(number)
-            ready = not claimed_beside(self.team, robot)
-            if ready if robot.transit is None else self.world.may_have_ended(robot.name):
+            if (
+                not claimed_beside(self.team, robot)
+                if robot.transit is None
+                else self.world.may_have_ended(robot.name)
+            ):
                 turn = partial(self.settle, self._step(robot))
                 self.turns.idling.unless_idle(robot, partial(self.guarded, turn))
             self.deadlines.turn_ends(number)

@@ -21,11 +21,12 @@ def claimed_beside(team: TeamState, robot: RobotState) -> bool:
     """Whether another robot may be beside this one, where nobody else is, by a report that has no
     effect before its own turn. Until then this one is not to set out."""
     robots = team.robots.values()
-    claims = [(other, region) for other in robots for region in other.claims if other is not robot]
-    sides = team.scenario.map.neighbours(robot.pose.region) if claims else ()
+    claiming = [other for other in robots if other.claims and other is not robot]
+    sides = team.scenario.map.neighbours(robot.pose.region) if claiming else ()
     return any(
-        region in sides and not any(region in o.occupied for o in robots if o is not claiming)
-        for claiming, region in claims
+        region in sides and not any(region in o.occupied for o in robots if o is not other)
+        for other in claiming
+        for region in other.claims
     )
 
 

@@ -379,10 +379,9 @@ class TeamState(Struct):
         if self.scenario.never_together:
             at = {name: other.occupied for name, other in self.robots.items()}
             found |= self.scenario.held(robot.name, at)
-        for other in self.in_conflict(robot):
-            found.add(other.pose.region)
-            if other.transit is not None:
-                found.add(other.transit.pose.region)
+        others = self.in_conflict(robot)
+        found.update([other.pose.region for other in others])
+        found.update([o.transit.pose.region for o in others if o.transit is not None])
         return found if among is None else found.intersection(among)
 
     def standing(self) -> dict[str, Region]:

@@ -174,6 +174,8 @@ class Interventions(Struct):
 
     def _inputs(self) -> Iterator[events.Event]:
         """Read the inputs of this tick, and assign the objectives that they select."""
+        if not self.state.inputs:
+            return
         if self.inputs.changed:
             self._note_change()
         self.inputs.read()

@@ -48,8 +48,9 @@ class Idling(Struct):
         if robot.planner.node is None or traffic.plan.follows(name):
             return None
         seen = self.choice.observation(robot)
-        one_way = graph_of(robot.robot, state.scenario.map).one_way
-        if seen != robot.stays_for and (one_way or not self.simulated):
+        if seen != robot.stays_for and (
+            not self.simulated or graph_of(robot.robot, state.scenario.map).one_way
+        ):
             return None  # what is beyond the sides of its region may count, too
         return known, seen
 

@@ -21,7 +21,7 @@ from safenav.world.moves import Mobility, Pose
 def is_time(found: Any) -> bool:
     """Whether a value can be a time in seconds."""
     try:
-        return isinstance(found, float | int | Real) and isfinite(found)
+        return isinstance(found, (float, Real)) and isfinite(found)
     except OverflowError:  # an int beyond every float
         return False
 
