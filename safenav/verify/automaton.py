@@ -258,5 +258,8 @@ def clauses(spec: Specification, section: Section) -> list[Clause]:
 
 
 def _unreadable(constraint: Constraint, column: int, found: str, hint: str) -> InputError:
+    file, _, line = constraint.origin.item.rpartition(":")
+    if line.isdecimal():  # of a file of its own
+        return InputError([Diagnostic(file, int(line), column, found, hint, constraint.formula)])
     place = f"{constraint.origin.item}: [{constraint.section}] {constraint.formula}"
     return InputError([Diagnostic(place, 1, column, found, hint)])

@@ -58,6 +58,9 @@ UNREADABLE = [
     ("new s.yaml --side 1 --map", ".", "this is a directory"),
     ("batch hello.yaml --baseline", "deep", "it is not JSON: too deeply nested"),
     ("verify lift.slugs", "deep", "deep: the strategy is malformed"),
+    ("synth", "fire.spec", "from LTLMoP and TuLiP, name the slugsin file"),
+    ("check", "rooms.pddl", "rooms.pddl: neither a scenario (YAML) nor a specification"),
+    ("synth", "next.slugs", "next.slugs:4:9: unexpected '!='"),
 ]
 
 
@@ -70,6 +73,9 @@ def test_a_file_that_cannot_be_read_is_named(
     (tmp_path / "deep").write_text("[" * 100_000)
     (tmp_path / "hello.yaml").write_text(HELLO.read_text())
     (tmp_path / "lift.slugs").write_text("[OUTPUT]\nx\n[SYS_LIVENESS]\nx\n")
+    (tmp_path / "next.slugs").write_text("[OUTPUT]\nx: 0...4\n[SYS_TRANS]\nnext(x) != 3\n")
+    (tmp_path / "fire.spec").write_text("Actions: # enabled: 1\nSensors: person, 1\n Env: false\n")
+    (tmp_path / "rooms.pddl").write_text("(define (domain rooms)\n (:requirements :strips))\n")
     done = safenav(*command.split(), name)
     assert (done.returncode, told in done.stderr) == (2, True), done.stderr
 

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
-from safenav.scenario.yaml.document import DocumentError, Node, Place, read_document
+from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Place, read_document
 from safenav.scenario.yaml.findings import Findings
 
 T = TypeVar("T")
@@ -23,6 +23,11 @@ STDIN = "-"
 _TRACE = re.compile(r'\s*\{"type"\s*:\s*"header"')
 _SPECIFICATION = re.compile(
     r"(?:\s|#[^\n]*\n)*\[(?:INPUT|OUTPUT|(?:ENV|SYS)_(?:INIT|TRANS|LIVENESS))\]"
+)
+_SUFFIXES = {"", ".yaml", ".yml", ".json", ".txt"}
+_FOREIGN = (
+    "a scenario is YAML ('safenav new FILE' writes one); from LTLMoP and TuLiP, name the slugsin "
+    "file that they write"
 )
 _IMAGES = {b"\x89PNG": "PNG", b"P5": "PGM", b"P2": "PGM", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF"}
 
@@ -158,10 +163,14 @@ def parsed(text: str, findings: Findings) -> Node | None:
         findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB")
         return None
     findings.read_from(text)
+    foreign = Path(findings.file).suffix not in _SUFFIXES
     try:
         document = read_document(text)
     except DocumentError as error:
-        findings.add(error.place, error.found, error.hint)
+        findings.add(error.place, error.found, _FOREIGN if foreign else error.hint)
+        return None
+    if foreign and not isinstance(document.root, Mapping):
+        findings.add(None, "neither a scenario (YAML) nor a specification of slugs", _FOREIGN)
         return None
     for place, found, hint in document.flaws:
         findings.add(place, found, hint)
