@@ -30,6 +30,8 @@ _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _CHUNK = 1 << 16
 _MOST_OUTPUT = 2 << 30
 """Bytes that a command may print where no memory limit is given."""
+_PARENT = "SLUGS_PARENT"
+"""Environment variable of our own synthesizer: the process that it must not outlive."""
 _GRACE_SECONDS = 2.0
 """For draining the pipes of a killed group, should a stray grandchild still hold them."""
 
@@ -75,15 +77,16 @@ class ProcessGroup:
         given: bytes,
         seconds: float | None,
         memory_mb: int | None = None,
+        own: bool = False,
     ) -> Finished:
         """Run ``command`` with ``given`` on its standard input, at most ``seconds``. What it prints
-        is kept in memory, so ``memory_mb`` limits that, too.
+        is kept in memory, so ``memory_mb`` limits that, too. ``own``: as in ``start``.
 
         Raises SynthesizerError if it cannot be started, ResourceLimitError if its standard output
         is larger (SynthesizerError: its standard error), and DismissedError after ``dismiss``.
         """
         begun = time.monotonic()
-        process = self.start(command)
+        process = self.start(command, own=own)
         try:
             deadline = None if seconds is None else begun + seconds
             most = _MOST_OUTPUT if memory_mb is None else memory_mb << 20
@@ -122,21 +125,25 @@ class ProcessGroup:
         command: Sequence[str],
         errors: IO[bytes] | int = subprocess.PIPE,
         shared: IO[bytes] | None = None,
+        own: bool = False,
     ) -> subprocess.Popen[bytes]:
         """Start ``command``, which ends when this thread does (on Linux). ``errors``: where its
-        standard error goes; ``shared``: an open file that it may use. Raises as ``run`` does."""
+        standard error goes; ``shared``: an open file that it may use; ``own``: a program of ours,
+        which arranges its end itself: another one before it would take as long as a small
+        synthesis. Raises as ``run`` does."""
         with self._lock:
             if self._dismissed:
                 raise DismissedError
             try:
                 process = subprocess.Popen(
-                    die_with_parent(command),
+                    command if own else die_with_parent(command),
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=errors,
                     pass_fds=() if shared is None else (shared.fileno(),),
                     bufsize=0,
                     start_new_session=True,
+                    env={**os.environ, _PARENT: str(os.getpid())} if own else None,
                 )
             except OSError as error:
                 raise SynthesizerError(

@@ -66,7 +66,8 @@ class Program(Struct, frozen=True):
             deadline = self.seconds + _OVERTIME_SECONDS
         if self.memory_mb is not None:
             command += ["--memory", str(self.memory_mb)]
-        return crew.run([*command, "-"], job.text.encode(), deadline, self.memory_mb)
+        given, own = job.text.encode(), self.binary.ours
+        return crew.run([*command, "-"], given, deadline, self.memory_mb, own)
 
     def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
         """Upstream's program reads slugsin files only and knows no limits."""
@@ -76,7 +77,8 @@ class Program(Struct, frozen=True):
         text, suffix = job.text.encode(), ".structuredslugs"
         own = find_own_binary()
         if own is not None and own.native:  # it can translate
-            translated = crew.run([str(own.path), "--translate", "-"], text, self.seconds)
+            translate = [str(own.path), "--translate", "-"]
+            translated = crew.run(translate, text, self.seconds, own=own.ours)
             if translated.timed_out:
                 return translated
             if translated.status != 0:

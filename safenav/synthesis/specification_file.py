@@ -31,7 +31,8 @@ def load_specification(path: Path) -> Specification:
         raise InputError([Diagnostic(str(path), 0, 0, "not valid UTF-8 text")]) from error
     own = find_own_binary()
     if own is not None:
-        done = ProcessGroup().run([str(own.path), "--translate", "-"], data, _SECONDS)
+        translate = [str(own.path), "--translate", "-"]
+        done = ProcessGroup().run(translate, data, _SECONDS, own=own.ours)
         if done.status == ExitStatus.BAD_INPUT:
             raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), str(path), text))
     return read_specification(text, str(path), path.stem)

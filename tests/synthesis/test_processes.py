@@ -13,8 +13,10 @@ import pytest
 from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
+from safenav.synthesis.binary import Binary
 from safenav.synthesis.request import SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
+from slugs.commands import ENDLESS
 from synthesis.requests import NATIVE, Answering, Script, ask, gone, impossible
 
 
@@ -132,6 +134,40 @@ def test_a_signal_ends_the_syntheses_before_the_caller_ends(
     assert caller.returncode == status
     assert printed == ("interrupted\n" if sent is signal.SIGINT else "")
     assert pids and all(gone(int(pid)) for pid in pids)
+
+
+_OWNER = """
+import sys, time
+from safenav.synthesis.process import ProcessGroup
+process = ProcessGroup().start(sys.argv[2:], own=sys.argv[1] == "own")
+process.stdin.write(sys.stdin.buffer.read())
+process.stdin.close()
+print(process.pid, flush=True)
+time.sleep(900)
+"""
+
+
+@pytest.mark.parametrize("own", [True, False], ids=["own", "foreign"])
+def test_a_synthesizer_ends_with_an_owner_that_is_killed(slugs: Binary, own: bool) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", _OWNER, "own" if own else "foreign", slugs.path, "-"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as owner:
+        assert owner.stdin is not None and owner.stdout is not None
+        owner.stdin.write(ENDLESS)
+        owner.stdin.close()
+        pid = int(owner.stdout.readline())
+        assert not Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].startswith(" Z")
+        owner.kill()
+    assert gone(pid)
+
+
+def test_a_synthesizer_whose_owner_has_ended_does_not_begin(slugs: Binary) -> None:
+    """The owner may end before the program asks the kernel to be killed with it."""
+    done = subprocess.run([slugs.path, "--version"], env={"SLUGS_PARENT": "1"}, check=False)
+    assert done.returncode == -signal.SIGKILL
 
 
 def test_the_applications_own_handler_of_sigterm_is_kept(

@@ -20,17 +20,23 @@ _MOST_LINE = 64 << 20
 
 class Connection:
     """Lines to and from the process. ``seconds`` (wall) limit each reply; ``file``: an open one
-    that the process shares; ``crew``: who can dismiss it, up to ``leave_crew``."""
+    that the process shares; ``crew``: who can dismiss it, up to ``leave_crew``; ``own``: a program
+    of ours."""
 
     def __init__(
-        self, command: Sequence[str], seconds: float, crew: ProcessGroup, file: IO[bytes]
+        self,
+        command: Sequence[str],
+        seconds: float,
+        crew: ProcessGroup,
+        file: IO[bytes],
+        own: bool = False,
     ) -> None:
         self._program = command[0]
         self._seconds = seconds
         self._crew = crew
         self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 (closed in close)
         try:
-            self._process = crew.start(command, self._errors, file)
+            self._process = crew.start(command, self._errors, file, own)
         except BaseException:
             self._errors.close()
             raise

@@ -205,7 +205,8 @@ def serve(
         file.write(specification.to_structuredslugs().encode())
         file.seek(0)
         place = f"/dev/fd/{file.fileno()}"
-        connection = Connection([*command, "--serve", place], _ANSWER_SECONDS, crew, file)
+        command += ["--serve", place]
+        connection = Connection(command, _ANSWER_SECONDS, crew, file, binary.ours)
         try:
             line = connection.read_line(
                 None if seconds is None else begun + seconds + _OVERTIME_SECONDS

@@ -20,10 +20,13 @@
 #include "strategy/output/text_sink.hpp"
 
 #include <cmath>
+#include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <new>
 #include <optional>
+#include <string>
 
 #ifdef __linux__
 #include <sys/prctl.h>
@@ -43,6 +46,19 @@ void reserve_standard_descriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(descriptor, F_GETFD) < 0)
       ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
+
+// SLUGS_PARENT is the process that must not be outlived.  The kernel kills this
+// program when the thread that started it ends; the process may have ended before.
+void die_with_parent() {
+#ifdef __linux__
+  const char *parent = std::getenv("SLUGS_PARENT");
+  if (!parent)
+    return;
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (std::to_string(::getppid()) != parent)
+    ::raise(SIGKILL);
+#endif
 }
 
 // From here on the end of the requests ends the program.  Whoever started it may
@@ -248,6 +264,7 @@ ExitStatus dispatch(const std::vector<std::string> &arguments, const std::atomic
 } // namespace
 
 ExitStatus run_command(const std::vector<std::string> &arguments, Heap &heap) {
+  die_with_parent();
   reserve_standard_descriptors();
   const std::atomic<bool> &interrupted = catch_signals();
   const auto end = [](ExitStatus status, const std::string &message) {
