@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import sys
 
 
 def main() -> None:
     """Run the command line."""
+    # Modules, strategies and searches are millions of objects and hardly a cycle: look for cycles
+    # seldom, from the first import on, and not once more through all of them at the exit.
+    gc.set_threshold(200_000, 20, 100)
+    atexit.register(gc.freeze)
     try:
         from safenav.cli import main as command
     except KeyboardInterrupt:

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import gc
 import importlib
 import os
 import signal
@@ -151,8 +150,6 @@ def main() -> None:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, signal.default_int_handler)
     warnings.showwarning = lambda message, *_, **__: warn(message)
-    # Strategies and searches are millions of objects and hardly a cycle: look for cycles seldom.
-    gc.set_threshold(100_000, 20, 100)
     try:
         status = group.main(prog_name="safenav", standalone_mode=False, color=_coloured())
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
