@@ -31,8 +31,7 @@ from safenav.certify.check import Acceptance
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
 from safenav.spec.task import Fairness
-from safenav.trace.labels import labels
-from safenav.trace.looks import looks
+from safenav.trace.looks import labels, looks
 
 if TYPE_CHECKING:
     from report.browser import Browser

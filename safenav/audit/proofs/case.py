@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from safenav.audit.formulas import rules_of
+from safenav.audit.formulas import Formulas, rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Objective
 from safenav.audit.needs import OpenObstacle, OpenObstacles
-from safenav.audit.poses import Poses
+from safenav.audit.poses import PoseGraph, Poses
 from safenav.audit.possibilities.deriving import open_obstacle, poses_in, team_of
+from safenav.audit.possibilities.members import Member
 from safenav.audit.possibilities.team import Team
-from safenav.audit.proofs.states import Recalled, with_memory
 from safenav.audit.run.situation import Situation
 
 
@@ -32,6 +32,27 @@ class Wish:
     met: int = 0
     rounds_left: int = 1
     either: bool = False
+
+
+class Recalled(str):
+    """A robot's ``heading``, with the number of its memory and the goals that its step has met
+    where staying at neither end does: in place of a heading it makes a state of a pose."""
+
+    heading: str | None
+
+    @classmethod
+    def of(cls, pose: Pose, memory: int, met: frozenset[int] = frozenset()) -> Pose:
+        """The state of a pose with a memory."""
+        region, heading = pose
+        recalled = cls(f"{heading} {memory} {sorted(met)}")
+        recalled.heading = heading
+        return region, recalled
+
+
+def plain(state: Pose) -> Pose:
+    """The pose of a state."""
+    region, heading = state
+    return region, heading.heading if isinstance(heading, Recalled) else heading
 
 
 @dataclass(frozen=True)
@@ -63,11 +84,11 @@ def case_of(
     begins: bool = False,
     memory: Mapping[str, int] | None = None,
 ) -> Case | None:
-    """Return the case at a line of the trace; None if this check does not read some robot's
-    formulas. ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``:
-    as if every robot were in service. ``begins``: the first strategies are found, before the
-    requests of the run before are decided. ``memory``: the number of what the formulas of some
-    robots remember, whose poses are states then."""
+    """Return the case at a line of the trace; None if some robot's formulas are not read here.
+    ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``: as if
+    every robot were in service. ``begins``: the first strategies are found, before the requests of
+    the run before are decided. ``memory``: the number of what the formulas of some robots
+    remember, whose poses are states then."""
     out: Collection[str] = () if hopeful else now.out
     team = team_of(now, shut=never, out=out)
     if team is None:
@@ -94,6 +115,33 @@ def case_of(
         tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),
         now.header.flat,
     )
+
+
+def with_memory(member: Member, formulas: Formulas) -> Member:
+    """A robot whose poses are states. It may also stay, and remember something else then."""
+    edges: dict[tuple[Pose, int], set[tuple[Pose, int, frozenset[int]]]] = {}
+    for here, to in member.steps.items():
+        for there in (here, *to):
+            for i, j, goals in formulas.steps(here, there):
+                met = goals - formulas.met_by_staying(here, i) - formulas.met_by_staying(there, j)
+                edges.setdefault((here, i), set()).add((there, j, met))
+    states = {(*state, frozenset[int]()) for state in edges}.union(*edges.values())
+    steps = PoseGraph(
+        (
+            Recalled.of(pose, i, met),
+            tuple(Recalled.of(*to) for to in edges.get((pose, i), ()) if to != (pose, i, met)),
+        )
+        for pose, i, met in states
+    )
+    aims = tuple(
+        frozenset(
+            Recalled.of(pose, i, met)
+            for pose, i, met in states
+            if goal in met or goal in formulas.met_by_staying(pose, i)
+        )
+        for goal in range(len(formulas.goals))
+    )
+    return member._replace(steps=steps, aims=aims)
 
 
 def _wish(name: str, now: Situation, team: Team) -> Wish:

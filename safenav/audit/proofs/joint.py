@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
 from heapq import heappop, heappush
 from itertools import product
@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 from safenav.audit.language import Pose
 from safenav.audit.needs import OpenObstacle, OpenObstacles
 from safenav.audit.possibilities.team import TooManyError
-from safenav.audit.proofs.case import Case, Wish
-from safenav.audit.proofs.states import plain
+from safenav.audit.proofs.case import Case, Wish, plain
 
 MOST_STATES = 200_000
 
@@ -38,13 +37,13 @@ class _State(NamedTuple):
 
     @property
     def rank(self) -> int:
-        """Return the rank of a state. States with less left to do are examined first: that refutes
-        a false proof early."""
+        """Rank of a state: those with less to do are examined first, so that a false proof is
+        refuted early."""
         return sum(goals for goals, _ in self.left)
 
 
 def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
-    """Yield the errors of a joint proof. Raises TooManyError."""
+    """Yield why a joint proof does not hold. Raises TooManyError."""
     listed, told = proof["robots"], proof["states"]
     start = {name: tuple(pose) for name, pose in proof["start"].items()}
     stages = {name: stage for name, stage in proof["stages"].items() if name not in case.shut}
@@ -84,13 +83,20 @@ def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> 
 def can_be_served(names: Collection[str], case: Case, most: int) -> bool | None:
     """Whether the robots can complete the mission with these obstacles resolved; None if there are
     more than ``most`` joint states."""
-    return _Enumeration(case, [*case.at], case.obstacles).serves({*names}, most)
+    every, served = _Enumeration(case, [*case.at], case.obstacles), {*names}
+
+    def serves(state: _State) -> bool:
+        open_ = {obstacle.name for obstacle in state.obstacles}
+        return not served & open_ and every.is_complete(state)
+
+    return every.reaches(serves, most)
 
 
 def can_get(robot: str, regions: Collection[int], case: Case, most: int) -> bool | None:
     """Whether the robots can move so that one of them is in one of the regions; None if there are
     more than ``most`` joint states."""
-    return _Enumeration(case, [*case.at], case.obstacles).gets(robot, regions, most)
+    every, index = _Enumeration(case, [*case.at], case.obstacles), [*case.at].index(robot)
+    return every.reaches(lambda state: state.poses[index][0] in regions, most)
 
 
 class _Enumeration:
@@ -102,21 +108,10 @@ class _Enumeration:
         self._concerned = cache(_concerned)
         self._after_acting, self._closed = cache(self._performed), cache(self._closed_to)
 
-    def serves(self, names: set[str], most: int) -> bool | None:
-        """Whether a state can be reached that completes the mission with obstacles resolved."""
+    def reaches(self, is_wanted: Callable[[_State], bool], most: int) -> bool | None:
+        """Whether a wanted state can be reached; None if there are more than ``most`` states."""
         for state, seen in self._reached():
-            open_ = {obstacle.name for obstacle in state.obstacles}
-            if not names & open_ and self._is_complete(state):
-                return True
-            if seen > most:
-                return None
-        return False
-
-    def gets(self, robot: str, regions: Collection[int], most: int) -> bool | None:
-        """Return whether a state with the robot in one of the regions is reachable."""
-        index = self._robots.index(robot)
-        for state, seen in self._reached():
-            if state.poses[index][0] in regions:
+            if is_wanted(state):
                 return True
             if seen > most:
                 return None
@@ -126,7 +121,7 @@ class _Enumeration:
         poses = set[tuple[Pose, ...]]()
         for state, seen in self._reached():
             poses.add(tuple(map(plain, state.poses)))
-            if self._is_complete(state):
+            if self.is_complete(state):
                 at = zip(self._robots, state.poses, strict=True)
                 places = ", ".join(f"{name} at {region}" for name, (region, _) in at)
                 yield f"the mission can be completed: every objective is met with {places}"
@@ -187,7 +182,7 @@ class _Enumeration:
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
                     yield self._settled(_State(poses, state.left, state.obstacles), k)
 
-    def _is_complete(self, state: _State) -> bool:
+    def is_complete(self, state: _State) -> bool:
         return not any(goals for goals, _ in state.left) and all(
             self._team.is_live(name, pose, state.obstacles)
             for name, pose in zip(self._robots, state.poses, strict=True)
@@ -253,7 +248,7 @@ def _performed(
     obstacle: OpenObstacle, at: Mapping[str, int], full: frozenset[str] | None
 ) -> OpenObstacle:
     """Return an obstacle after the actions that the robots can perform where they stand. ``full``:
-    robots that can take no other load; None: no robot takes one now."""
+    those that take no other load; None: no robot takes one now."""
     while obstacle.left:
         need, takes = obstacle.left[0], obstacle.takes()
         if takes and full is None:

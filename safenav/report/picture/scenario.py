@@ -8,7 +8,7 @@ from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_nam
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import target_regions
 from safenav.scenario.objective_text import describe
-from safenav.trace.labels import labels
+from safenav.trace.looks import labels
 from safenav.trace.words import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits

@@ -27,7 +27,7 @@ from safenav.scenario.objective_text import describe
 from safenav.spec.forms import asked_of
 from safenav.spec.other_robots.nearby import busy
 from safenav.spec.specification import Constraint
-from safenav.trace.labels import labels
+from safenav.trace.looks import labels
 from safenav.trace.words import listed, regions_words
 from safenav.world.map import Heading, Region, RegionMap
 

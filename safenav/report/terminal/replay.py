@@ -19,7 +19,7 @@ from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
 from safenav.report.terminal.fold import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.objective import target_regions
-from safenav.trace.labels import labels
+from safenav.trace.looks import labels
 from safenav.trace.wording import objective_words
 
 _BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h"

@@ -18,7 +18,7 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl, station, target_regions
 from safenav.scenario.objective_text import describe
 from safenav.trace import records, vocabulary
-from safenav.trace.labels import labels
+from safenav.trace.looks import labels
 from safenav.trace.told_objective import objective_of
 from safenav.trace.wording import Wording, syntheses_words, synthesis_words
 from safenav.trace.words import counted, seconds_words, shortened
