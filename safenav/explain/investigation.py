@@ -107,49 +107,44 @@ def helpful_assumptions(
     """Yield the weakest of the tried assumptions on the other robots that makes it realizable."""
     if not task.endangered:
         return
-    for words, constraints in _demands(task, world):
-        if ask.verdict(spec.with_more(*constraints)) is Verdict.REALIZABLE:
+    origin = Origin(task.item, "an assumption about the other robots")
+    for words, formulas in _demands(task, world):
+        demands = (Constraint(Section.ENV_TRANS, formula, origin) for formula in formulas)
+        if ask.verdict(spec.with_more(*demands)) is Verdict.REALIZABLE:
             yield Repair(RepairKind.ASSUMPTION, ((f"robots.{task.robot.name}", words),))
             return
 
 
-def _demands(task: Task, world: RegionMap) -> Iterator[tuple[str, list[Constraint]]]:
-    """Yield assumptions in words and as constraints, from the weakest to the strongest."""
+def _demands(task: Task, world: RegionMap) -> Iterator[tuple[str, Iterator[str]]]:
+    """Yield assumptions in words and as formulas, from the weakest to the strongest."""
     names = " and ".join(other.name for other in task.observed if other.danger)
     me = task.robot.name
     regions = frozenset().union(*task.targets)
     if regions:
         words = f"keep {names} away from {me} while it is at one of its targets"
-        yield words, list(_keeps_clear(task, world, regions))
+        yield words, _keeps_clear(task, world, regions)
         if task.tracking is not Tracking.NEARBY:
             words = f"keep {names} away from the targets of {me}"
             around = regions | {n for r in regions for n in world.neighbours(r)}
-            yield words, list(_stays_out(task, around))
-    yield f"keep {names} away from {me}", list(_keeps_clear(task, world, None))
+            yield words, _stays_out(task, around)
+    yield f"keep {names} away from {me}", _keeps_clear(task, world, None)
 
 
-def _keeps_clear(
-    task: Task, world: RegionMap, regions: frozenset[Region] | None
-) -> Iterator[Constraint]:
+def _keeps_clear(task: Task, world: RegionMap, regions: frozenset[Region] | None) -> Iterator[str]:
     """Require that no robot comes next to the robot (while it is in one of the regions)."""
-    origin = Origin(task.item, "an assumption about the other robots")
     places = world.free if regions is None else sorted(regions)
     if task.tracking is Tracking.NEARBY:
         clear = " & ".join(f"!{busy(heading)}'" for heading in headings(world))
-        formula = clear if regions is None else f"{one_of('region', places)} -> {clear}"
-        yield Constraint(Section.ENV_TRANS, formula, origin)
+        yield clear if regions is None else f"{one_of('region', places)} -> {clear}"
         return
     for other in task.observed:
         if other.danger:
             for region in places:
                 beside = one_of(other.variable, world.neighbours(region), "'")
-                formula = f"region = {region} -> !({beside})"
-                yield Constraint(Section.ENV_TRANS, formula, origin)
+                yield f"region = {region} -> !({beside})"
 
 
-def _stays_out(task: Task, regions: frozenset[Region]) -> Iterator[Constraint]:
-    origin = Origin(task.item, "an assumption about the other robots")
+def _stays_out(task: Task, regions: frozenset[Region]) -> Iterator[str]:
     for other in task.observed:
         if other.danger:
-            formula = f"!({one_of(other.variable, regions, chr(39))})"
-            yield Constraint(Section.ENV_TRANS, formula, origin)
+            yield f"!({one_of(other.variable, regions, chr(39))})"

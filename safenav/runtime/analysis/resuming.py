@@ -14,6 +14,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import ceil, floor
 from typing import Any
 
+from msgspec import convert
 from msgspec.structs import asdict, replace
 
 from safenav.errors import UsageError
@@ -53,8 +54,8 @@ ENDED = ("completed", "unrealizable")
 
 
 def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
-    """Return the scenario of the rest of a run. ``scenario``: its scenario, for data that the
-    header lacks. Raises UsageError if the run has ended, or if that scenario is missing."""
+    """Return the scenario of the rest of a run. ``scenario``: what it was made of, for what its
+    header does not hold. Raises UsageError if nothing is left, or that is needed."""
     outcome = trace.outcome
     if outcome is not None and outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({outcome.outcome.value})")
@@ -115,10 +116,7 @@ def _since_then(base: Scenario, header: setting.ScenarioHeader) -> Scenario:
         obstacles=tuple(map(_made_obstacle, header.obstacles)),
         until=replace(base.until, by=None if header.promises is None else header.promises.by),
         changes=_made_changes(header),
-        inputs=tuple(
-            settings.Input(each.name, each.spans, each.probability, each.again)
-            for each in header.inputs or ()
-        ),
+        inputs=convert(header.inputs or (), tuple[settings.Input, ...], from_attributes=True),
     )
 
 
@@ -259,9 +257,8 @@ def _scenario(header: setting.ScenarioHeader, clock: settings.Clock) -> Scenario
         clock=clock,
         changes=_made_changes(header),
         order=settings.RequestOrder(header.order),
-        never_together=tuple(
-            settings.Exclusion(frozenset(e.robots), frozenset(e.regions))
-            for e in header.never_together or ()
+        never_together=convert(
+            header.never_together or (), tuple[settings.Exclusion, ...], from_attributes=True
         ),
     )
 
