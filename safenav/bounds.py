@@ -1,4 +1,5 @@
-"""Bounded values: annotations that readers and schemas check."""
+"""Values with bounds, which readers and schemas check: annotations of what traces and obstacles
+hold."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ ELSEWHERE = {
     "catalogue": "reference",
     "doctor": "reference",
 }
-"""Commands that the module of another command defines."""
+"""Commands in the module of another one, under their own names."""
 
 EXTRAS = {
     "numpy": "motion",

@@ -18,6 +18,7 @@ from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.duties.requests import Requests
 from safenav.runtime.duties.settlement import Settled
 from safenav.runtime.failures import FailureCounts
+from safenav.runtime.formulas import graph_of
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
 from safenav.runtime.progress import Progress
@@ -36,7 +37,7 @@ from safenav.trace.vocabulary import HoldReason, MovedBy
 from safenav.trace.writing import Listener
 from safenav.world.map import Region
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask
+from safenav.world.poses import Mask, PoseGraph
 
 
 class Role(Enum):
@@ -337,8 +338,7 @@ class TeamState(Struct):
 
     @property
     def time(self) -> float:
-        """The tick; in a live run the seconds. The times of obstacles and changes are in this
-        unit."""
+        """The tick; in a live run the seconds. Obstacles and changes have their times in these."""
         return self.tick if self.now is None else self.now()
 
     @property
@@ -354,6 +354,10 @@ class TeamState(Struct):
             self.emit(
                 records.Discovered(self.tick, obstacle_header(obstacle, self.scenario, truth))
             )
+
+    def graph(self, robot: RobotState) -> PoseGraph:
+        """The poses of a robot and the steps that its guarantees allow."""
+        return graph_of(robot.robot, self.scenario.map)
 
     def rivals(self, robot: Robot) -> list[RobotState]:
         """Return the other robots for which a robot may have to wait."""

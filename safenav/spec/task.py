@@ -107,7 +107,7 @@ class Task(Struct, frozen=True):
 
     @property
     def endangered(self) -> bool:
-        """Whether the robot could collide with another one."""
+        """Whether there is anybody that the robot could run into."""
         return any(other.danger for other in self.observed)
 
     @property

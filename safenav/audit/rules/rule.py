@@ -47,7 +47,7 @@ class Postponed:
 
     @property
     def is_empty(self) -> bool:
-        """Return whether no earlier turn lacks a line."""
+        """Whether nothing is missing of the turns before."""
         return not self._open
 
     def judge(

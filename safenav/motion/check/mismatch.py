@@ -1,5 +1,4 @@
-"""Contradictions between a motion file and its trace, which rules, pages and tables exclude
-first."""
+"""Whether a motion file is one of a trace at all: what the rules, pages and tables rely on."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Assignable goals: strategies with a goal that is assigned at runtime, and never a new one as
 long as the known obstacles stay as they are (the paper's alternative without resynthesis).
 
-A robot is led to its goal region by region, along a path around all known obstacles; its strategy
-does not know them.
+A robot is led to its goal one region after the other, along a way on which it meets nothing that
+the team knows; its strategy knows none of that.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from safenav.runtime.coordination.task_candidates import TaskDraft
-from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import station
 from safenav.spec.assignable import AssignedGoal, CommandInputs
@@ -78,7 +77,7 @@ def _led(
 
 
 def _poses(team: TeamState, robot: RobotState, regions: Iterable[Region]) -> Mask:
-    graph = graph_of(robot.robot, team.scenario.map)
+    graph = team.graph(robot)
     return graph.poses_on(region_mask(regions))
 
 
@@ -99,7 +98,7 @@ def _next(team: TeamState, robot: RobotState, switch: CommandInputs, goal: Mask)
     a shortest path around all known obstacles to which no shorter path exists for a strategy that
     does not know them. A robot whose own path was refused is led step by step."""
     knowledge = team.knowledge
-    graph = graph_of(robot.robot, team.scenario.map)
+    graph = team.graph(robot)
     task = robot.planner.task
     own = graph.everywhere & ~graph.poses_on(region_mask(k.region for k in task.blocked))
     walls = knowledge.walls_for(robot.robot, knowledge.pending)

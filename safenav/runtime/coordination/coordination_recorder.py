@@ -95,7 +95,7 @@ class _StackLines:
             self._entry(records.Pop, request, *pair)
 
     def push(self, request: OpenRequest, helpers: tuple[str, ...]) -> OpenRequest:
-        """Push an entry for each requester that has none."""
+        """Add an entry for each requester that has none; the request with them."""
         pushed = [(requester, helpers) for requester in request.unpushed]
         for pair in pushed:
             self.depth += 1

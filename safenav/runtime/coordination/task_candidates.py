@@ -18,7 +18,7 @@ from safenav.runtime.deadlines.round_deadlines import (
     least_within,
     next_places,
 )
-from safenav.runtime.formulas import graph_of, permitted
+from safenav.runtime.formulas import permitted
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Objective
@@ -93,7 +93,7 @@ def _forms(
         draft.objective,
         robot.own.memory.index if strict else memory.index,
         robot.next_pose,
-        graph_of(robot.robot, team.scenario.map),
+        team.graph(robot),
         region_mask(known.region for known in walls),
         shared=bool(team.rivals(robot.robot)),
         assigned=assigned,
@@ -111,7 +111,7 @@ def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
         return robot.stop.heading is not None and not team.rivals(robot.robot)
     if robot.robot.within is None or not own or team.rivals(robot.robot):
         return False
-    graph = graph_of(robot.robot, team.scenario.map)
+    graph = team.graph(robot)
     plain = team.scenario.coordination is not Coordination.ASSIGNABLE and not draft.forbidden
     several = any(len(target) > 1 for target in draft.objective.targets)
     walls = {known.region for known in team.knowledge.walls_for(robot.robot, draft.avoid)}
@@ -138,7 +138,7 @@ def goal_places(
 ) -> tuple[frozenset[Pose], ...] | None:
     """The poses in which to meet the targets of a form of its objective, so that rounds are as
     short as promised, or as they can be from here; None if it does not go by any choice of them."""
-    graph = graph_of(robot.robot, team.scenario.map)
+    graph = team.graph(robot)
     if draft.places and not isinstance(objective, Ltl):
         after = [graph.poses_on(region_mask(target)) for target in objective.targets[1:]]
         return draft.places, *(frozenset(map(graph.pose, bits(each))) for each in after)
@@ -157,7 +157,7 @@ def goal_places(
 
 def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memory) -> Walk:
     """The rounds of a robot from where it is."""
-    graph, pose = graph_of(robot.robot, team.scenario.map), robot.next_pose
+    graph, pose = team.graph(robot), robot.next_pose
     turned = memory.index
     if not isinstance(objective, Ltl):
         turned = objective.turned(objective.begin(pose.region, memory.index), pose.region)

@@ -10,7 +10,7 @@ from safenav.runtime.deadline_monitor.moment import goals_from_start, moment_of,
 from safenav.runtime.deadlines.bound import NEVER, BoundMoment, earliest, rounds_done
 from safenav.runtime.deadlines.round_deadlines import Walk, least_within
 from safenav.runtime.energy.batteries import Batteries, least_capacity, least_charge
-from safenav.runtime.formulas import graph_of, permitted
+from safenav.runtime.formulas import permitted
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.world.poses import region_mask
@@ -80,7 +80,7 @@ def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
 
 
 def _least(team: TeamState, robot: RobotState) -> int | None:
-    graph = graph_of(robot.robot, team.scenario.map)
+    graph = team.graph(robot)
     targets = robot.robot.objective.targets
     masks = tuple(graph.poses_on(region_mask(target)) for target in targets)
     start = graph.number(robot.pose)

@@ -1,6 +1,7 @@
-"""Skipping of idle turns in live runs. Each pass gives each idle robot a turn, and most of them
-only wait: neither their observations nor the decisions of the team are new. Such a turn, which
-would repeat the last one without effect, is skipped.
+"""Live: turns that would go as the last one of the robot went, which led to nothing.
+
+Each pass gives each idle robot a turn, and most of them only wait: neither what they see nor what
+the team has decided is new. Such a turn is left out.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ from collections.abc import Callable, Hashable
 
 from msgspec import Struct, field
 
-from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.step_choice import StepChoice
@@ -18,7 +18,7 @@ from safenav.scenario.objective import Ltl
 
 
 class Idling(Struct):
-    """Turns without effect. ``simulated``: no sensor shows anything new by itself."""
+    """Which turns lead to nothing. ``simulated``: a sensor shows nothing new of itself."""
 
     state: TeamState
     choice: StepChoice
@@ -47,9 +47,7 @@ class Idling(Struct):
         if robot.planner.node is None or traffic.plan.follows(name):
             return None
         seen = self.choice.observation(robot)
-        if seen != robot.stays_for and (
-            not self.simulated or graph_of(robot.robot, state.scenario.map).one_way
-        ):
+        if seen != robot.stays_for and (not self.simulated or state.graph(robot).one_way):
             return None  # what is beyond the sides of its region may count, too
         return known, seen
 

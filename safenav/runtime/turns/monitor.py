@@ -50,7 +50,7 @@ class _Watched(Struct):
 
 
 class Monitors:
-    """Monitors of a team's guarantees and assumptions."""
+    """Watches a team."""
 
     def __init__(self, state: TeamState) -> None:
         self._state = state

@@ -9,7 +9,6 @@ from msgspec.structs import replace
 
 from safenav.runtime.characterization import ForbiddenMove, characterize
 from safenav.runtime.coordination.assignable_goals import signal
-from safenav.runtime.formulas import graph_of
 from safenav.runtime.navigation import Proposal
 from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import RobotState, TeamState
@@ -97,7 +96,7 @@ class StepChoice(Struct, frozen=True):
         refused: Proposal,
         violation: ForbiddenMove,
     ) -> Proposal:
-        """Return to the previous state and take a safe move (paper, Section V-B)."""
+        """Go back to the state before and take what is safe (paper, Section V-B)."""
         self.tell.violation(robot, violation)
         planner = robot.planner
         if planner.switch is not None and self.state.knowledge.knows(violation.obstacle):
@@ -146,7 +145,7 @@ class StepChoice(Struct, frozen=True):
             return False
         if self.state.live and not self._out_of_ways(robot, pose):
             return False
-        graph = graph_of(robot.robot, self.state.scenario.map)
+        graph = self.state.graph(robot)
         kept = robot.assignment.safe_poses
         if graph.one_way and kept is not None and not kept >> graph.number(pose) & 1:
             return False
@@ -158,7 +157,7 @@ class StepChoice(Struct, frozen=True):
         had = taken(self.state, robot.robot)
         if pose.region in had or self.traffic.plan.ahead(robot.name) >> pose.region & 1:
             return False
-        graph = graph_of(robot.robot, self.state.scenario.map)
+        graph = self.state.graph(robot)
         if not self.state.deferred or not graph.one_way:
             return True
         allowed = graph.everywhere & ~graph.poses_on(region_mask(had))

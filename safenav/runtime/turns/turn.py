@@ -10,7 +10,6 @@ from collections.abc import Hashable, Iterator, Mapping
 from safenav.runtime.coordination import events
 from safenav.runtime.coordination.events import Event
 from safenav.runtime.coordination.strategies import Strategies
-from safenav.runtime.formulas import graph_of
 from safenav.runtime.navigation import Proposal
 from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import DecidedStep, RobotState, Role, TeamState
@@ -117,9 +116,7 @@ class Turns:
         return self.traffic.plan.follows(name) and any(
             other.assignment.role is Role.HELPS
             and other.transit is None
-            and other.assignment.goal
-            >> graph_of(other.robot, self.state.scenario.map).number(other.pose)
-            & 1
+            and other.assignment.goal >> self.state.graph(other).number(other.pose) & 1
             for other in self.state.robots.values()
         )
 
@@ -177,10 +174,10 @@ class Turns:
     ) -> None:
         """Live: note what a robot decides, and that its strategy stays for what it has ``seen``.
         The same again at the same place leads to nothing new, however often it is decided."""
-        planner, scenario = robot.planner, self.state.scenario
+        planner = robot.planner
         stays = (proposal.pose, proposal.node) == (robot.pose, planner.node)
         # With regions shown, whether it could come back depends on all others.
-        lasts = not (proposal.shown and graph_of(robot.robot, scenario.map).one_way)
+        lasts = not (proposal.shown and self.state.graph(robot).one_way)
         robot.stays_for = seen if stays and proposal.answers and lasts else None
         robot.shown = proposal.shown
         if self.state.live and proposal.node != planner.node:

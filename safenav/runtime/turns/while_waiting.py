@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import Ltl
 
@@ -23,7 +22,7 @@ def goes_on(team: TeamState, robot: RobotState) -> bool:
         return False
     if waiting is not None and robot.name in (waiting.unrealizable or {}):
         return False
-    return not _waits_for_help(team, robot) and not _one_way(team, robot)
+    return not _waits_for_help(team, robot) and not team.graph(robot).one_way
 
 
 def has_other_objective(team: TeamState, robot: RobotState) -> bool:
@@ -31,14 +30,10 @@ def has_other_objective(team: TeamState, robot: RobotState) -> bool:
     the scenario: nothing else would be possible then if it stayed."""
     if team.waits_until is None or robot.robot.while_waiting is None:
         return False
-    return robot.active and _waits_for_help(team, robot) and not _one_way(team, robot)
+    return robot.active and _waits_for_help(team, robot) and not team.graph(robot).one_way
 
 
 def _waits_for_help(team: TeamState, robot: RobotState) -> bool:
     """Whether a robot has requested something that is not resolved."""
     requests = (*team.requests, *team.requests.given_up)
     return any(robot.name in request.requesters for request in requests)
-
-
-def _one_way(team: TeamState, robot: RobotState) -> bool:
-    return graph_of(robot.robot, team.scenario.map).one_way
