@@ -92,6 +92,7 @@ class Passes(Algorithm):
         team, given_up, together = self.team, self.interventions.given_up, self._together
         begun = team.scenario.begun if team.tick == 1 else None
         goes_on = begun is not None and bool(begun.asked or begun.stays)
+        outdated = self._outdated
         self._together |= goes_on
         self.guarded(lambda: self.settle(self.batteries.tick_begins()))
         waited, self.interventions.took_effect = team.waiting is not None, False
@@ -103,7 +104,7 @@ class Passes(Algorithm):
             self._together = together or self.interventions.took_effect
         elif goes_on:  # all of it is decided with the requests of the run before
             self._together = together
-        self._together |= self.interventions.ends_wait or self._outdated
+        self._together |= self.interventions.ends_wait or outdated
         if goes_on:
             self.guarded(partial(self.settle, [Continued()]))
         if given_up:

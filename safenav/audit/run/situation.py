@@ -61,7 +61,7 @@ class Situation(State):
 
     def ends_wait(self, record: Line) -> bool:
         """Return whether a line ends a wait: any change by a user, the scenario or the world does,
-        the time until which the team waits, and the tick after a robot has failed."""
+        the time until which the team waits, and the tick after a robot failed or was charged."""
         if (wait := self.waits) is None:
             return False
         told = is_of_scenario(record) or is_of_user(record)

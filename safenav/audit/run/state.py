@@ -49,7 +49,7 @@ class State(Robots):
         self.waits: Line | None = None
         """The line by which the team waits for an operator, or for a change of the scenario."""
         self.fails_in: int | None = None
-        """The tick in which a robot has failed while the team waits."""
+        """The tick in which a robot has failed, or was charged, while the team waits."""
         self.outcome: Line | None = None
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 

@@ -141,17 +141,15 @@ SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs
 
 
 def is_of_scenario(record: Line) -> bool:
-    """Return whether a line is of what the scenario or the world changes by itself, or of a robot
-    that is charged: nothing by a user, and no robot that fails or has used up its charge."""
-    others = ("user",) if record.type == "service" else ("battery", "user")
-    told = record.type in SCENARIO_CHANGES and getattr(record, "cause", None) not in others
-    return told and not fails(record)
+    """Return whether a line is of what the scenario or the world changes by itself: no robot that
+    fails, has used up its charge or is charged, and no user."""
+    told = record.type in SCENARIO_CHANGES and not fails(record)
+    return told and getattr(record, "cause", None) not in ("battery", "user")
 
 
 def fails(record: Line) -> bool:
-    """Return whether a robot is out of service as it fails, or has used up its charge."""
-    by_itself = record.type == "service" and record.cause in ("battery", "world")
-    return by_itself and not record.active
+    """Return whether a robot fails, has used up its charge, or is charged again."""
+    return record.type == "service" and record.cause in ("battery", "world")
 
 
 def taken(move: Line) -> set[int]:
