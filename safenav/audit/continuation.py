@@ -132,11 +132,19 @@ def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple
     if now.live or not last:
         return last, set()
     robot = now.turn.robot
-    owes = robot is not None and now.turn.first("goal") is None and _may_owe_goal(robot, now)
+    owes = robot is not None and not _has_met(now) and _may_owe_goal(robot, now)
     if owes and shape_of(now.own[str(robot)].kind).strict:
         owes = bool(told)
     over = moved == {*now.header.robots} and not owes
     return (last, set()) if over else (last - 1, moved)
+
+
+def _has_met(now: Situation) -> bool:
+    """Return whether the last robot has met a target with its present strategy: not only one where
+    it has gone for its charge."""
+    charge = (r.line for r in now.turn.all("synthesis") if r.reason == "charge")
+    since = max(charge, default=0)
+    return any(goal.line > since for goal in now.turn.all("goal"))
 
 
 def _may_owe_goal(robot: str, now: Situation) -> bool:

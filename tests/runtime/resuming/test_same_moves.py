@@ -64,6 +64,15 @@ until: {rounds: 4}
 """
 """A robot that has held its place has not waited for the target that it gets then."""
 
+CHARGES_ON_THE_WAY = """
+map: {grid: ["#######", "#.....#", "#...#.#", "#######"]}
+catalogue:
+  robots: {cart: {mobility: heading, layer: air, battery: {capacity: 22, charge: 1}}}
+robots: {c: {model: cart, start: 19, heading: north, objective: {patrol: [8, 9]}}}
+chargers: [19, 16, 15]
+until: {rounds: 2}
+"""
+
 
 def moves(records: Iterable[Line]) -> list[tuple[str, int, int, str]]:
     keys = "robot", "from", "to", "by"
@@ -84,3 +93,14 @@ def test_the_rest_moves_as_the_whole_run(text: str) -> None:
         before, had = moves(whole.records[:end]), run.records[0]["scenario"]["begun"]["had"]
         after = [m for m in run.all("move") if m["tick"] > 1 or m["robot"] not in had]
         assert before + moves(after) == expected, (end, json.dumps(whole.records[end]))
+
+
+def test_a_rest_begins_between_two_goals_of_a_turn() -> None:
+    """Where it has gone for its charge, the robot also meets its own target."""
+    scenario = loaded(CHARGES_ON_THE_WAY)
+    whole = play(scenario)
+    kinds = [line["type"] for line in whole.records]
+    found = [n for n in range(len(kinds)) if kinds[n - 2 : n + 1] == ["goal", "synthesis", "goal"]]
+    for end in found:
+        continued(whole, end, scenario)
+    assert found
