@@ -137,11 +137,16 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
 
     def for_duty(self, goal: Mask, turn: int) -> Stops | None:
         """The stops of a helper: its duty is its next target, and after that it continues with
-        target ``turn``. Where others can keep it waiting it spares some steps, if a full battery
-        suffices for that too. None if none suffices: it does what it can."""
-        for spare in (SPARE * self.battery.move, 0) if self.full else (0,):
-            needs = {pose: need + spare for pose, need in self.needs[turn].items()}
-            found = replace(self, targets=(goal,), settles=False, afterwards=needs)
+        target ``turn``; since it may help again, it can also get to a charger. Where others can
+        keep it waiting it spares some steps. A full battery must suffice for these. None if none
+        suffices for the rest either: it does what it can."""
+        back = self.graph.distances(self.chargers & self.allowed, self.allowed)
+        move, needs = self.battery.move, self.needs[turn]
+        returns = {pose: max(need, back[pose] * move) for pose, need in needs.items()}
+        least = returns, needs
+        spared = [{at: need + SPARE * move for at, need in each.items()} for each in least]
+        for each in (*(spared if self.full else ()), *least):
+            found = replace(self, targets=(goal,), settles=False, afterwards=each)
             if any(found.need(at, 0) == 0 for at in bits(self.chargers)):
                 return found
         return None

@@ -156,6 +156,25 @@ def test_it_has_charge_where_it_leaves_a_target_to_meet_it_on_its_way(clock: str
     assert play(made).outcome["outcome"] == "completed"
 
 
+CARRIES = """
+map: {grid: ["........."]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [lift],
+      battery: {capacity: 16, start: 5, charge: 4}}
+  obstacles: {box: {needs: [{action: lift}, {action: lift, at: [8], same: true}], blocks: []}}
+robots: {r: {model: cart, start: 3, objective: {once: [5]}}}
+chargers: [0]
+orders: [{at: 1, type: box, region: 5}]
+until: {rounds: 1}
+"""
+
+
+def test_a_helper_can_get_to_a_charger_after_its_duty(clock: str) -> None:
+    """Its own objective needs no charge any more where it takes the box, which is to go on."""
+    completed(f"{CARRIES}clock: {clock}\n")
+
+
 def test_a_charge_for_a_stay_alone_is_refused() -> None:
     """Its strategy may go from 8 to 7, from where it reaches no charger with the rest."""
     battery = "{capacity: 9, start: 1, charge: 3}"
