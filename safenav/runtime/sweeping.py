@@ -18,15 +18,16 @@ def taken(team: TeamState, robot: Robot) -> set[Region]:
 
 
 def claimed_beside(team: TeamState, robot: RobotState) -> bool:
-    """Whether another robot may be beside this one, where nobody else is, by a report that has no
-    effect before its own turn. Until then this one is not to set out."""
-    robots = team.robots.values()
-    claiming = [other for other in robots if other.claims and other is not robot]
+    """Whether another robot may be beside this one, where nobody keeps this one out, by a report
+    that has no effect before its own turn, or before a third one has left. Until then this one is
+    not to set out."""
+    claiming = [o for o in team.robots.values() if o.claims and o is not robot]
     sides = team.scenario.map.neighbours(robot.pose.region) if claiming else ()
+    beside = {*sides} - team.had_by_others(robot.robot, sides)
     return any(
-        region in sides and not any(region in o.occupied for o in robots if o is not other)
+        region in beside and (not names or robot.name in names)
         for other in claiming
-        for region in other.claims
+        for region, names in other.claims.items()
     )
 
 

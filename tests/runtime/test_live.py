@@ -331,6 +331,33 @@ def test_a_robot_that_may_be_where_another_stands_closes_that_when_it_has_left()
     assert "collision" in run.broken and "request" not in run.broken
 
 
+@pytest.mark.parametrize(
+    ("extra", "closed"),
+    [("never_together: [{robots: [a, b, q], in: [[2, 1], [2, 5]]}]\n", True), ("", False)],
+    ids=["never together elsewhere", "in conflict with the lost robot"],
+)
+def test_where_a_robot_may_be_lost_no_robot_is_sent_though_a_third_one_flies_there(
+    extra: str, closed: bool
+) -> None:
+    """Only who conflicts with the lost robot keeps its region from being closed, and holds up who
+    would enter it."""
+
+    def lost(_: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
+        if isinstance(event, Arrived) and event.robot == "a":
+            return [Lost(event.at, "a", frozenset({8, 11}), command=event.command)]
+        return [event]
+
+    avoids = "" if closed else ", avoids: [a]"
+    q = f"  q: {{model: quadcopter, start: [1, 4], objective: {{hold: [1, 4]}}{avoids}}}\n"
+    text = RING.replace("obstacles:", f"{q}obstacles:")
+    run = play_faulty(lost, text.replace("[[3, 1], [3, 5]]", "[[1, 3], [3, 5]]") + extra)
+    assert run.one("arrive", result="lost")["regions"] == [8, 11]
+    names = {line["obstacle"]["name"] for line in run.all("discovered")}
+    assert ("lost_a@11" in names) is closed
+    assert not run.all("depart", robot="b", to=11)
+    assert not closed or not {"collision"} & {*run.broken}
+
+
 def test_a_report_counts_before_the_turn_of_its_robot() -> None:
     """Robot a, whose turn is before that of b, was sent to where b had just been lost."""
     ahead = frozenset({10})

@@ -233,9 +233,9 @@ class Moves(Struct, frozen=True):
     def _lost(self, robot: RobotState, event: Lost) -> Iterator[Event]:
         """Close all regions but one in which a lost robot may be: it blocks that one itself. Where
         it may be in a zone that it does not hold by that, close all of this to the others."""
-        rivals = frozenset(other.name for other in self.state.rivals(robot.robot))
+        others = frozenset(other.name for other in self.state.in_conflict(robot.robot))
         here = robot.pose.region
-        closed = dict.fromkeys(event.regions - {here}, rivals)
+        closed = dict.fromkeys(event.regions - {here}, others)
         for zone in self.state.scenario.never_together:
             if robot.name not in zone.robots or here in zone.regions:
                 continue
