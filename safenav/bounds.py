@@ -1,5 +1,4 @@
-"""Values with bounds, which readers and schemas check: annotations of what traces and obstacles
-hold."""
+"""Bounded values: annotations that readers and schemas check."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def path_to(state: _State, before: Mapping[_State, _State]) -> tuple[_State, ...
 
 
 def components(graph: Graph) -> list[list[int]]:
-    """The strongly connected components; whatever a component leads to comes before it."""
+    """Return the strongly connected components, each after those that it leads to."""
     found: list[list[int]] = []
     index = [-1] * len(graph)
     low = [0] * len(graph)

@@ -152,7 +152,9 @@ def _wrong_answer(binary: Binary) -> str | None:
 
 def _tiny(formula: str) -> Specification:
     """One input, one output, one guarantee."""
-    rule = Constraint(Section.SYS_TRANS, formula, Origin("doctor", "a question with an answer"))
+    rule = Constraint(
+        Section.SYS_TRANS, formula, Origin("doctor", "a specification with a known verdict")
+    )
     variables = (Variable("a", Owner.INPUT), Variable("b", Owner.OUTPUT))
     return Specification("doctor", "whether the synthesizer works", variables, (rule,))
 

@@ -20,7 +20,7 @@ from safenav.trace.trace import Trace
 
 @dataclass(frozen=True)
 class Statistics:
-    """Counts of what the trace holds. ``steps`` are the moves other than stays."""
+    """Counts of the lines of a trace. ``steps``: moves that are not stays."""
 
     robots: int
     ticks: int
@@ -63,8 +63,8 @@ def check_trace(trace: str | Path | Iterable[str]) -> Audit:
 
 
 def audit(trace: Trace, after: Trace | None = None) -> Audit:
-    """Check a trace that was read. Findings come in the order of the lines they concern.
-    ``after``: the trace that it continues, with whose end its header is compared."""
+    """Check a trace that was read. Findings come in the order of the lines they concern. ``after``:
+    the trace that it continues; its header is compared with the end of that."""
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
     records = [_plain_proof(record) for record in trace.records]
     now = Situation(trace.header, records)

@@ -22,7 +22,7 @@ NAME = "continuation"
 
 
 class _Standing(Rule):
-    """Holds the tick since which each robot stands without another target, in lockstep."""
+    """Records since which tick each robot has stood without another target, in lockstep."""
 
     name = NAME
     kinds = (
@@ -73,7 +73,7 @@ def continuation_problems(
     tick, had = _last_tick(now, records, {*(begun.had or ())})
     if {*(begun.had or ())} != had:
         said = ", ".join(begun.had or ()) or "no robot"
-        yield f"{said} has had a turn of tick 1; it was {', '.join(sorted(had)) or 'none'}"
+        yield f"{said} moved in tick 1; in the first run: {', '.join(sorted(had)) or 'none'}"
     for name in now.header.robots:
         if name not in robots:
             yield f"{name} is missing"
@@ -84,7 +84,7 @@ def continuation_problems(
                 since = -1 if now.is_to_return(name) else tick - deadlines.begun(name)
                 within = deadlines.within(name)
                 if done.clock.since not in (since, since if within is None else min(since, within)):
-                    yield f"the round of {name} began {since} ticks before, not {done.clock.since}"
+                    yield f"the round of {name} began {since} ticks earlier, not {done.clock.since}"
     for name in now.memories.possible:
         done = (begun.robots or {}).get(name)
         if done is not None and now.own[name].kind == "ltl":
@@ -101,11 +101,11 @@ def continuation_problems(
         yield from _plan_problems(begun.plan, left)
     waited = {} if now.live else standing.waited(tick, now)
     if dict(begun.waited or {}) != waited:
-        yield f"{begun.waited or 'no robot'} has stood before, but it was {waited or 'none'}"
+        yield f"the waiting times {begun.waited or 'none'}; in the first run: {waited or 'none'}"
     charging = {name for name in now.header.robots if name in robots and _charges(name, now)}
     if {*(begun.charging or ())} != charging:
         said = ", ".join(begun.charging or ()) or "no robot"
-        yield f"{said} charges at the beginning, but {', '.join(sorted(charging)) or 'none'} did"
+        yield f"{said} charges at first; in the first run {', '.join(sorted(charging)) or 'none'}"
     due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
     told = dict(begun.due or {})
     if not now.live and told != due:
@@ -119,9 +119,9 @@ def _plan_problems(told: Line | None, left: Left | None) -> Iterator[str]:
     elif told is not None:
         for robot, way in ways.items():
             if len(way) > 1 and told.robots[robot] != way:
-                yield f"{robot} has other places of the joint plan left than in the first run"
+                yield f"{robot} has a joint plan other than the rest of that of the first run"
         if {*told.orders} != orders:
-            yield "the orders of the joint plan are not those of the first run"
+            yield "the orders of the joint plan differ from those of the first run"
 
 
 def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple[int, set[str]]:
@@ -230,11 +230,11 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
     closed &= {obstacle.name for obstacle in listed}
     if {*(begun.closed or ())} != closed:
         said = ", ".join(begun.closed or ()) or "no obstacle"
-        yield f"{said} is untraversable, but found was {', '.join(sorted(closed)) or 'none'}"
+        yield f"{said} is untraversable; the first run found {', '.join(sorted(closed)) or 'none'}"
     for obstacle in listed:
         gone = now.status.get(obstacle.name) is Status.RESOLVED
         if gone and obstacle.from_ is None:
-            yield f"{obstacle.name} is there, but was resolved"
+            yield f"{obstacle.name} is present, but the first run resolved it"
     there = {obstacle.name for obstacle in listed if obstacle.from_ is None}
     stay = now.permanent & there
     there -= closed | stay
@@ -248,10 +248,10 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
         for name, waits in (begun.asked or {}).items()
     }
     if told != asked:
-        yield f"{told or 'nothing'} is requested, but was {asked or 'nothing'}"
+        yield f"{told or 'nothing'} is requested; in the first run: {asked or 'nothing'}"
     if {*(begun.stays or ())} != stay:
         said = ", ".join(begun.stays or ()) or "no obstacle"
-        yield f"{said} stays, but stayed {', '.join(sorted(stay)) or 'none'}"
+        yield f"{said} is kept; in the first run: {', '.join(sorted(stay)) or 'none'}"
     for name, groups in (begun.met or {}).items():
         before = (now.begun.met or {}).get(name, ((),))[-1]  # it appears again in tick 1
         carriers = now.open[name].carriers() if name in now.open else frozenset()

@@ -57,12 +57,12 @@ class Formulas:
         self._init = function_of(about, (*read[2],))
 
     def begins(self, pose: Pose) -> list[Row]:
-        """Return the values with which the objective may begin in a pose."""
+        """Return the initial values of the memory that the objective allows in a pose."""
         states = ((*_row(pose), *values) for values in self.valuations)
         return [state[2:] for state in states if self._init(*state, *state)]
 
     def allows(self, before: Pose, after: Pose) -> bool:
-        """Return whether the step is allowed with some memory."""
+        """Return whether the guarantees allow the step for some value of the memory."""
         return any(self._safe(*values) for _, _, values in self._values(before, after))
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:

@@ -51,7 +51,7 @@ KINDS = {
 }
 _NO_TARGETS = Shape(known=False)
 ALTERNATION = "visit"
-"""The kind of a helper, and of the weaker form of a strict objective."""
+"""Kind of a helper's objective, and of the weaker form of a strict one."""
 STAYING = "hold"
 """The kind of a robot that waits or charges."""
 

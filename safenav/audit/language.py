@@ -103,7 +103,7 @@ def read_clause(text: str, truths: frozenset[str]) -> Clause:
 
     def check(parts: list[tuple[str, bool]], truth: bool) -> list[str]:
         good = all(is_truth is truth for _, is_truth in parts)
-        require(good, f"a number stands for a truth in '{text}', or a truth for a number")
+        require(good, f"'{text}' uses a number as a condition, or a condition as a number")
         return [code for code, _ in parts]
 
     def read(least: int, prime: str) -> tuple[str, bool]:
@@ -115,13 +115,13 @@ def read_clause(text: str, truths: frozenset[str]) -> Clause:
             value = read(_TIGHTEST, f"{prime}'")
         elif token == "(":
             value = read(0, prime)
-            require(tokens.pop() == ")", f"a bracket is open in '{text}'")
+            require(tokens.pop() == ")", f"'(' is not closed in '{text}'")
         elif token == "!":
             value = f"(not {check([read(_NOT, prime)], True)[0]})", True
         elif token.isdigit():
             value = str(int(token)), False
         elif token not in _NUMBERS:
-            require(re.fullmatch(r"\w+'?", token + prime), f"'{token}' is not expected in '{text}'")
+            require(re.fullmatch(r"\w+'?", token + prime), f"unexpected '{token}' in '{text}'")
             reads.add(token + prime)
             value = name_of(token + prime), token.rstrip("'") in truths
         while _SIGNS.get(sign := tokens[-1], (-1,))[0] >= least:
@@ -137,7 +137,7 @@ def read_clause(text: str, truths: frozenset[str]) -> Clause:
         (code,) = check([read(0, "")], True)
     except RecursionError:
         raise RefusedError(f"'{text[:20]}' ... is nested too deeply") from None
-    require(len(tokens) == 1, f"'{tokens[-1]}' is not expected in '{text}'")
+    require(len(tokens) == 1, f"unexpected '{tokens[-1]}' in '{text}'")
     return Clause(text, frozenset(reads), code)
 
 
@@ -171,8 +171,8 @@ def complete(
 
 @cache
 def _steps(names: tuple[Key, ...], wanted: tuple[Key, ...], clauses: tuple[Clause, ...]) -> Any:
-    """Return what is evaluated with the values of ``names``, and then with those of one more of the
-    ``wanted`` variables each."""
+    """Return the clauses to evaluate with the values of ``names``, then with one more of the
+    ``wanted`` variables at a time."""
     found = []
     for key in ("", *wanted):
         names = (*names, key) if key else names
@@ -180,7 +180,7 @@ def _steps(names: tuple[Key, ...], wanted: tuple[Key, ...], clauses: tuple[Claus
         ready = (c for c in clauses if c.reads <= every and (not key or key in c.reads))
         found.append(function_of(names, (*ready,)))
     unknown = set().union(*(clause.reads for clause in clauses)) - {*names}
-    require(not unknown, f"a formula reads {', '.join(sorted(unknown))}, which is not known there")
+    require(not unknown, f"a formula uses unknown variables: {', '.join(sorted(unknown))}")
     return found
 
 

@@ -24,8 +24,8 @@ _SETS = ("blocks", "capabilities", "conflicts")
 
 
 class Made(SimpleNamespace):
-    """A line, or a part of one; a field that it lacks is None. Two lines that differ only in their
-    number are equal, as in ``safenav.trace``."""
+    """A line, or a part of one; a missing field is None. Two lines that differ only in their number
+    are equal, as in ``safenav.trace``."""
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Made):

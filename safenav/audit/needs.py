@@ -1,4 +1,4 @@
-"""The needs of obstacles, and obstacles with those that are left, as lines of a trace have them."""
+"""Needs of obstacles, and obstacles with their open needs, as in lines of a trace."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class OpenObstacle(NamedTuple):
         return len(self.left) == 1 and self.ends_by_entering(robot)
 
     def ends_by_entering(self, robot: str) -> bool:
-        """Whether a robot alone meets its last need by entering its region."""
+        """Return whether one robot alone fulfils its last need by entering its region."""
         last = self.left[-1]
         alone = last.robots == 1 and not last.same
         return alone and self.region in last.regions and robot in last.able
@@ -72,7 +72,7 @@ class OpenObstacle(NamedTuple):
         return bool(self.chain()) and not chosen
 
     def acted(self, group: Iterable[str]) -> OpenObstacle:
-        """The obstacle after a group has had its part in the next need."""
+        """Return the obstacle after a group has done its part of the next need."""
         need, done = self.left[0], self.done.union(group)
         met = need.together or len(done) >= need.robots
         return self.advanced(group) if met else self._replace(done=done)

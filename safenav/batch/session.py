@@ -54,7 +54,7 @@ class Observer(Protocol):
         """Called several times per second: running cases with their seconds so far."""
 
     def arrived(self, report: Report, result: Result) -> None:
-        """The last result of a case has arrived."""
+        """Record the last result of a case."""
 
 
 class Report(Struct):

@@ -170,7 +170,7 @@ def _promises(facts: Mapping[str, Any], kinds: Mapping[str, int]) -> list[str]:
 
 
 _MOST_NAMED = 6
-"""Single claims in the summary, so that it stays one page."""
+"""Claims that the summary lists one by one; more would not fit on one page."""
 
 
 def _list(texts: Sequence[str]) -> str:

@@ -58,7 +58,7 @@ ELSEWHERE = {
     "catalogue": "reference",
     "doctor": "reference",
 }
-"""Commands in the module of another one, under their own names."""
+"""Commands that the module of another command defines."""
 
 EXTRAS = {
     "numpy": "motion",

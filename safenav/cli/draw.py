@@ -67,7 +67,7 @@ def command(
         return ExitCode.OK
     form = output.suffix.lower()
     if form not in (".svg", ".png"):
-        raise UsageError(f"{output}: a picture ends in .svg or .png")
+        raise UsageError(f"{output}: the name of a picture ends in .svg or .png")
     picture = svg_of(
         scene_of(plan), Options(legend=legend, numbers=True, shading=shading, axes=True)
     )

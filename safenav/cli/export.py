@@ -184,7 +184,7 @@ def _columns(run: Trace, motion: Motion | None, path: Path, rate: float, robot: 
     names = list(run.header.scenario.robots)
     if robot is None and len(names) > 1:
         raise UsageError(
-            f"a table has one robot: add --robot {names[0]}, or write {path.stem}.npz for all\n"
+            f"a CSV has one robot: add --robot {names[0]}, or write {path.stem}.npz for all\n"
             f"    robots: {', '.join(names)}"
         )
     write_out(path, as_csv(columns_of(motion, robot or names[0], rate)))

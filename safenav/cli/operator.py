@@ -26,7 +26,7 @@ TERMINAL = "-"
 HELP_SECONDS = 10.0
 """Wall time for trying repairs."""
 PASSES = 200
-"""Passes in which robots that have a command may end it before the operator is asked."""
+"""Passes that let commands end before the operator is prompted."""
 
 POLL = 0.05
 """Seconds between two looks at the terminal."""
@@ -43,9 +43,9 @@ def run_with_operator(
 ) -> Mission:
     """Run a mission; where it waits, take interventions from a file (TERMINAL: the terminal).
     ``helping``: print the repairs that were tried. ``another`` makes the mission that continues
-    where a robot joins the team; None: no robot can. A Ctrl-C that interrupts this function itself
-    ends the mission. Returns the mission that has ended last. Raises UsageError for a line that is
-    not an intervention, or is impossible; at the terminal it is printed."""
+    where a robot joins the team; None: no robot can. A Ctrl-C in this function ends the mission.
+    Returns the last mission. Raises UsageError for a line that is not an intervention, or is
+    impossible; at the terminal it is printed."""
     batches = None if source == TERMINAL else _batches(Path(source), mission.scenario)
     terminal = _Terminal(mission)
     while True:
@@ -147,7 +147,7 @@ class _Terminal:
 
 
 def _settle(mission: Mission) -> None:
-    """Let the interventions that were made before take effect."""
+    """Apply the interventions made so far."""
     if mission.result is None:
         mission.step()
 

@@ -176,7 +176,7 @@ def _warn(file: Path, result: SynthesisResult, synthesizer: Synthesizer) -> bool
 
 
 def files_of(result: SynthesisResult, name: str) -> Iterator[tuple[str, str | bytes]]:
-    """The files of an explicit strategy, if there is one: names and contents."""
+    """Return the files of an explicit strategy, if there is one: names and contents."""
     if result.strategy is not None and result.strategy_json is not None:
         yield f"{name}.json", result.strategy_json
         yield f"{name}.dot", to_dot(result.strategy)

@@ -1,7 +1,5 @@
-"""Changes of catalogue entries, as one writes them in a scenario.
-
-An entry of a scenario replaces the built-in one of the same name, so a change of a built-in entry
-is written with all its other keys."""
+"""Changes of catalogue entries, in the notation of scenarios. An entry of a scenario replaces the
+built-in one of that name, so a changed built-in entry is written with all its keys."""
 
 from __future__ import annotations
 

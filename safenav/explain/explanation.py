@@ -32,7 +32,7 @@ class NoStrategyCause(StrEnum):
     CROSSING = "crossing"
     """Patrol forbids crossing a target out of its turn, and there is no other path."""
     IMPOSSIBLE_START = "impossible_start"
-    """The objective does not allow it to begin where it is."""
+    """The objective does not allow the robot's start."""
     CONTRADICTION = "contradiction"
     """The objective contradicts itself, on whatever map."""
     FORBIDDEN_WAY = "forbidden_way"

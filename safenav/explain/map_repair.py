@@ -47,8 +47,8 @@ def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _single_walls(problem: RepairProblem) -> list[Region]:
-    """Return walls beside a region within reach that have another region beside them, in the order
-    of the path over them to the targets."""
+    """Return the walls between a reachable region and another one, ordered by the length of the
+    path across them to the targets."""
     world, task, found = problem.scenario.map, problem.task, problem.diagnosis
     targets = found.lost or task.targets
     from_start = world.distances([task.pose.region])

@@ -223,7 +223,7 @@ class _Play(Play):
             self._lost = frozenset(r for clause in met for r in self._regions_of(clause))
 
     def _regions_of(self, goal: Clause) -> Iterator[Region]:
-        """Yield the regions in which a goal can hold, whatever else is so there."""
+        """Yield the regions in which a goal can hold for some values of the other variables."""
         others = [v for v in self._spec.variables if v.name != "region"]
         ranges = [range((v.bounds or (0, 1))[0], (v.bounds or (0, 1))[1] + 1) for v in others]
         names = [v.name for v in others]

@@ -27,9 +27,9 @@ class State(Struct, frozen=True):
 
 
 class Solo(Struct, frozen=True):
-    """Possibilities of a robot by itself. ``regions`` that it can reach without breaking a rule;
-    ``winnable``: whether it can meet all goals infinitely often, or, where its objective ends at
-    the last one, stay there in the end."""
+    """Possibilities of a robot without other robots. ``regions``: those that it can reach without
+    breaking a rule; ``winnable``: it can meet all goals infinitely often or, if its objective ends
+    at the last one, stay there."""
 
     regions: frozenset[Region]
     winnable: bool

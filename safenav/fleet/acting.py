@@ -17,7 +17,7 @@ from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
 WORST = (ActResult.DONE, ActResult.UNTRAVERSABLE, ActResult.NOTHING, ActResult.FAILED)
-"""The last one of these that somebody answers is the result."""
+"""Results of a group in ascending order: the worst one counts."""
 GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 
@@ -61,13 +61,14 @@ class FleetProgress:
     def group(
         self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]
     ) -> tuple[str, ...]:
-        """The robots that meet the next need of an obstacle now, if this one is one of them."""
+        """Return the robots that fulfil the next need of an obstacle now, if this one is among
+        them."""
         alone = Works(self.scenario, {obstacle.name: self.work(obstacle)})
         found = alone.within_reach(robot, idle, (obstacle.name,))
         return found[0][1] if found else ()
 
     def meet(self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]) -> bool:
-        """The robot has done its part; whether the obstacle needs nothing more."""
+        """Record that the robot has done its part; return whether the obstacle is then resolved."""
         work = self.work(obstacle)
         Works(self.scenario).meet(work, robot, idle)
         return work.finished

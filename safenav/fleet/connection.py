@@ -1,4 +1,4 @@
-"""The world of a fleet behind the transport that its file names; each is loaded when it is used."""
+"""Connection to a fleet by the transport that its file names; transports are loaded on use."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from safenav.world.moves import Pose
 UNREAD = 100
 """The most scans of a robot that wait for its odometry."""
 STILL = 0.05
-"""Metres and radians between two measurements of a robot that stands."""
+"""Largest difference (metres, radians) between two measurements of a robot at rest."""
 
 
 class Phase(Enum):

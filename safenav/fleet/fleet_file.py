@@ -164,7 +164,7 @@ class FleetKeys(Table):
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
     """Read the fleet file for the robots of a scenario. Robots that it does not list get the
-    defaults. Raises InputError with everything that is wrong."""
+    defaults. Raises InputError with all errors."""
     reading = Reading(str(path), world=scenario.map)
     reading.catalogue = scenario.catalogue
     text = read_source(path, reading)

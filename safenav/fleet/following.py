@@ -60,8 +60,8 @@ class Doing(Enum):
 
 
 class FollowerOrder(Struct):
-    """The goal or the action of this number; ``begun``: when an action began, ``result``: of one
-    that is over."""
+    """Goal or action of a follower, by its number. ``begun``: time at which an action began;
+    ``result``: of an action that has ended."""
 
     doing: Doing
     number: int
@@ -171,7 +171,7 @@ class Following:
         return resting_place(self.followers[robot].mover, self._places)
 
     def astray(self, robot: str) -> str | None:
-        """The error of a follower that is not where its references begin."""
+        """Return an error message if a follower is not where its references begin."""
         follower = self.followers.get(robot)
         if follower is None or follower.place is None:
             return None
@@ -238,7 +238,7 @@ class Following:
         off = _off(resting_place(follower.mover, self._places), at)
         if off <= follower.tolerance and not follower.gone:
             return ""
-        return self._reset(follower, at, f"{off:.2f} m off its place")
+        return self._reset(follower, at, f"{off:.2f} m away from its position at rest")
 
     def _reset(self, follower: Follower, at: Located, reason: str) -> str:
         """Put the plan where the robot was measured, at rest; why that is impossible."""
@@ -249,7 +249,7 @@ class Following:
         facing = at.yaw - self._places.frame.yaw
         refused = ""
         if region is None or not self._places.world.is_free(region):
-            refused = f"{reason}, in no region"
+            refused = f"{reason}, outside every free region"
         elif isinstance(body, DiscMover | RoverMover):
             body.place, body.facing, body.region = (east, north), facing, region
         else:

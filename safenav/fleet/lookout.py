@@ -51,7 +51,8 @@ class Lookout:
         return None
 
     def stray_left(self, body: DrivenRobot) -> Obstacle | None:
-        """The obstacle that a robot was where it is no longer; None if there is none."""
+        """Return the obstacle that stood for this robot in a region that it has left; None if there
+        is none."""
         at, found = body.place, self._strays.get(body.robot.name)
         if found is None or at is None or self._places.region(at.x, at.y) == found.region:
             return None
@@ -88,8 +89,8 @@ class Lookout:
                 yield found
 
     def _scan(self, body: DrivenRobot, scan: Scanned, heard: float) -> ScanResult | None:
-        """Look into the regions beside the robot by a scan that was taken while it stood still,
-        where it stands now; None if it was not."""
+        """Evaluate the regions beside the robot from a scan taken at rest at its present pose;
+        return None for any other scan."""
         use, here = body.station.scan, body.stands
         if use is None or here is None or scan.stamp <= max(body.looked, body.arrived):
             return None

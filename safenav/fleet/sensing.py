@@ -165,7 +165,7 @@ class Sensing:
     def _missing(
         self, robot: str, region: Region, stamp: float, now: float, source: str
     ) -> list[Sighting]:
-        """A sensor does not see what stood in a region."""
+        """Record that a sensor no longer sees the obstacle of a region."""
         self._hit.pop((region, source), None)
         if any(now - at < FRESH_SIGHT for (there, _), at in self._hit.items() if there == region):
             return []

@@ -41,11 +41,11 @@ class FollowUse(Struct, frozen=True):
 
 
 class Station(Struct, frozen=True):
-    """One robot. ``tolerance``: metres from the centre of a region at which it has arrived;
-    ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times the
-    expected time; ``retries``: how often a failed goal is sent again; ``scan`` and ``report``: what
-    it senses by; ``follow``: None for a robot that finds its own way to goals; ``act``: the service
-    that performs each action."""
+    """One robot. ``tolerance``: distance from the centre of a region, in metres, that counts as
+    arrival; ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times
+    the expected time; ``retries``: number of times that a failed goal is sent again; ``scan`` and
+    ``report``: its sensors; ``follow``: None for a robot that finds its own way to goals; ``act``:
+    the service that performs each action."""
 
     namespace: str
     tolerance: float = 0.3

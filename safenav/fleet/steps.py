@@ -69,7 +69,7 @@ REAL_TIME = FleetClock()
 
 
 class FleetSteps:
-    """Robots behind a transport, each on a step of its own."""
+    """Steps of the robots behind a transport."""
 
     def __init__(
         self,
@@ -149,7 +149,7 @@ class FleetSteps:
         task.due = max(task.due, self.now() + SETTLING + self._left(body))
 
     def _left(self, body: DrivenRobot) -> float:
-        """Seconds until the reference of a robot is over."""
+        """Return the seconds until the reference of a robot ends."""
         return 0.0 if self._following is None else self._following.left(body.robot.name)
 
     def _metres_to(self, body: DrivenRobot, region: Region) -> float:
@@ -224,7 +224,7 @@ class FleetSteps:
     def _came_back(self, body: DrivenRobot, task: FleetTask) -> None:
         pose = self._pose_now(body)
         if pose is None or not self._amid(body, pose.region):
-            between = "it reported its return, and stands between regions"
+            between = "it reported its return, but stands between regions"
             self._lose(body, task, f"{task.reason}; {between}")
             return
         seen = self._sensing.at(task.to.region)
@@ -242,7 +242,7 @@ class FleetSteps:
         self._confirm(body, task)
 
     def _confirm(self, body: DrivenRobot, task: FleetTask) -> None:
-        """Compare newest odometry with what a robot has said."""
+        """Compare the newest odometry with the robot's report."""
         to = task.start if task.back else task.to
         if task.there or self._pose_now(body) != to or not self._near(body, to.region):
             return
@@ -278,7 +278,7 @@ class FleetSteps:
         )
 
     def _amid(self, body: DrivenRobot, region: Region) -> bool:
-        """Whether it is so far inside a region that it is in no other one."""
+        """Return whether it is well inside a region: near its centre, or following references."""
         inside = max(body.station.tolerance, min(self.places.frame.resolution) / 4)
         return body.robot.name in self.followers or self._metres_to(body, region) <= inside
 
@@ -322,7 +322,8 @@ def _following(
     transport: Transport,
     clock: Callable[[], float],
 ) -> Following | None:
-    """The maker of references, if a robot follows; its libraries are loaded only then."""
+    """Return the generator of references if a robot follows them; its libraries are loaded only
+    then."""
     if all(station.follow is None for station in stations.values()):
         return None
     try:

@@ -29,7 +29,7 @@ from safenav.world.moves import Pose
 
 
 class FleetWorld(FleetSteps):
-    """A fleet behind a transport. Open it before the mission; close it whatever happens."""
+    """World of a fleet behind a transport. Open it before the mission; always close it."""
 
     # The protocol
 
@@ -80,8 +80,8 @@ class FleetWorld(FleetSteps):
         self._peer(body, task)
 
     def _peer(self, body: DrivenRobot, task: FleetTask) -> None:
-        """Send a robot that can see that the region before it is as the team knows it, or whose
-        lidar cannot look there; one that has just found an obstacle does not set out."""
+        """Send a robot if its lidar confirms what the team knows of the next region, or cannot see
+        that region. A robot that has just found an obstacle does not depart."""
         if body.robot.name in self._untold:
             return
         region, pose = task.to.region, self._pose_now(body)
@@ -111,7 +111,7 @@ class FleetWorld(FleetSteps):
             self._lose(body, task)
             return
         where = self.places.world.label(region)
-        why = f"no scan of its lidar shows {where} since it stands here"
+        why = f"its lidar has not seen {where} since it arrived here"
         if body.view.get(region) is not None:
             why = f"its lidar hits something at {where}, perhaps another robot"
         self._end(body, Failed, task.start, why)

@@ -92,8 +92,8 @@ _WORDS = {
 _TEMPORAL = {
     "F": "put each goal to reach infinitely often under 'liveness'",
     "G": "put each condition that must always hold under 'safety'",
-    "U": "until has no place in GR(1): use a memory variable, or goals under 'liveness'",
-    "W": "weak until has no place in GR(1): use a memory variable under 'safety'",
+    "U": "GR(1) has no until: use a memory variable, or goals under 'liveness'",
+    "W": "GR(1) has no weak until: use a memory variable under 'safety'",
 }
 
 _OPERATORS: Mapping[str, Any] = {

@@ -71,7 +71,7 @@ class _Run(Struct):
     """The time of the last decision that concerned more than one robot."""
     commands: int = 0
     at: dict[str, int] = field(default_factory=dict)
-    """Where each robot came to rest last."""
+    """Region in which each robot last came to rest."""
     turns: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
 
     def take(self, record: records.Record) -> None:

@@ -43,10 +43,8 @@ UNDISTURBED = Disturbances()
 def motion_of(
     trace: Trace, side: float | None = None, against: Disturbances = UNDISTURBED
 ) -> Motion:
-    """The motion of a run. ``side``: metres of a region, if not as the trace says.
-
-    Raises UsageError or InputError if somebody cannot move so, or if the trace breaks a rule and
-    its robots jump.
+    """Return the motion of a run. ``side``: side of a region in metres, in place of the trace's.
+    Raises UsageError or InputError if a robot cannot move so, or if the trace breaks a rule.
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
@@ -78,8 +76,7 @@ def motion_of(
 
 
 def _refuse_broken(trace: Trace, error: Exception) -> None:
-    """Raises UsageError if it is the trace that is wrong: no motion is made of any sequence of
-    moves."""
+    """Raise UsageError if the trace itself breaks a rule: motion is made of valid runs only."""
     from safenav.audit.check import audit  # here: it takes time to import
 
     try:
@@ -101,8 +98,8 @@ def check_movable(scenario: Scenario) -> None:
 def _disturbed(
     lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: MetricFloor, against: Disturbances
 ) -> tuple[Line, ...]:
-    """The lines with how each flyer follows its references in gusts, and with a push of each walker
-    in each walking move and its recovery."""
+    """Return the lines with the flight of each flyer in gusts, and with a push in each walking move
+    of each walker and the recovery from it."""
     found = list(lines)
     for name, moved in movers.items():
         own = [line for line in lines if line.robot == name]

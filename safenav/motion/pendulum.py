@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 
 
 def divergent(state: Array, omega: float) -> Array:
-    """xi of a state: where a foot would bring the mass to rest."""
+    """Return the divergent component (xi) of a state: the foothold that would bring the mass to
+    rest."""
     return state[:2] + state[2:] / omega
 
 

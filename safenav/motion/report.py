@@ -70,7 +70,7 @@ def _told(link: Link) -> str:
 
 
 def _joined(chain: tuple[Link, ...]) -> list[Link]:
-    """Links of one robot that follow each other as one: it was busy all the time."""
+    """Return the chain with successive links of one robot joined."""
     found: list[Link] = []
     for link in chain:
         moves = link.what.split(" -> ")

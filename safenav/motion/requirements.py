@@ -192,11 +192,11 @@ def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
     elif high < -error:
         verdict = VIOLATED
     elif low != high and (low == -inf or high == inf or low < -error or high > error):
-        advice = "its window reaches behind the end of the run"
+        advice = "its window extends past the end of the run"
     else:
         least = min(abs(low), abs(high))
         wanted = ceil(recording.rate * error / least * 1.1) if least > 1e-9 else inf
-        advice = "refine the rate"
+        advice = "raise the sampling rate"
         advice += f": --rate {wanted}" if wanted <= MOST_RATE else ", or change its bound a little"
     return Judgement(name, text, verdict, low, high, error, advice)
 

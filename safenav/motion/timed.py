@@ -55,7 +55,7 @@ def _at(motion: Motion, piece: Moving, since: float, region: int) -> TimedWaypoi
 
 
 def _reached(motion: Motion, goal: GoalLine) -> TimedWaypoint:
-    """The pose of a goal when it was reached; one of any direction faces east."""
+    """Return the pose in which a goal was reached; a goal without a heading faces east."""
     height = motion.header.robots[goal.robot].get("altitude", 0.0)
     z = float(height) if isinstance(height, int | float) else 0.0
     return _waypoint(motion, goal, goal.t1, (goal.x, goal.y, z, goal.yaw or 0.0, 0.0), goal.to)

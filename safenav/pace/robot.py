@@ -37,9 +37,9 @@ YAW: Mapping[str, float] = {"east": 0.0, "north": pi / 2, "west": pi, "south": -
 
 
 class Pace(ABC):
-    """The durations of one robot, with what they depend on: which way it faces, and since when it
-    has been where it is. Regions are numbered in reading order on a map of ``cols`` columns;
-    times are seconds on the clock of the run."""
+    """The durations of one robot, with its state: its heading, and the time of its last arrival.
+    Regions are numbered in reading order on a map of ``cols`` columns; times are seconds on the
+    clock of the run."""
 
     acting = 2.0
     """Seconds of an action, once it has begun."""
@@ -244,8 +244,8 @@ def pace_of(
 
 
 def least_side(motion: Mapping[str, object], side: float) -> float | None:
-    """Metres that a region must have for a robot that moves by ``motion`` (as for ``pace_of``), if
-    ``side`` metres are too few; None if they suffice, or the kind does not tell."""
+    """Return the least side in metres of a region for a robot that moves by ``motion`` (as for
+    ``pace_of``), if ``side`` is too small; None if it suffices or the kind has no limit."""
     values = _values(motion)
     if motion["kind"] == "walker":
         walker = Walker(*(values[name] for name in WALKER))

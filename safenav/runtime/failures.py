@@ -76,7 +76,7 @@ class FailureCounts(Struct):
             del self.actions[key]
 
     def appeared(self, obstacle: str) -> None:
-        """An obstacle is there, perhaps again."""
+        """Record that an obstacle is present, perhaps again."""
         self.opened.pop(obstacle, None)
 
     def is_late(self, obstacle: str, at: float) -> bool:

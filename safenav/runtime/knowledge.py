@@ -90,7 +90,7 @@ class Knowledge:
         return min(work.need, len(obstacle.needs) - 1)
 
     def closing(self, region: Region, robot: Robot) -> Obstacle | None:
-        """The obstacle in a region that is known, and closed to a robot."""
+        """Return the known obstacle that closes a region to a robot."""
         for obstacle in (*self.obstacles.values(), *self.sighted.values()):
             if obstacle.region == region and self.closed_to(obstacle, robot):
                 return obstacle
@@ -127,10 +127,10 @@ class Knowledge:
         only: Collection[str] | None = None,
         takers: Takers = NO_TAKERS,
     ) -> tuple[bool, tuple[NeedMet, ...]]:
-        """Take note of what a robot does where it stands: whether that brought a pending
-        obstacle nearer to its resolution without resolving it, and which needs are met by it.
-        ``only``: the obstacles by name on which it acts (None: all that it can act on);
-        ``takers``: of some loads the only robots that take them."""
+        """Record the actions of a robot in its region. Return whether they fulfilled some need of a
+        pending obstacle without resolving it, and the needs fulfilled. ``only``: the obstacles by
+        name on which it acts (None: all that it can act on); ``takers``: of some loads the only
+        robots that take them."""
         before = {name: (work.need, work.done) for name, work in self.pending.items()}
         unmet = self._unmet.among(only)
         works = [*self._known.among(only).open.values(), *unmet.open.values()]

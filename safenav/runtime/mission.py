@@ -232,7 +232,7 @@ class Mission:
         Raises UsageError if the mission was started before.
         """
         if self._started:
-            raise UsageError("start() or run() a second time: make another Mission for it")
+            raise UsageError("start() or run() a second time: a Mission runs once; create another")
         self._started = True
         self._thread = get_ident()
         self._stop.begin()

@@ -179,8 +179,8 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, f"{said}; {what_is_left(self.team)}"))
 
     def _inputs_may_change(self) -> bool:
-        """Whether idle robots may wait for an input that the world still changes. If an operator
-        can set it, the team waits for the operator."""
+        """Return whether idle robots may wait for an input that the world still changes. If an
+        operator sets it, the team waits for the operator."""
         outside = self.interventions.inputs.world is not None and not self.world.pauses
         return outside and bool(self.team.scenario.inputs) and not self.attended
 
@@ -240,8 +240,8 @@ class Passes(Algorithm):
         return begun and not self._is_over(end) and self._ends(end) is None
 
     def _is_over(self, end: Conclusion) -> bool:
-        """Whether the mission is completed where the run would end: nothing that is missing is
-        needed."""
+        """Return whether the mission is completed although the run would end otherwise: no robot
+        needs what is still open."""
         return end.outcome in WAITS and self.completes()
 
     def _ends(self, end: Conclusion) -> Conclusion | None:

@@ -1,7 +1,7 @@
 """Progress of a robot with its objective: its next target, and the completed rounds.
 
-The count is taken from where the robot really is, not from its strategy, so that a wrong one
-cannot claim a goal. What counts where, and what completes a round, is the objective's own automaton
+Goals are counted by the robot's actual pose, not by its strategy, so that a wrong strategy cannot
+claim one. The objective's own automaton determines what counts and what completes a round
 (``scenario.objective``); raw formulas are evaluated on each step.
 """
 

@@ -40,10 +40,10 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
     def needs(self) -> tuple[dict[int, int], ...]:
         """Return for each next target the need of each pose from which some charge suffices: the
         least charge with which the robot can continue forever. More charge is never worse, so one
-        number says all, without a product with the charge: ``need_k(p)`` is the least over steps p
-        -> q of ``move`` + (``need_{k+1}(q)`` if q is target k, else ``need_k(q)``), and 0 at a
-        charger if what leaving it takes is at most the capacity; the greatest fixpoint of that.
-        Where staying meets a target, a strategy may step to another of its poses instead."""
+        number per pose suffices, without a product with the charge: ``need_k(p)`` is the least over
+        steps p -> q of ``move`` + (``need_{k+1}(q)`` if q is target k, else ``need_k(q)``), and 0
+        at a charger if what leaving it takes is at most the capacity; the greatest fixpoint of
+        that. Where staying meets a target, a strategy may step to another of its poses instead."""
         before: dict[int, list[int]] = {pose: [] for pose in bits(self.allowed)}
         for pose in before:
             for step in self.graph.steps(pose):
@@ -98,8 +98,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return best
 
     def _aside(self, pose: int, turn: int, then: Mapping[int, int]) -> int:
-        """The charge for the other poses of a target to which a strategy may step where the robot
-        meets it by staying; none if it settles there. ``then``: the needs afterwards."""
+        """Return the charge for a step to another pose of a target, which a strategy may take where
+        staying meets the target; 0 if the robot settles there. ``then``: the needs afterwards."""
         after = self.turn(turn + 1)
         if self._shortest or self.afterwards is not None or (self.settles and after == turn):
             return 0
@@ -225,8 +225,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return first if first == at else self._entry(pose, first)
 
     def wanted(self, pose: int, turn: int) -> int:
-        """The charge with which to leave a stop: enough for the next target, otherwise for the next
-        charger before it; none off the chargers."""
+        """Return the charge with which to leave a stop: enough for the next target, otherwise for
+        the next charger before it; 0 off the chargers."""
         if not self.chargers >> pose & 1:
             return 0
         hops, capacity = self._hop(turn), self.battery.capacity

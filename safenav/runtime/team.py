@@ -338,7 +338,8 @@ class TeamState(Struct):
 
     @property
     def time(self) -> float:
-        """The tick; in a live run the seconds. Obstacles and changes have their times in these."""
+        """The tick; in a live run the seconds. The times of obstacles and changes are in this
+        unit."""
         return self.tick if self.now is None else self.now()
 
     @property

@@ -138,8 +138,8 @@ def _crowded(scenario: Scenario) -> Iterator[str]:
 
 
 def _needless(scenario: Scenario) -> Iterator[str]:
-    """Capabilities of the scenario's own models that no obstacle of it needs, listed, or of a type
-    of its own: a drive finds obstacles that are not listed."""
+    """Warn of capabilities of the scenario's own models that no obstacle needs: neither one that it
+    lists nor one of its own types, of which a drive may find others."""
     needs = [obstacle.needs for obstacle in scenario.obstacles]
     usual = built_in().obstacles
     own = (kind for name, kind in scenario.catalogue.obstacles.items() if kind != usual.get(name))

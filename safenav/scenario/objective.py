@@ -83,7 +83,7 @@ class TargetObjective(Struct, frozen=True):
 
     @classmethod
     def example(cls) -> str:
-        """Return an objective of this kind as one writes it in a scenario, without braces."""
+        """Return an example of this kind in the notation of scenarios, without braces."""
         return f"{cls.kind}: {'3' if cls.one else '[3, 8]'}"
 
     @classmethod
@@ -135,7 +135,7 @@ class TargetObjective(Struct, frozen=True):
         return tuple(bits(self.pursuit.met(memory, self.reached(region))))
 
     def turned(self, memory: int, region: Region) -> int:
-        """Return the memory of a robot that leaves ``region``, or stays there."""
+        """Return the memory of a robot after it leaves ``region`` or stays there."""
         return self.pursuit.step(memory, self.reached(region))[0]
 
     def forbidden(self, memory: int, region: Region, after: Region) -> bool:

@@ -107,7 +107,7 @@ class Task(Struct, frozen=True):
 
     @property
     def endangered(self) -> bool:
-        """Whether there is anybody that the robot could run into."""
+        """Whether the robot could collide with another one."""
         return any(other.danger for other in self.observed)
 
     @property

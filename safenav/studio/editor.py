@@ -102,7 +102,8 @@ class Editor(Studio):
             self._realizability.check(self._order_of(self.document.text))
 
     async def made(self, name: str) -> Made | None:
-        """A download: the scenario, the one that was played, a picture, or what a run gives."""
+        """Return a download: the scenario, the scenario as run, a picture, or a result of the
+        run."""
         file = self.document.origin.file
         stem = "scenario" if file is None else file.stem
         if name == "scenario":
@@ -254,7 +255,7 @@ class Editor(Studio):
         """Draw the map of a file into the text."""
         world = self._draft.world
         if world is None:
-            raise UsageError("the map cannot be read yet: fix the problems first")
+            raise UsageError("the map is not valid yet: fix the listed problems first")
         if self.document.change(changed(self.document.text, lambda told: embed(told, world))):
             self._changed()
 
@@ -272,7 +273,7 @@ class Editor(Studio):
         if kind == "blank":
             rows, cols = data.get("rows") or 9, data.get("cols") or 15
             if not isinstance(rows, int) or not isinstance(cols, int):
-                raise UsageError("rows and columns are numbers")
+                raise UsageError("expected numbers of rows and columns")
             self._begin_with(beginnings.blank(rows, cols))
         elif kind == "template":
             self._begin_with(beginnings.template(str(data.get("name"))))

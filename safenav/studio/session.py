@@ -244,7 +244,7 @@ class Studio:
     async def _set_speed(self, data: Message) -> None:
         value = data.get("value")
         if not isinstance(value, int | float) or not 0 < value <= 1000:
-            raise UsageError("a speed is a number of ticks per second")
+            raise UsageError("expected a speed in ticks per second, at most 1000")
         self._speed = float(value)
         if self.run is not None:
             self.run.set_speed(self._speed)
@@ -267,5 +267,5 @@ class Studio:
 def _seed(data: Message) -> int | None:
     seed = data.get("seed")
     if seed is not None and (not isinstance(seed, int) or not 0 <= seed < 2**63):
-        raise UsageError("a seed is a number from 0 on")
+        raise UsageError("expected a seed of at least 0")
     return seed

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _PAUSE = 0.2
 _SETTLED = 0.05
-"""Seconds without a line after which pages get the news of a tick that is complete."""
+"""Seconds without a line after which pages receive a complete tick."""
 _GONE = 2.0
 """Seconds without any page after which ``wait`` ends: a reload takes less."""
 

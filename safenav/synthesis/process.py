@@ -1,8 +1,8 @@
 """Running the synthesizer so that nothing of it survives: not a timeout, not Ctrl-C.
 
-Each command has a process group of its own, which is killed and reaped at its deadline or
-when the crew is dismissed. Commands run in threads, because signals interrupt only the main
-thread: between starting a process and remembering it, nothing can get lost.
+Each command has a process group of its own, which is killed and reaped at its deadline or when the
+crew is dismissed. Commands run in threads, because signals interrupt only the main thread: so no
+process is lost between its start and its registration.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class ProcessGroup:
                 kill_group(process)
 
     def forget(self, process: subprocess.Popen[bytes]) -> None:
-        """The process has ended, or belongs to somebody else from now on."""
+        """Forget a process that has ended or has another owner now."""
         with self._lock:
             self._running.discard(process)
 

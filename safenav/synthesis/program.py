@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
 
 _OVERTIME_SECONDS = 1.0
-"""Our own binary keeps its time limit itself and reports its progress; then we end it."""
+"""safenav's own binary keeps the time limit and reports its progress; this long after the limit it
+is killed."""
 
 Served = tuple[Union["ServedStrategy", Verdict], float]
 """The end of a server, and the seconds until then."""

@@ -280,7 +280,7 @@ def _data(kind: Any) -> Converter:
 
 
 def plain(value: Any) -> Any:
-    """A part of a record as JSON has it."""
+    """Return a part of a record as JSON data."""
     if isinstance(value, str | int | float | None):
         return value
     if isinstance(value, Objective):

@@ -193,7 +193,7 @@ class Wording(Struct, frozen=True):
             case records.Late():
                 about = line.robot or line.obstacle
                 what = f"{line.event} of {about}" if about else line.event
-                return f"a report is dropped: {what}, {line.reason}"
+                return f"a report is dropped ({what}): {line.reason}"
             case records.Waiting() if line.until is not None:
                 when = f"tick {line.until:.0f}" if line.t is None else seconds_words(line.until)
                 return (

@@ -120,6 +120,6 @@ def _answer_failures(
             if 0 in answers.count([(*state, *row) for row in some]):
                 break
         else:
-            detail = "there is no successor, but an answer to each next input"
+            detail = "expected a successor for each next input, found none"
             yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
             return

@@ -1,7 +1,7 @@
 """The transitions of an automaton and their cycles: strongly connected components, walks in them.
 
 Liveness is about events that recur infinitely often, so all of it is decided on cycles. An edge is
-known by its place in the row of all; a set of edges is a plane (``verify.bitparallel``): an integer
+identified by its index among all; a set of edges is a plane (``verify.bitparallel``): an integer
 with a bit for each.
 """
 

@@ -39,7 +39,7 @@ class MoveCheck:
             raise self.wrong(f"goal {position.goal}, of {count}")
 
     def start(self, position: Position) -> None:
-        """A play may begin here."""
+        """Check that a play may begin here."""
         self.position(position)
         for section in (Section.ENV_INIT, Section.SYS_INIT):
             for constraint in self._broken(section, position.values):

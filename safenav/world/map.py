@@ -155,8 +155,8 @@ class RegionMap(Struct, frozen=True, dict=True):
         return {heading: tuple(regions) for heading, regions in found.items()}
 
     def distances(self, targets: Iterable[Region]) -> dict[Region, int]:
-        """Steps to the nearest of ``targets`` from every free region that is connected to one,
-        for somebody who can turn on the spot."""
+        """Return the steps to the nearest of ``targets`` from every free region that is connected
+        to one, for a robot that can turn on the spot."""
         depth = dict.fromkeys(targets, 0)
         queue = deque(depth)
         while queue:

@@ -151,6 +151,6 @@ def pieces(regions: Collection[Region], world: RegionMap) -> list[frozenset[Regi
 def _beside(
     piece: frozenset[Region], floors: list[frozenset[Region]], world: RegionMap
 ) -> list[int]:
-    """The floors that a piece touches."""
+    """Return the floors that a piece touches."""
     around = {near for region in piece for near in world.neighbours(region)}
     return [index for index, floor in enumerate(floors) if floor & around]

@@ -1,9 +1,9 @@
 """Reachable poses of a robot: poses as numbers, and sets of them as bit masks.
 
-A pose is ``heading * size + region`` (free mobility has heading 0 only), a set of poses one
-integer with a bit for each. A whole layer of a search is a handful of shifts then, so that
-closures, ways back and live sets of a 32 x 32 map take a fraction of a millisecond, and equal
-questions are answered from memory.
+A pose is ``heading * size + region`` (free mobility has heading 0 only), a set of poses one integer
+with a bit for each. A whole layer of a search is a handful of shifts then, so that closures,
+backward reachable sets and live sets of a 32 x 32 map take a fraction of a millisecond; results of
+equal queries are cached.
 """
 
 from __future__ import annotations

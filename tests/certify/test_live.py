@@ -30,7 +30,10 @@ def test_a_run_in_seconds_is_followed_as_one_in_ticks(name: str, tmp_path: Path)
     status, said = judged(rewrite(bundle, files, tmp_path / "bundle"))
     assert status == 1
     told = said.splitlines()[-1]
-    assert told == "refused: the manifest does not claim what the evidence establishes"
+    assert (
+        told
+        == "refused: the claims of the manifest differ from those that the evidence establishes"
+    )
 
 
 TOTES = "totes"

@@ -70,7 +70,7 @@ DAMAGES: dict[str, tuple[type[Line], Callable[[Any], Any], str, str]] = {
     "a foot": (
         Segment,
         lambda line: replace(line, feet=moved(line.feet)),
-        *("feet", "0.050 m beside its foothold"),
+        *("feet", "0.050 m from its foothold"),
     ),
     "a foot and the centre of pressure: they do not carry the mass from start to goal": (
         Segment,

@@ -155,7 +155,7 @@ def test_who_acts_may_reach_into_what_the_resolution_sweeps_and_nowhere_else(dri
         return [finding.found for finding in judged if finding.rule == "measured room"]
 
     assert room(tuple(range(15, 20))) == []
-    assert ["(it acts: 'sweeps'" in found for found in room(None)] == [True]
+    assert ["(it acts; 'sweeps'" in found for found in room(None)] == [True]
 
 
 def test_a_region_may_be_entered_before_an_obstacle_is_found_there(drive: Drive) -> None:

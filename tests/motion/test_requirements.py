@@ -373,8 +373,8 @@ def test_case_study_1_is_judged_on_its_motion() -> None:
     found = judged(recording, {text: text for text in verdicts})
     assert {one.name: one.verdict for one in found} == verdicts
     advice = {one.name: one.advice for one in found}
-    assert "behind the end" in advice["always[0,400](height(quad) > 2)"]
-    assert "refine the rate: --rate" in advice["always(distance(quad, digit) >= 1.4)"]
+    assert "past the end" in advice["always[0,400](height(quad) > 2)"]
+    assert "raise the sampling rate: --rate" in advice["always(distance(quad, digit) >= 1.4)"]
     shown = curve(recording, "always(distance(quad, digit) >= 1.0)")
     assert shown.low.max() > 5 > 1 > shown.low.min()
 

@@ -335,4 +335,4 @@ def test_a_load_is_not_delivered_where_it_is_taken() -> None:
     run = completed(HALL + "clock: live\n", world=Hasty)
     assert [line["at"] for line in run.all("resolved")] == [11, 11]
     late = [line["reason"] for line in run.all("late")]
-    assert {*late} == {f"other needs are left (pallet@16{n}: done)" for n in ("", "#2")}
+    assert {*late} == {f"other needs are still open (pallet@16{n}: done)" for n in ("", "#2")}

@@ -183,8 +183,8 @@ def test_the_stack_stays_while_the_team_waits() -> None:
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (lambda run: run.one("waiting").update(until=2), "the team waits for nothing to come"),
-        (lambda run: run.one("waiting").pop("until"), "the team waits for nothing to come"),
+        (lambda run: run.one("waiting").update(until=2), "the team waits, but no change is due"),
+        (lambda run: run.one("waiting").pop("until"), "the team waits, but no change is due"),
         (lambda run: run.one("gone").update(type="truth", traversable=True), "permanent"),
         (
             lambda run: run.all("move", tick=20)[0].update(to=10),

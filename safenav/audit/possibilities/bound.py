@@ -72,7 +72,7 @@ class Bound:
         return None if turn >= NEVER else turn // len(self.names)
 
     def round(self, robot: str, goals: Iterable[frozenset[int]]) -> int | None:
-        """The earliest tick at whose end a robot can have met some targets one after the other."""
+        """Return the earliest tick by whose end a robot can have met some targets in sequence."""
         pose, ready = self.start[robot]
         seeds = {pose: ready}
         arrives = self.now.toward[robot] is not None
@@ -205,9 +205,9 @@ class Bound:
 
 
 def mission_end(bound: Bound) -> int | None:
-    """The earliest tick at which the whole mission can be completed, from its start. A target on
-    which a robot starts is met at tick 0; a strict objective may begin with any of its targets, a
-    literal one with the first and with that on which the robot starts."""
+    """Return the earliest tick at which the whole mission can be completed. A target on which a
+    robot starts is met at tick 0; a strict objective may begin with any of its targets, a literal
+    one with the first and with that on which the robot starts."""
     now, ends = bound.now, [0]
     rounds = now.header.until.rounds or 1
     for name in now.header.robots:
@@ -273,9 +273,9 @@ def mission_ends(bound: Bound, tick: int, firsts: Mapping[str, int]) -> set[int 
 
 
 def least_within(now: Situation, robot: str) -> int | None:
-    """The least number of ticks that every round of a robot can take, alone, forever: by trying
-    one after the other, by the rules of its objective. A strict objective that may not be weakened
-    takes the least in which it touches no target out of turn, if there is one."""
+    """Return the least number of ticks within which a robot alone can complete every round forever,
+    under the rules of its objective. Tries one number after the other. A strict objective that may
+    not be weakened takes the least in which it touches no target out of turn, if there is one."""
     own = now.own[robot]
     strict = _least_round(now, robot, True) if own.literal and shape_of(own.kind).strict else None
     return _least_round(now, robot, False) if strict is None else strict

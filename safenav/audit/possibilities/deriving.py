@@ -101,8 +101,8 @@ def _member(name: str, now: Situation, stays: Collection[str], out: Collection[s
 
 
 def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) -> Poses:
-    """Return the poses or steps that meet a goal: by staying, or by a step where staying at neither
-    end would."""
+    """Return the poses that meet a goal by staying, and the steps that meet it though staying at
+    neither end would."""
     staying = {pose for pose in steps if formulas.meets(goal, pose, pose)}
     entered = {
         b

@@ -1,4 +1,4 @@
-"""The members of a team, and what a settlement says, as data of ``team``."""
+"""Conversion of the members of a team, and of settlements, to the data of ``team``."""
 
 from __future__ import annotations
 

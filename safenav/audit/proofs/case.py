@@ -84,11 +84,11 @@ def case_of(
     begins: bool = False,
     memory: Mapping[str, int] | None = None,
 ) -> Case | None:
-    """Return the case at a line of the trace; None if some robot's formulas are not read here.
-    ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``: as if
-    every robot were in service. ``begins``: the first strategies are found, before the requests of
-    the run before are decided. ``memory``: the number of what the formulas of some robots
-    remember, whose poses are states then."""
+    """Return the case at a line of the trace; None if this check does not read some robot's
+    formulas. ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``:
+    as if every robot were in service. ``begins``: the first strategies are found, before the
+    requests of the run before are decided. ``memory``: the number of what the formulas of some
+    robots remember, whose poses are states then."""
     out: Collection[str] = () if hopeful else now.out
     team = team_of(now, shut=never, out=out)
     if team is None:

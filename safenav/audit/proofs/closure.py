@@ -44,7 +44,7 @@ def closure_problems(
         yield f"the closure omits {', '.join(forgotten)}"
         return
     if tables.keys() != case.at.keys():
-        yield f"the closure covers {', '.join(sorted(tables)) or 'nobody'}, not of the whole team"
+        yield f"the closure covers {', '.join(sorted(tables)) or 'no robot'}, not the whole team"
         return
     inside = {
         name: frozenset((region, heading) for region, heading in table["poses"])
@@ -75,7 +75,7 @@ def closure_problems(
 def _stuck_at(
     obstacle: OpenObstacle, case: Case, inside: Sets, full: frozenset[str]
 ) -> Iterator[int]:
-    """Yield the unmet needs for which too few robots can reach the regions where they are met.
+    """Yield the open needs for which too few robots can reach the regions of their actions.
     ``full``: robots that can never take another load."""
     left, regions = obstacle.left, {n: {at for at, _ in there} for n, there in inside.items()}
     for number, need in enumerate(left):
@@ -119,7 +119,7 @@ def _robot_problems(
     for pose in sorted(inside, key=str):
         for to in steps.get(pose, ()):
             if to[0] not in walls and to not in inside:
-                yield f"{name} gets from {_told(pose)} to {_told(to)}, out of its closure"
+                yield f"{name} can move from {_told(pose)} to {_told(to)}, outside its closure"
                 return
     if not table["live"] and case.team.goes_on(name, inside, stuck):
         yield f"{name} can continue forever in its closure, but is marked not live"
@@ -134,7 +134,7 @@ MOST_NODES = 10_000
 MOST_DEPTH = 60
 
 Choice = tuple[str, int, frozenset[str]]
-"""An obstacle, the number of its need, and the robots that meet it."""
+"""An obstacle, the number of its need, and the robots that fulfil it."""
 
 
 @dataclass

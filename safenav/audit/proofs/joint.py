@@ -37,13 +37,13 @@ class _State(NamedTuple):
 
     @property
     def rank(self) -> int:
-        """Rank of a state: those with less to do are examined first, so that a false proof is
-        refuted early."""
+        """Return the rank of a state. States with less left to do are examined first: that refutes
+        a false proof early."""
         return sum(goals for goals, _ in self.left)
 
 
 def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
-    """Yield why a joint proof does not hold. Raises TooManyError."""
+    """Yield the errors of a joint proof. Raises TooManyError."""
     listed, told = proof["robots"], proof["states"]
     start = {name: tuple(pose) for name, pose in proof["start"].items()}
     stages = {name: stage for name, stage in proof["stages"].items() if name not in case.shut}
@@ -248,7 +248,7 @@ def _performed(
     obstacle: OpenObstacle, at: Mapping[str, int], full: frozenset[str] | None
 ) -> OpenObstacle:
     """Return an obstacle after the actions that the robots can perform where they stand. ``full``:
-    those that take no other load; None: no robot takes one now."""
+    robots that can take no other load; None: no robot takes one now."""
     while obstacle.left:
         need, takes = obstacle.left[0], obstacle.takes()
         if takes and full is None:

@@ -68,7 +68,10 @@ class ChargeRule(Rule):
                 if self._owed is None:
                     yield f"{record.obstacle} appears, but no charge is used up"
                 elif now.obstacles[record.obstacle].region != now.region[self._owed]:
-                    yield self._owed, f"{record.obstacle} appears elsewhere than {self._owed} is"
+                    yield (
+                        self._owed,
+                        f"{record.obstacle} does not appear in the region of {self._owed}",
+                    )
                 else:
                     self._flat[record.obstacle] = self._owed
             case "service" if record.cause == "battery" and record.active is False:
@@ -124,7 +127,7 @@ class ChargeRule(Rule):
             again = again or self._never_gets(robot, before.targets[0], now)
             left = now.charge[robot] if record.t is None else now.charge_at(robot, record.t)
             if not again and not _too_far(now, robot, before.targets[0], left):
-                yield f"{robot} has another stop before it gets to the one to {before}"
+                yield f"{robot} gets another stop before it reaches its last one, {before}"
         if record.objective.kind == STAYING and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
 
@@ -216,8 +219,8 @@ def _battery(now: Situation, robot: str) -> Line:
 
 
 def _kept_from(robot: str, regions: frozenset[int], now: Situation) -> bool:
-    """Whether another robot stands in one of the regions and does not leave it as far as its own
-    objective goes: it is out of service, or has its only target there."""
+    """Return whether another robot occupies one of the regions and its own objective does not make
+    it leave: it is out of service, or its only target is there."""
     return any(
         here in regions
         and now.conflict(robot, other)

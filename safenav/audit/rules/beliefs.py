@@ -25,7 +25,7 @@ class BeliefRule(Rule):
             yield f"{robot} learns nothing new about {other}"
         if record.seen and len(record.regions) != 1:
             places = ", ".join(now.show(region) for region in sorted(record.regions))
-            yield f"{robot} sees {other} in other than one region: {places or 'none'}"
+            yield f"{robot} sees {other} in several regions or none: {places or 'none'}"
         shut = sorted(region for region in record.regions if not now.grid.is_free(region))
         if shut:
             yield f"{robot} believes {other} at {now.show(shut[0])}, which is not free"
@@ -116,7 +116,7 @@ class MissedBeliefRule(Rule):
             believed = belief.regions.issuperset(cell)
             if believed and all(self._must_see(robot, own, r, now) for r in reach & set(cell)):
                 shown = now.show(min(cell))
-                yield f"{other} cannot be out of sight in the cell of {shown}, as {robot} knows"
+                yield f"{robot} can exclude the cell of {shown}, where it believes {other}"
 
     def _may_see(self, robot: str, own: int, region: int, now: Situation) -> bool:
         closed = self._shut.get(robot, frozenset())

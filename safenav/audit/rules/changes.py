@@ -42,11 +42,11 @@ def ordered(record: Line, now: Situation) -> Iterator[Said]:
         if before is None or before.obstacle != record.obstacle:
             yield f"{obstacle.name} has not just appeared"
         elif obstacle.blocks:
-            yield f"{obstacle.name} is ordered, but stops robots"
+            yield f"{obstacle.name} is an order, but blocks robots"
         elif not obstacle.ordered:
-            yield f"{obstacle.name} is not to be ordered"
+            yield f"the scenario does not order {obstacle.name}"
     elif before is not None and now.obstacles[before.obstacle].ordered:
-        yield None, f"{before.obstacle} appears, but is not ordered", before
+        yield None, f"{before.obstacle} is an order, but its 'order' line is missing", before
 
 
 @judges("line", "gone")
@@ -72,7 +72,7 @@ def service(record: Line, now: Situation) -> Iterator[Said]:
     if record.type == "service":
         told = record.cause != "battery"  # another rule judges that
         if told and record.active is not (robot in now.out):
-            yield f"{robot} is {'in' if record.active else 'out of'} service as before"
+            yield f"{robot} was already {'in' if record.active else 'out of'} service"
     elif robot in now.out and now.toward[robot] is None and taken(record) != {record.from_}:
         yield f"{robot} moves, but is out of service"
 

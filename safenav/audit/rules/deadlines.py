@@ -125,7 +125,7 @@ class DeadlineRule(Rule):
         elif record.type in _SETTLES_AGAIN and self._since != (self._tick, self._had):
             self._around = {}
         elif record.type == "move" and record.to != record.from_ and self._shuns(record):
-            yield f"{record.robot} is in {now.show(record.to)}, and had to keep out of it"
+            yield f"{record.robot} is in {now.show(record.to)}, which it must avoid"
         if self._had or record.type != "move":  # the first turn has what came before it
             over = record.type in ("deadline", "move") or record.tick > self._tick
             self._limit(now) if over else None
@@ -161,7 +161,7 @@ class DeadlineRule(Rule):
         stops = now.header.promises is not None and now.header.promises.late == "stop"
         ends_late = (outcome.outcome == "late") is not (stops and bool(self._late))
         if ends_late and outcome.outcome not in ("interrupted", "error"):
-            yield "the run ends late iff a deadline is missed"
+            yield "the outcome must be 'late' if and only if a missed deadline ends it"
         if outcome.outcome == "completed" and MISSION in self._open:
             yield "no line records that the mission was in time"
         self._limit(now)
@@ -335,7 +335,7 @@ class DeadlineRule(Rule):
             and record.of in self._lost
             and not (record.of == MISSION and self._changed)
         ):
-            yield f"{record.of} is recorded as lost, but is kept"
+            yield f"{record.of} is recorded as lost, but can still be met"
         if record.verdict in ENDS:
             self._lost.discard(record.of)
 
@@ -383,6 +383,6 @@ class DeadlineRule(Rule):
             yield self.not_judged(outcome, of, str(error))
             return
         if least != truth:
-            yield f"{of} is refused since the least is {least}, but it is {truth}"
+            yield f"{of} is refused with a least time of {least}; the least time is {truth}"
         elif least is not None and least <= promised:
-            yield f"{of} is refused, but {least} is no more than the {promised} promised"
+            yield f"{of} is refused, but its least, {least}, is within the promised {promised}"

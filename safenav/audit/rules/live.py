@@ -30,10 +30,10 @@ class ClockRule(Rule):
         if not now.live:
             dropped = record.type == "late" and record.event == _INTERVENTION
             if record.t is not None or (record.type in _LIVE and not dropped):
-                yield None, "a line of a live run in a run in lockstep"
+                yield None, "this line occurs in live runs only, but the run is in lockstep"
         elif record.t is None:
             if record.type != "move":
-                yield None, "a line of a live run has no time"
+                yield None, "the time 't' of this line of a live run is missing"
         else:
             if record.t < self._last:
                 before = f"before that of the last line, {self._last} s"
@@ -65,7 +65,7 @@ class CommandRule(Rule):
         if robot in now.under_way or robot in now.acting:
             yield f"{robot} gets command {record.command} before the last one has ended"
         if record.command <= self._numbers.get(robot, -1):
-            yield f"{robot} had a command {record.command} before"
+            yield f"the command number {record.command} of {robot} is not new"
         if record.type == "depart":
             if record.from_ != now.region[robot]:
                 yield f"{robot} departs from {now.show(record.from_)}, but is elsewhere"
@@ -73,7 +73,7 @@ class CommandRule(Rule):
                 yield f"{robot} departs, but is out of service"
             taking = [one for one, act in now.acting.items() if robot in act.robots]
             if taking and robot not in taking:
-                yield f"{robot} departs, but takes part in what {taking[0]} does"
+                yield f"{robot} departs while it takes part in an action of {taking[0]}"
 
     def _acted(self, record: Line, now: Situation) -> Iterator[str]:
         robot, act = record.robot, now.acting.get(record.robot)
@@ -84,10 +84,10 @@ class CommandRule(Rule):
         if missing := single - record.results.keys():
             yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
         if record.reason and record.results and not {*WITHOUT_EFFECT} & {*record.results.values()}:
-            yield f"{robot} has acted, and has a reason for a failure: {record.reason}"
+            yield f"{robot} has acted without a failure, but has a reason for one: {record.reason}"
         for name in record.barred or ():
             if record.results.get(name) != "failed":
-                yield f"{robot} leaves {name} to others, but its action has not failed"
+                yield f"{robot} leaves {name} to other robots, but its action has not failed"
 
     def _arrived(self, record: Line, now: Situation) -> Iterator[str]:
         robot, depart = record.robot, now.under_way.get(record.robot)
@@ -99,7 +99,7 @@ class CommandRule(Rule):
             at = now.show(record.at)
             yield f"the step of {robot} has ended as {record.result}, but at {at}"
         if record.result == "lost" and not record.regions:
-            yield f"{robot} is lost, but in no region"
+            yield f"{robot} is lost, but its possible regions are missing"
         if record.result == "arrived" and record.heading != depart.heading:
             yield f"{robot} should face {depart.heading}, but faces {record.heading}"
 
@@ -109,7 +109,7 @@ def act(record: Line, now: Situation) -> Iterator[Said]:
     """Who acts is in service and stands still, with all that take part, where it can do what an
     obstacle needs next, of those that the line names (T, Live runs)."""
     if record.robot not in record.robots:
-        yield f"{record.robot} has no part in its own act"
+        yield f"{record.robot} is not among the robots of its action"
     for robot in record.robots:
         if robot in now.under_way:
             yield robot, f"{robot} acts, but is in transit"
@@ -160,7 +160,7 @@ class HoldsRule(Rule):
             "operator": now.waits is not None,
         }
         if not true.get(record.why, True):
-            yield f"{robot} stays ({record.why}): not so"
+            yield f"{robot} is recorded to stay for the reason '{record.why}', which does not apply"
 
 
 class LateRule(Rule):
@@ -182,11 +182,14 @@ class LateRule(Rule):
         open_ = [now.under_way.get(record.robot or ""), now.acting.get(record.robot or "")]
         numbers = {command.command for command in open_ if command is not None}
         if record.command is not None and record.command in numbers:
-            yield f"what ends command {record.command} of {record.robot} is dropped"
+            yield f"the event that ends command {record.command} of {record.robot} is dropped"
         learnt = self._learnt.get(record.obstacle or "", -1.0)
         about = record.command is None and record.obstacle is not None
         if about and record.at is not None and record.at > learnt + _ROUNDED:
-            yield None, f"the report on {record.obstacle} is not older than the knowledge"
+            yield (
+                None,
+                f"the report on {record.obstacle} is dropped, but newer than the knowledge of it",
+            )
 
 
 def _goes_on(record: Line, now: Situation) -> bool:
@@ -235,7 +238,7 @@ class WaitingRule(Rule):
                     yield f"no robot waits because of {record.outcome}"
                 until = record.until
                 if record.t is None if until is None else until <= moment(record):
-                    yield "the team waits for nothing to come"
+                    yield "the team waits, but no change is due"
             case "act" if waiting is not None and waiting.until is not None:
                 pass  # nobody comes
             case "depart" | "act" | "move" if waiting is not None and self._waits(record, now):

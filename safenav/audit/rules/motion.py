@@ -123,7 +123,7 @@ class AlwaysRule(Rule):
             return
         robot, own = record.robot, now.own[record.robot]
         for region in now.entered(record) & own.avoid:
-            yield f"{robot} enters {now.show(region)}, to be avoided"
+            yield f"{robot} enters {now.show(region)}, which it must avoid"
         to = record.to if record.toward is None else record.toward
         if not own.always or record.from_ == to or now.toward[robot] is not None:
             return  # a step that was begun may be ended under other rules
@@ -136,7 +136,7 @@ class AlwaysRule(Rule):
             return
         if not kept:
             told = f"{robot} steps from {now.show(record.from_)} to {now.show(to)}"
-            yield f"{told}, against {' and '.join(own.always)}"
+            yield f"{told}, which violates {' and '.join(own.always)}"
 
 
 @judges("line", "move")

@@ -69,16 +69,16 @@ def out_of_turn(now: Situation) -> Iterator[Said]:
         return  # it had another objective when it set out
     for index, target in enumerate(objective.targets):
         if here in target and turn.origin in target:
-            yield f"{robot} met {now.show(here)} and does not leave it immediately"
+            yield f"{robot} does not leave {now.show(here)} immediately after meeting it"
         elif here in target and progress.awaited not in (None, index):
-            yield f"{robot} touches {now.show(here)} when it is not that target's turn"
+            yield f"{robot} crosses the target {now.show(here)} out of turn"
 
 
 @judges("turn")
 def missed_goal(now: Situation) -> Iterator[Said]:
-    """A robot that reaches the target it has to meet next has a goal line (T). Live, one that stays
-    in all its targets has met them often enough after the rounds of ``until`` (after one round, if
-    the objective is not its own): passes take no time."""
+    """A robot that reaches its next target has a goal line (T). Live, one that stays in all its
+    targets has met them often enough after the rounds of ``until`` (after one round, if the
+    objective is not its own): passes take no time."""
     turn = now.turn
     progress = _steady(turn, now)
     if progress is None or turn.robot is None or now.is_cut_short():
@@ -183,7 +183,7 @@ class RoundsRule(Rule):
             steps.clear()
         if not shape_of(objective.kind).recurs:
             if record.round < last and not unsure:
-                yield f"{robot}'s rounds go back from {last} to {record.round}"
+                yield f"the rounds of {robot} decrease from {last} to {record.round}"
             return
         if record.round in (last, last + 1):
             steps.append(record.round - last)

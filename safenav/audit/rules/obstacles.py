@@ -41,7 +41,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
         if not now.external:  # where doors fall shut again
             yield f"{obstacle.name} was resolved before"
     elif status is not Status.UNRESOLVED and now.toward[robot] != record.proposed:  # on its way
-        yield f"{obstacle.name} is known; {robot} should not have proposed to enter it"
+        yield f"{obstacle.name} is known; {robot} must not propose to enter it"
 
 
 @judges("turn")
@@ -58,7 +58,7 @@ def backtrack(now: Situation) -> Iterator[Said]:
     move = turn.first("move")
     for backtrack in backtracks:
         if not violations:
-            yield turn.robot, f"{turn.robot} backs up though nothing was in its way", backtrack
+            yield turn.robot, f"{turn.robot} backs up, but no obstacle was in its way", backtrack
         if move is not None and move.to != backtrack.to:
             back, to = now.show(backtrack.to), now.show(move.to)
             yield turn.robot, f"{turn.robot} backs up to {back} but then moves to {to}", move
@@ -110,10 +110,10 @@ def _group_problems(record: Line, now: Situation) -> Iterator[str]:
     if record.robots and len(now.obstacles[name].all_needs) == 1:
         group = set(record.robots)
     if len(group) < need.robots:
-        yield f"{name} takes {need.robots} robots, not {len(group)}"
+        yield f"{name} needs {need.robots} robots, not {len(group)}"
     for one in sorted(group - able - {record.robot}):
         when = "now" if need.together else "or stood"
-        yield f"{one} has no part in it: it does not stand {when} where {name} is resolved"
+        yield f"{one} cannot take part: {when} in a resolution region of {name}"
 
 
 class NeedRule(Rule):
@@ -146,10 +146,10 @@ class NeedRule(Rule):
             full = [n for n in record.robots or (record.robot,) if now.is_full(n)]
             for robot in full if record.need == now.open[name].stage and now.takes(name) else ():
                 yield f"{robot} carries {_names({*now.loads(robot)})}, and takes {name} as well"
-            yield f"{what} is not met in this turn"
+            yield f"{what} is not fulfilled in this turn"
             return
         if any((r.obstacle, r.need) == (name, record.need) for r in now.turn.all("met")):
-            yield f"{what} is met twice"
+            yield f"{what} is fulfilled twice"
         if record.action != needs[record.need].action:
             yield f"{what} needs '{needs[record.need].action}', not '{record.action}'"
         if record.at != now.region[record.robot]:
@@ -157,7 +157,7 @@ class NeedRule(Rule):
             yield f"{record.robot} acts at {now.show(record.at)}, but is at {here}"
         told = frozenset(record.robots or (record.robot,))
         if told != group:
-            yield f"{what} is met by {_names(group)}, not by {_names(told)}"
+            yield f"{what} is fulfilled by {_names(group)}, not by {_names(told)}"
 
 
 class MissedResolutionRule(Rule):
@@ -200,7 +200,7 @@ class MissedResolutionRule(Rule):
                 if now.live and name not in now.requests and (later or need.robots > 1):
                     continue  # it acts when it comes; nobody knows what is possible since then
                 if not lacks and not tried and _can_act(robot, name, now):
-                    yield f"{robot} departs without acting on {name}, as it could"
+                    yield f"{robot} departs without acting on {name}, though it could act"
 
     def turn(self, now: Situation) -> Iterator[Said]:
         robot, move = now.turn.robot, now.turn.first("move")
@@ -232,11 +232,11 @@ def _can_act(robot: str, obstacle: str, now: Situation) -> bool:
 
 @judges("line", "act", "resolved", "move")
 def swept(record: Line, now: Situation) -> Iterator[Said]:
-    """While a robot resolves an obstacle, no other is in the regions which that sweeps, or in
-    transit to them: from the departure into the obstacle's region of a robot that resolves it by
-    entering, while it is there, and while a robot acts on it (D 4). Robots that were in both when
-    the obstacle was noticed, or that ended elsewhere than they were sent, may be there until one
-    acts."""
+    """While a robot resolves an obstacle, no other robot is in the regions that the resolution
+    sweeps, or in transit to them (D 4). The resolution lasts while a robot acts on the obstacle,
+    and from the departure of a robot that resolves it by entering until that robot has left it.
+    Robots that were in both when the obstacle was noticed, or that ended elsewhere than they were
+    sent, may be there until one acts."""
     match record.type:
         case "act":
             for name in record.obstacles:
@@ -265,12 +265,12 @@ def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
     # a robot that stands in it unaware does not resolve it: that takes a request
     resolving = now.resolving(name) - {robot} if name in now.requests else set()
     if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
-        yield f"{robot} is where {name} sweeps, which {_names(resolving)} resolves"
+        yield f"{robot} is in a region that {name} sweeps while {_names(resolving)} resolves it"
 
 
 def _free(name: str, robots: set[str], now: Situation) -> Iterator[str]:
     for other in now.swept_with(name, robots):
-        yield f"{_names(robots)} resolves {name}, which sweeps where {other} is"
+        yield f"{_names(robots)} resolves {name}, which sweeps the region of {other}"
 
 
 class BlockedRule(Rule):

@@ -27,7 +27,7 @@ def header(now: Situation) -> Iterator[Said]:
     regions, targets and blocked robots that exist (D 3)."""
     header, grid, world = now.header, now.grid, now.header.map
     if len(world.grid) != world.rows or any(len(r) != world.cols for r in world.grid):
-        yield None, f"the grid is not one of {world.rows} rows by {world.cols} columns"
+        yield None, f"the grid does not have {world.rows} rows and {world.cols} columns"
         return
     if not header.robots:
         yield None, "no robots"
@@ -98,7 +98,7 @@ class OrderRule(Rule):
     def ending(self, now: Situation) -> Iterator[Said]:
         if now.outcome and now.outcome.outcome in _COMPLETE_ENDINGS and self._index:
             missing = list(now.header.robots)[self._index]
-            yield missing, f"{missing} has not moved in tick {self._tick}, the last"
+            yield missing, f"{missing} has not moved in the last tick, {self._tick}"
 
     def _turn_begins(self, record: Line, now: Situation) -> Iterator[Said]:
         names = list(now.header.robots)

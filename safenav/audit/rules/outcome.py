@@ -43,7 +43,7 @@ class OutcomeRule(Rule):
         if outcome is not None:
             if outcome.syntheses < self._syntheses:
                 told = f"it reports {outcome.syntheses} syntheses"
-                yield f"{told}; the trace has {self._syntheses}"
+                yield f"{told}; the trace records {self._syntheses}"
             yield from (self._live_counts if now.live else self._counts)(outcome, now)
             yield from self._cause(outcome, now)
 
@@ -63,7 +63,7 @@ class OutcomeRule(Rule):
     def _live_counts(self, outcome: Line, now: Situation) -> Iterator[str]:
         """Yield what differs from the commands; a run in seconds has no limit of ticks."""
         if outcome.outcome == "tick_limit":
-            yield "a live run has no limit of ticks"
+            yield "a live run has no tick limit"
         limit = now.header.limits.seconds
         early = limit is not None and outcome.t is not None and outcome.t < limit
         still = not (any(now.toward.values()) or now.acting)  # nothing would come until the limit
@@ -78,7 +78,7 @@ class OutcomeRule(Rule):
             if self._moves:
                 yield "unrealizable is for runs that never begin, but robots have moved"
             if not negative and not outcome.refused:
-                yield "it reports unrealizable, but no synthesis before the start was"
+                yield "it reports unrealizable, but every synthesis before the start was realizable"
         if outcome.outcome == "assumption_violated" and not self._assumptions:
             yield "it reports a violated assumption, but no line records one"
         proven = outcome.proof is not None or outcome.unrealizable
@@ -186,7 +186,7 @@ class CompletedRule(Rule):
         if outcome.outcome == "operator_needed" and outcome.tick > 0 and later:
             yield f"the run ends, but the scenario changes something at {min(later):g}"
         if outcome.outcome == "tick_limit" and self._over(now):
-            yield f"every robot has met its objective {wanted} times: it is completed"
+            yield f"every robot has met its objective {wanted} times: the run is completed"
 
     def _rounds(self, robot: str, outcome: Line, wanted: int, now: Situation) -> Iterator[str]:
         told = outcome.rounds.get(robot)

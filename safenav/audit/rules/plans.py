@@ -59,7 +59,7 @@ class FollowsPlanRule(Rule):
         match record.type:
             case "plan":
                 if self._running is not None:
-                    yield f"a plan begins, and that of line {self._running.plan.line} has no end"
+                    yield f"a plan begins before that of line {self._running.plan.line} has ended"
                 self._running = _Running(record)
             case "plan_end":
                 yield from self._ended(record, now)
@@ -97,7 +97,7 @@ class _Running:
         self.at = dict.fromkeys(self.plan.robots, 0)
 
     def problem(self, move: Line, now: Situation) -> str:
-        """Return what is wrong with a move, or an empty text; the robot is moved in either case."""
+        """Return the error of a move, or an empty text; move the robot in either case."""
         robot, places = move.robot, self.plan.robots[move.robot]
         entered = move.to if move.toward is None else move.toward
         there = [place for place, _ in places[self.at[robot] + 1 :][:1]]

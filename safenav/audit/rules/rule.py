@@ -47,7 +47,7 @@ class Postponed:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is missing of the turns before."""
+        """Return whether no earlier turn lacks a line."""
         return not self._open
 
     def judge(

@@ -59,7 +59,7 @@ class Progress(NamedTuple):
 
     @property
     def rounds(self) -> int:
-        """The rounds of the own objective, by its goals."""
+        """Return the rounds of the robot's own objective, counted by its goals."""
         return self.goals[-1].round if self.goals else 0
 
     @property
@@ -86,8 +86,8 @@ class Progress(NamedTuple):
         return self._replace(goals=(), turn=self.next(own), covered=frozenset(), fresh=False)
 
     def given(self, own: Objective, *, leaves: bool, resumes: bool) -> Progress:
-        """The own objective ``own`` gives way to another, which begins with its first target; one
-        that the robot ``resumes`` after an input continues, if it was kept as the robot left it."""
+        """Replace the objective ``own`` by another, which begins with its first target. An
+        objective that the robot ``resumes`` after an input continues where the robot left it."""
         kept = self.kept
         if leaves and kept is None:
             kept = self.next(own), self.ahead

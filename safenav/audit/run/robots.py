@@ -134,7 +134,7 @@ class Robots:
         return robot in self.ended and self.ended[robot].result != "arrived"
 
     def repeats_inputs(self, record: Line) -> bool:
-        """Return whether a line on inputs tells only what they were, as where a user sets one."""
+        """Return whether a line on inputs only repeats their values, as after a user sets one."""
         return record.type == "inputs" and dict(record.values) == self.inputs
 
     def zones(self, one: str, other: str) -> list[frozenset[int]]:

@@ -286,7 +286,7 @@ class Situation(State):
         self.open[obstacle] = self.opened(obstacle)
 
     def finish_turn(self, last: bool) -> None:
-        """Note of the turn that is over whether it was the last of the trace."""
+        """Record whether the turn that has ended was the last one of the trace."""
         self.turn.final = last
         from_outside = ("interrupted", "error")
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)

@@ -89,14 +89,15 @@ class State(Robots):
         """The obstacles that sweep regions."""
 
     def opened(self, obstacle: str) -> OpenObstacle:
-        """Return an obstacle that is there from now on, as far as it was resolved before."""
+        """Return an obstacle that is present from now on, at the stage that it had reached
+        before."""
         found = self.obstacles[obstacle].opened()
         for group in self.met_before.pop(obstacle, ()):
             found = found.advanced(group)
         return found
 
     def obstacles_at(self, region: int) -> list[Obstacle]:
-        """Return the obstacles of a region, there or not."""
+        """Return the obstacles of a region, present or not."""
         return self._at.get(region, [])
 
     def resolves_alone(self, obstacle: str) -> bool:
@@ -216,7 +217,7 @@ class State(Robots):
         return all(robot not in act.robots for act in acts)
 
     def has_act(self, robot: str) -> bool:
-        """Return whether acts that are due say where a robot acts next."""
+        """Return whether the acts chosen for deadlines determine where a robot acts next."""
         return any(robot in act.robots for act in self._acts_to_come())
 
     def _acts_to_come(self) -> list[Line]:
@@ -239,7 +240,7 @@ class State(Robots):
         return False
 
     def takers(self, robot: str, obstacle: str) -> frozenset[str] | None:
-        """Return the robots that take a load as a whole if a robot does so in its turn; None if it
+        """Return all robots that take a load together if one does so in its turn; None if it
         cannot."""
         need, there = self.need(obstacle), self.standing(obstacle)
         whole = self.takes(obstacle) and (need.robots == 1 or need.together)

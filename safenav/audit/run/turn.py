@@ -29,7 +29,7 @@ class Status(Enum):
 
     @property
     def unmet(self) -> bool:
-        """Whether it is there with needs that may be met."""
+        """Return whether it is present with open needs."""
         return self in (Status.UNRESOLVED, Status.GIVEN_UP)
 
     @property
@@ -62,8 +62,8 @@ class Turn:
 
     ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the turn
     began, ``objectives`` those of the whole team. ``final``: only the outcome comes after it.
-    ``torn``: the run ended from outside, or the trace breaks off, so that lines may be missing
-    here. ``failed``: live, a step has ended here otherwise than it should."""
+    ``torn``: the run was interrupted, or the trace breaks off, so lines may be missing here.
+    ``failed``: in a live run, a step has failed in this turn."""
 
     tick: int
     robot: str | None
@@ -121,8 +121,8 @@ def moment(record: Line) -> float:
 
 
 def is_over(wait: Line, record: Line) -> bool:
-    """Return whether what a team waits for (line ``waiting``) is due by the time of a line, whether
-    or not that changes anything: the team decides again."""
+    """Return whether the event that the team waits for (line ``waiting``) is due by the time of a
+    line. The team then decides again, even if nothing has changed."""
     if wait.t is not None and record.t is None:
         return False  # a move between the lines of a live run, whose time is that of the next one
     return wait.until is not None and wait.until <= moment(record)

@@ -185,7 +185,7 @@ class _Search:
         return name
 
     def _text(self, path: Path) -> str | None:
-        """None if it cannot be read; running it says why."""
+        """Return None if it cannot be read; its run reports the reason."""
         key = str(path)
         if key not in self._texts:
             self._texts[key] = read_source(path, Findings(key))

@@ -58,7 +58,7 @@ def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Re
 
 
 def load(case: Case) -> Scenario:
-    """The scenario of a case, its settings replaced. Raises InputError."""
+    """Return the scenario of a case with its settings applied. Raises InputError."""
     text = scenario_text(Path(case.file)) if case.text is None else case.text
     return load_scenario_text(
         text, case.file, lambda root, findings: varied(root, case.settings, findings)

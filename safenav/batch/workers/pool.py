@@ -96,8 +96,8 @@ class LocalPool:
         return Arrival(case, result, trace)
 
     def _place(self, worker: Worker) -> None:
-        """Keep a worker and the syntheses that it waits for on one processor: they take turns,
-        and moving them about costs more than it brings (an eighth of the time of small cases).
+        """Keep a worker and the syntheses that it waits for on one processor: they take turns, and
+        migrating them costs an eighth of the time of small cases.
         """
         free = self._processors - set(self._placed.values())
         if worker not in self._placed and free:

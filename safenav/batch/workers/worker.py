@@ -78,7 +78,8 @@ def _environment(pid: int) -> bytes:
 
 
 def _begins(pid: int) -> bool:
-    """Whether a process without an environment is young and alive: it may be about to get one."""
+    """Return whether a process without an environment has just been started and may still get
+    one."""
     with contextlib.suppress(OSError, ValueError):
         Path(f"/proc/{pid}/exe").readlink()  # none of the dead, and of threads of the kernel
         since = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
@@ -210,7 +211,7 @@ class Worker:
         kill_family(self.pid, self._mark)
 
     def end(self) -> None:
-        """Kill it and all that it started, and leave nothing open."""
+        """Kill the process and its descendants, and close its pipes."""
         if self.alive:
             self.kill()
             self._process.wait()

@@ -112,7 +112,7 @@ def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
         run = Evidence(files)
         run.replay()
         same = not compare or manifest["claims"] == run.claims
-        require(same, "the manifest does not claim what the evidence establishes")
+        require(same, "the claims of the manifest differ from those that the evidence establishes")
         loose = sorted(f for f in files if not (f in run.named or KNOWN.fullmatch(f)))
         require(not loose, f"{', '.join(loose)} is not a file of this bundle: no line names it")
         if "assurance.json" in files or "index.html" in files:

@@ -32,7 +32,7 @@ def conclude(run: Any, record: Line, now: Situation) -> None:
 
 
 def outcome(run: Any, record: Line, now: Situation) -> str:
-    """Return what is established of how the run ended."""
+    """Return the claim about the end of the run."""
     what, rounds = record.outcome, now.header.until.rounds or 0
     if what == "completed":
         for name, robot in run.robots.items():
@@ -40,7 +40,7 @@ def outcome(run: Any, record: Line, now: Situation) -> str:
             met = min(map(goals.count, robot.own.goals))
             own = robot.own  # of one that stays, or of mere safety, each tick counts
             lasts = own.shape.settles or (own.kind == "ltl" and not own.liveness)
-            require(lasts or met >= rounds, f"{name} has met it {met} times")
+            require(lasts or met >= rounds, f"{name} has met its objective only {met} times")
         often = "once" if rounds == 1 else f"{rounds} times"
         said = f"every robot has met its objective {often} after the last resolution"
         return f"The mission is completed: {said}."

@@ -83,8 +83,7 @@ class Objective:
         return self._aims(world, form) + rest + "".join(f"; always {text}" for text in self.always)
 
     def proven(self, robot: str, world: World, claims: Iterable[Json]) -> str:
-        """Return it as a sentence, in the form in which claims say that it was proven of a
-        robot."""
+        """Return the objective as the sentence that claims use for its proven form."""
         forms = [self.words(world, form) for form in ("literal", "alternation", "")]
         texts = (re.sub(r"^Tick \d+: ", "", claim["text"]) for claim in claims)
         found = (words for text in texts for words in forms if text == f"{robot}: {words}.")

@@ -128,7 +128,10 @@ class Evidence(Rule):
         for name, data in self.scenario["robots"].items():
             self.robots[name] = robot = Robot(name, {**data, "zones": name in apart}, now)
             turning = {"free": False, "heading": True}.get(data["mobility"]) is bool(robot.pose[1])
-            require(turning and data["start"] not in robot.own.avoid, f"{name} cannot start so")
+            require(
+                turning and data["start"] not in robot.own.avoid,
+                f"{name} cannot start there with this heading",
+            )
         names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
         good = all(name not in names for name in now.obstacles)
         require(good, "an obstacle has the name of a robot")
@@ -278,7 +281,10 @@ class Evidence(Rule):
         run."""
         about = self.world, robot.data, record, self.scenario.get("partition"), graph
         task = self.shown.get(rules) or Task(*about)
-        require(task.pose == robot.destination, f"it is not synthesized for {robot.destination}")
+        require(
+            task.pose == robot.destination,
+            f"it is synthesized for another start than {robot.destination}",
+        )
         tried = record["verdict"] == "unrealizable" and self.tick  # for an objective not in force
         if not tried and (task.places is None or not task.objective.serves(robot.own)):
             charges = record["reason"] == "charge" and robot.data.get("battery")
@@ -300,7 +306,7 @@ class Evidence(Rule):
         require(same, f"{robot.name} is not synthesized for its own rules")
         closed = [(name.removeprefix("obstacles."), r) for r, name in record.get("closed") or ()]
         wrong = [name for name, region in closed if region not in at.get(name, ())]
-        require(not wrong, f"{', '.join(wrong)} is not where it should close a region")
+        require(not wrong, f"{', '.join(wrong)} is not in the region that it should close")
         shut = {o.name for o in standing if now.status[o.name].stays}
         rivals = {name for name in self.robots if name != robot.name}
         rivals = {name for name in rivals if now.conflict(robot.name, name)}

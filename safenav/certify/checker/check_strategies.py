@@ -240,14 +240,16 @@ def check_measure(
     never rises, so at some point it stays; from there on a stays as well, and is not met."""
     numbers, which = given["n"], given["a"]
     good = min(numbers, default=0) >= 0 and all(a is None or 0 <= a < len(excuses) for a in which)
-    require(good, f"{what}: the measure has a number below 0 or names an unknown assumption")
+    require(good, f"{what}: the measure has a negative value or names an unknown assumption")
     for edge in (edge for edge, good in enumerate(met) if not good):
         source, target = edges[0][edge], graph.first[edges[1][edge]]
         excuse, stays = which[source], numbers[target] == numbers[source]
         stays = stays and excuse is not None and excuse == which[target]
         stays = stays and not excuses[excuse][edge]
         if not (stays or numbers[target] < numbers[source]):
-            raise RefusedError(f"{what}: no measure falls from node {source} to node {target}")
+            raise RefusedError(
+                f"{what}: the measure does not decrease from node {source} to node {target}"
+            )
 
 
 def check_realizes(graph: Strategy, measures: Any) -> None:

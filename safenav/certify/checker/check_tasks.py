@@ -257,17 +257,17 @@ class Task:
         return [held and not seen.get("wait") for held in found]
 
     def begin(self, start: int) -> list[int]:
-        """Return the nodes where runs begin: with assignable goals also those where it is commanded
-        to wait at first."""
+        """Return the initial nodes; with assignable goals also those with an initial command to
+        wait."""
         return [start, *(self.graph.begin if self.told else ())]
 
     def check_keeps(self, start: int, measures: Any) -> None:
         """Refuse unless every run of the strategy from ``start`` keeps the scenario's rules."""
         known = named(self.pose) | self.memory | self.positions | self.inputs
         given = {name: self.graph.columns[name][start] for name in known}
-        require(given == known, f"it begins with {given}, not {known}")
+        require(given == known, f"its initial inputs are {given}, not {known}")
         begun = self.done[start] in self.openings(self.graph.inputs[start])
-        require(begun, "it begins as the objective forbids")
+        require(begun, "its initial state violates the objective")
         nodes = self.graph.reach(self.begin(start))
         check_strategy(self, self.graph, nodes, measures)
         for node in nodes:

@@ -164,8 +164,8 @@ class Dynamics:
         self._force[body.dofs[3]] = 0.02 * (4 * off - 4 * turn)
 
     def _reference(self, body: SimulatedBody, axis: int, goal: float) -> Any:
-        """Position, velocity, acceleration after each step of the horizon: a quintic from where the
-        goal was given, from rest to rest."""
+        """Return position, velocity and acceleration after each step of the horizon: a quintic,
+        rest to rest, from where the goal was given."""
         start, began = body.begun[axis], body.begun[2]
         across = body.way[0][:2] if body.way else body.begun[:2]
         other = across[1 - axis] - body.begun[1 - axis]

@@ -18,7 +18,7 @@ from safenav.world.map import Region
 EVERY, FIRST, MOST = 1, 4, 28
 """The bit of contacts with every robot, and that of the first robot; robots with a bit."""
 BELOW = -10.0
-"""Metres: where what does not stand is."""
+"""Height in metres of obstacles that are absent: below the floor."""
 
 
 class LabObstacle(Struct, frozen=True):
@@ -101,8 +101,8 @@ class Standing:
         return found if found is not None and found.obstacle == obstacle else None
 
     def passes(self, seconds: float, busy: Callable[[Region], bool]) -> None:
-        """Let obstacles go and come whose time it is. ``busy``: whether a robot is in a region, or
-        on its way there: nothing appears around it."""
+        """Let obstacles appear and disappear at their times. ``busy``: whether a robot is in a
+        region or in transit to it; no obstacle appears there."""
         for one in [o for o in self._goes if (o.obstacle.goes or 0) <= seconds]:
             self._goes.remove(one)
             self._waits = [other for other in self._waits if other is not one]

@@ -38,18 +38,18 @@ OPEN = 1.2
 RAYS, FAR = 72, 8.0
 """Rays of a lidar, and metres that they reach."""
 ACTING, WAITING = 2.0, 2.0
-"""Seconds that an action on a box takes, and that a robot waits for others who lift with it."""
+"""Seconds of an action on a box, and of waiting for the other robots that lift it."""
 
 
 class Physics(Dynamics):
     """A world in MuJoCo. ``contacts`` counts the steps of each pair that touched, as names of
-    robots, ``wall`` and obstacles. ``begin``: x, y and yaw of robots that stand elsewhere than in
-    the middle of their region at first."""
+    robots, ``wall`` and obstacles. ``begin``: x, y and yaw of robots that do not start in the
+    centre of their region."""
 
     # What drives it
 
     def send(self, name: str, x: float, y: float, yaw: float | None) -> None:
-        """Give a robot a goal in place of the one it has."""
+        """Replace the goal of a robot."""
         with self.lock:
             self._begin(self._bodies[name], [(x, y, yaw)])
 
@@ -70,7 +70,7 @@ class Physics(Dynamics):
                 body.way, body.end = [], "canceled"
 
     def perform(self, name: str, action: str) -> None:
-        """Let a robot act on an obstacle in its region or beside it that takes this action."""
+        """Let a robot act on an obstacle that needs this action, in its region or beside it."""
         with self.lock:
             body = self._bodies[name]
             x, y, yaw = self._at(body)
@@ -203,7 +203,7 @@ class Physics(Dynamics):
         return beside
 
     def _busy(self, region: Region) -> bool:
-        """Whether a robot reaches into a region, or is on its way there."""
+        """Return whether a robot overlaps a region or is in transit to it."""
         for body in self._bodies.values():
             ways = [self._at(body)[:2], *((x, y) for x, y, _ in body.way)]
             if body.reference is not None:

@@ -21,7 +21,7 @@ from safenav.world.map import Region
 RATE = 50.0
 """Odometry per second of simulated time."""
 LOOKS = 5
-"""Odometry for each scan and report of a robot that stands."""
+"""Odometry messages for each scan and report of a robot at rest."""
 
 
 class SimulationTransport:
@@ -114,8 +114,7 @@ class SimulationTransport:
             post(transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
 
     def _report(self, name: str) -> None:
-        """Report what is beside a robot; one that reports without a lidar also what has left
-        since."""
+        """Report obstacles beside a robot; without a lidar, also those that have left."""
         station = self._stations[name]
         sees = station.report is not None and station.scan is None
         found, before = self.physics.noticed(name, bodies=sees), self._beside.get(name, {})

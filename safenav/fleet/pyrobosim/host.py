@@ -28,8 +28,8 @@ Line = dict[str, Any]
 
 
 class Teller:
-    """Lines of JSON on the standard output that the process began with; whatever pyrobosim prints
-    goes to standard error."""
+    """Writer of JSON lines to the original standard output; output of pyrobosim goes to standard
+    error."""
 
     def __init__(self) -> None:
         self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -60,7 +60,8 @@ class HostedRobot:
             self._commands.put(line)
 
     def is_sent_to(self, place: tuple[float, float]) -> bool:
-        """Whether the regions of what is under way contain a place, be it where it sets out."""
+        """Return whether the regions of the current goal, the first one included, contain a
+        point."""
         from shapely import Point, Polygon
 
         lines = list(self._open_lines)

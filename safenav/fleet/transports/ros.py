@@ -199,7 +199,7 @@ def points_of(kinds: Any, frames: list[TrajectoryFrame], duration: Callable[[flo
 
 
 def ahead_of(part: Setpoints) -> list[TrajectoryFrame]:
-    """The next second of a reference, sample by sample."""
+    """Return the samples of the next second of a reference."""
     return [
         TrajectoryFrame(k * part.step, ((row[0], row[1], row[2], row[9]),), row[3:6], row[6:9])
         for k, row in enumerate(map(tuple, part.rows.tolist()))

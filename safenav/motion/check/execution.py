@@ -87,7 +87,7 @@ def check_execution(case: Examination) -> None:
         if found is not None:
             t, what = found[0], f"measured at {found[1]}"
             if any(t0 <= t <= t1 for _, t0, t1 in acting):
-                what += " (it acts: 'sweeps' of an obstacle's type reserves what that takes)"
+                what += " (it acts; 'sweeps' of the obstacle type reserves the room for that)"
             case.wrong(t, name, "measured room", what)
         if limits["driven"] == SETPOINTS:
             _tracking(case, name, way)

@@ -67,7 +67,7 @@ def arc_ends(arc: Arc) -> tuple[Array, Array]:
 def _lasting(case: Examination, piece: Flight | Drive, seconds: list[float]) -> None:
     lasting = piece.t1 - piece.t0
     if abs(sum(seconds) - lasting) > NEAR or min(seconds, default=0) < 0:
-        found = f"pieces of {sum(seconds):.4f} s in {lasting:.4f} s"
+        found = f"its pieces last {sum(seconds):.4f} s in all, not {lasting:.4f} s"
         case.wrong(piece.t0, piece.robot, "time", found)
 
 

@@ -1,4 +1,5 @@
-"""Whether a motion file is one of a trace at all: what the rules, pages and tables rely on."""
+"""Contradictions between a motion file and its trace, which rules, pages and tables exclude
+first."""
 
 from __future__ import annotations
 

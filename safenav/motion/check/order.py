@@ -48,7 +48,7 @@ def passages(case: Examination) -> dict[int, Passage]:
             case.wrong(t, name, "order", what)
         elif len(mine) > len(steps):
             extra = mine[len(steps)]
-            what = f"moves {extra.origin} -> {extra.to}, which the trace does not"
+            what = f"moves {extra.origin} -> {extra.to}, a move that the trace does not have"
             case.wrong(extra.begin, name, "order", what)
     return found
 
@@ -109,8 +109,8 @@ def _steps(trace: Trace, *, driven: bool) -> dict[str, list[tuple[int, int, int,
 
 
 def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
-    """In a run with a clock, steps, actions and reservations are when the trace has them; a robot
-    that was driven arrives after the end of its reference or goal."""
+    """In a run with a clock, steps, actions and reservations have the times of the trace; a driven
+    robot arrives after the end of its reference or goal."""
     trace = case.trace
     if trace.header.clock is None:
         return
@@ -135,7 +135,7 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
             if step is not None and not (
                 step.begin > (depart.t or 0.0) - NEAR and t - late < step.end < t + NEAR
             ):
-                what = f"moves to {step.to} until {step.end:.3f} s, in the trace until {t:.3f} s"
+                what = f"moves to {step.to} until {step.end:.3f} s; in the trace until {t:.3f} s"
                 case.wrong(step.begin, record.robot, "clock", what)
         elif isinstance(record, records.ActionEnd):
             act = begun[record.command]
@@ -151,7 +151,7 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
             near = next((t for t in times if abs(t - line.t) < NEAR), None)
             if near is None:
                 word = "reserves" if isinstance(line, Reserve) else "releases"
-                what = f"{word} region {line.region} at {line.t:.3f} s, in the trace it does not"
+                what = f"{word} region {line.region} at {line.t:.3f} s, but not in the trace"
                 case.wrong(line.t, line.robot, "clock", what)
             else:
                 times.remove(near)
@@ -162,7 +162,7 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
             and line.t1 < end + NEAR
             for team, begin, end in acts
         ):
-            what = f"acts on {line.obstacle} until {line.t1:.3f} s, in the trace at another time"
+            what = f"acts on {line.obstacle} until {line.t1:.3f} s; in the trace at another time"
             case.wrong(line.t0, line.robot, "clock", what)
     for (name, region, begins), times in reserved.items():
         for t in times:
@@ -345,7 +345,7 @@ class _Order:
                 wrong(done.t0, robot, "action", what)
             self._go_on(robot, done)
         if len(set(spans)) > 1:
-            what = f"acts on {name} not at the same time as the others"
+            what = f"acts on {name}, but not at the same time as the others"
             wrong(spans[0][0], record.robot, "action", what)
         return max((end for _, end in spans), default=None)
 

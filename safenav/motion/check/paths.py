@@ -91,7 +91,7 @@ def along(x: float, y: float, yaw: float, curvature: float | None, way: Array) -
 
 
 def _step(*coefficients: Numbers) -> float:
-    """Seconds between samples; two samples are enough of what does not move."""
+    """Return the seconds between samples; a body at rest needs only two."""
     return STEP if any(len(axis) > 1 for axis in coefficients) else float("inf")
 
 

@@ -33,7 +33,7 @@ def holdings(case: Examination) -> list[Holding]:
         elif isinstance(line, Release):
             begin = open_since.pop((line.robot, line.region), None)
             if begin is None:
-                what = f"it releases region {line.region}, which it does not have"
+                what = f"it releases region {line.region}, which it has not reserved"
                 case.wrong(line.t, line.robot, "reservation", what)
             else:
                 found.append(Holding(line.robot, line.region, begin, line.t))
@@ -51,7 +51,7 @@ def check_overlaps(case: Examination) -> None:
             shared = min(one.end, other.end) - max(one.begin, other.begin)
             if shared > NEAR and case.in_conflict(one.robot, other.robot):
                 seconds = "forever" if shared == FOREVER else f"for {shared:.3f} s"
-                what = f"it has region {region} together with {one.robot} {seconds}"
+                what = f"it and {one.robot} both reserve region {region} {seconds}"
                 case.wrong(max(one.begin, other.begin), other.robot, "overlap", what)
 
 
@@ -62,8 +62,8 @@ def check_never_together(case: Examination) -> None:
         for one, other in combinations(inside, 2):
             shared = min(one.end, other.end) - max(one.begin, other.begin)
             if one.robot != other.robot and shared > NEAR:
-                what = f"it has region {other.region} while {one.robot} has {one.region}"
-                what += ", and they are never together there"
+                what = f"it reserves region {other.region} while {one.robot} reserves {one.region}"
+                what += ", which 'never_together' forbids"
                 case.wrong(max(one.begin, other.begin), other.robot, "never-together", what)
 
 
@@ -79,7 +79,9 @@ def check_swept(case: Examination) -> None:
             shared = min(held.end, action.t1) - max(held.begin, action.t0)
             other = held.robot not in teams[action.obstacle, action.tick]
             if other and held.region in sweeps and shared > NEAR:
-                what = f"has region {held.region} while {action.robot} resolves {action.obstacle}"
+                what = (
+                    f"reserves region {held.region} while {action.robot} resolves {action.obstacle}"
+                )
                 t = max(held.begin, action.t0)
                 case.wrong(t, held.robot, "swept", f"{what}, which sweeps it")
 
@@ -99,7 +101,7 @@ def outside(
         if into[worst] > touch:
             x, y = places[worst]
             what = f"({x:.3f}, {y:.3f}) m, {into[worst]:.3f} m into region "
-            return float(times[worst]), f"{what}{case.grid.region(cell)}, which it does not have"
+            return float(times[worst]), f"{what}{case.grid.region(cell)}, which it has not reserved"
     return None
 
 
@@ -132,7 +134,7 @@ def _contained(case: Examination, piece: Moving, disc: Disc, own: set[tuple[int,
             x, y = disc.centres[worst]
             what = (
                 f"its {disc.what} at ({x:.3f}, {y:.3f}) m reaches {into[worst]:.3f} m into "
-                f"region {case.grid.region(cell)}, which it does not have"
+                f"region {case.grid.region(cell)}, which it has not reserved"
             )
             case.wrong(float(disc.times[worst]), piece.robot, "room", what)
             return

@@ -51,10 +51,10 @@ def _rows(case: Examination, track: FlownTrack) -> None:
         case.wrong(track.t0 + row * track.step, track.robot, rule, found)
 
     if track.step <= 0 or any(len(row) != COLUMNS for row in track.rows):
-        wrong(0, "track", f"rows are not {COLUMNS} numbers at a positive step")
+        wrong(0, "track", f"expected rows of {COLUMNS} numbers and a positive step")
         return
     if len(track.rows) != len(track.errors):
-        wrong(0, "track", "there is not one error for each row")
+        wrong(0, "track", "the numbers of rows and of errors differ")
         return
     rows = np.array(track.rows)
     spin = np.abs(np.hypot.reduce(rows[:, 6:10], axis=1) - 1)
@@ -64,7 +64,7 @@ def _rows(case: Examination, track: FlownTrack) -> None:
     way = np.diff(rows[:, :3], axis=0) - (rows[1:, 3:6] + rows[:-1, 3:6]) / 2 * track.step
     missed = np.abs(way).max(axis=1, initial=0.0)
     if len(missed) and missed.max() > WAY:
-        what = f"it moves {missed.max():.3f} m otherwise than its velocity says"
+        what = f"it moves {missed.max():.3f} m away from where its velocity leads"
         wrong(int(missed.argmax()), "dynamics", what)
     pull = _pull(rows)
     change = np.diff(rows[:, 3:6], axis=0) / track.step - (pull[1:] + pull[:-1]) / 2
@@ -90,7 +90,7 @@ def _flown(case: Examination, track: FlownTrack, flights: Sequence[Flight]) -> N
     off = np.hypot(*(rows[:, :2] - _reference(flights, times)).T)
     told = np.abs(off - np.array(track.errors))
     if told.max() > 1e-3:
-        what = f"it is {off[told.argmax()]:.3f} m off its reference, not as recorded"
+        what = f"it is {off[told.argmax()]:.3f} m off its reference; the recorded error differs"
         case.wrong(float(times[told.argmax()]), track.robot, "track", what)
 
 

@@ -123,7 +123,7 @@ def _swings(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None
             if apart is None:
                 wrong(swing.t0, "feet", f"a foot {word} the ground where it has no foothold")
             elif apart > NEAR:
-                what = f"a swinging foot {word} the ground {apart:.3f} m beside its foothold"
+                what = f"a swinging foot {word} the ground {apart:.3f} m from its foothold"
                 wrong(swing.t0, "feet", what)
     _grounded(segment, wrong)
 
@@ -137,11 +137,11 @@ def _grounded(segment: Segment, wrong: Wrong) -> None:
         reached = 0.0
         for begin, end in spans:
             if abs(begin - reached) > NEAR:
-                what = "is in two places" if begin < reached else "is nowhere"
+                what = "is recorded twice" if begin < reached else "has no position"
                 foot = "left" if side == 1 else "right"
                 wrong(begin, "feet", f"the {foot} foot {what}")
                 return
             reached = end
         if abs(reached - (segment.t1 - segment.t0)) > NEAR:
-            wrong(reached, "feet", f"the {'left' if side == 1 else 'right'} foot is nowhere")
+            wrong(reached, "feet", f"the {'left' if side == 1 else 'right'} foot has no position")
             return

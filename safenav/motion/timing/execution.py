@@ -189,7 +189,7 @@ def _done(
 
 
 def _tried(mover: Mover, step: Crossing) -> tuple[float, bool]:
-    """Return the end of a step that begins now, and whether it is walked."""
+    """Return the end of a step that would begin now, and whether it includes walking."""
     ahead = copy(mover)
     moved = ahead.move(step)
     return ahead.time, any(isinstance(piece, Segment) for piece in moved)

@@ -81,10 +81,10 @@ class _Run:
         if arrive.at == depart.from_ == region:
             return  # it stays at rest
         if depart.from_ != region:
-            found = f"{name} sets out in region {depart.from_}, and was in region {region}"
+            found = f"{name} departs from region {depart.from_}, but was in region {region}"
             raise self._refused(depart, f"{found}: no motion shows how it came there")
         if arrive.at != depart.to:
-            found = f"{name} went to region {depart.to}, and is in region {arrive.at}"
+            found = f"{name} was sent to region {depart.to}, but arrives in region {arrive.at}"
             raise self._refused(arrive, f"{found}: no motion shows how it came there")
         begin, end = _time(depart), _time(arrive)
         natural = self._step(depart, end)
@@ -110,7 +110,7 @@ class _Run:
         team, end = (*act.robots, *unasked), _time(acted)
         (ready, name), _ = self._execution.act(team, actions, acted.tick, _time(act), end)
         if ready > end + SLACK:
-            late = f"{name} acts until {end:.2f} s, and is at rest at {ready:.2f} s"
+            late = f"{name} acts until {end:.2f} s, but comes to rest only at {ready:.2f} s"
             raise self._refused(acted, late)
 
     def _refused(self, record: records.Record, found: str, hint: str = "") -> InputError:

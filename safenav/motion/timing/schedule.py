@@ -1,9 +1,9 @@
 """The motion of a run in lockstep: each step and action as early as the order of its trace allows.
 
-The turns of a trace are in a serial order in which nobody ever enters a region where another
-robot is. In continuous time robots move simultaneously, each at its own pace; only what depends on
-each other keeps the serial order (Hoenig et al., RA-L 2019; section VII of the paper names the
-problem). All that an activity waits for is earlier in the trace, so there is no deadlock.
+The turns of a trace are in a serial order in which no robot ever enters a region where another
+robot is. In continuous time robots move simultaneously, each at its own pace; only activities that
+depend on each other keep the serial order (Hoenig et al., RA-L 2019; section VII of the paper names
+the problem). All that an activity waits for is earlier in the trace, so there is no deadlock.
 """
 
 from __future__ import annotations

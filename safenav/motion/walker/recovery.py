@@ -289,8 +289,8 @@ def _goes_on(found: Segment, planned: Segment, following: PendingMove, omega: fl
 def _carried_out(
     segment: Segment, plan: WalkPlan, actual: Actual, offsets: Array, pushes: Array, omega: float
 ) -> Segment | None:
-    """The segment with its feet so placed; None if a leg is too short for it, a step too long, or
-    a foot cannot swing so fast."""
+    """Return the segment with its feet placed so; None if that exceeds the length of a leg or of a
+    step, or the speed of a foot."""
     count = len(segment.phases)
     durations = plan.durations[:count]
     pressures = (plan.pressures + offsets + pushes)[:count]

@@ -23,8 +23,8 @@ class FailureFolder:
             shutil.rmtree(self._root, ignore_errors=True)
 
     def keep_only(self, results: Iterable[Result]) -> None:
-        """Remove the files of results other than these: of failures that were fixed, or whose
-        scenario has changed."""
+        """Remove the files of all other results: failures that were fixed, or whose scenario has
+        changed."""
         kept = {self._folder(result) for result in results if not result.passed}
         for folder in self._root.glob("*") if self._root.is_dir() else ():
             if folder not in kept and (folder / "reason.txt").is_file():

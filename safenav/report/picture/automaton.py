@@ -120,7 +120,8 @@ def laid_out(
 
 
 def _columns(layers: Sequence[Sequence[int]], box: tuple[float, float]) -> int:
-    """Return how many layers stand side by side: so that the page is about half wider than high."""
+    """Return the number of layers side by side that makes the page about 1.5 times as wide as
+    high."""
     stack = max(map(len, layers), default=1)
     row = stack * (box[1] + GAP) + GUTTER
     wanted = math.sqrt(1.5 * len(layers) * row / (box[0] + GUTTER))

@@ -232,7 +232,8 @@ def obstacle_pictogram(kind: str) -> str:
 
 
 def _found(paths: dict[str, str], name: str) -> str:
-    """The path of the longest of the names that this one is, or ends in after ``_`` or ``-``."""
+    """Return the path of the longest known name that equals this one, or that it ends in after
+    ``_`` or ``-``."""
     plain = name.replace("-", "_")
     fits = [known for known in paths if plain == known or plain.endswith(f"_{known}")]
     return paths[max(fits, key=len)] if fits else ""

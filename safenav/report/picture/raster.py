@@ -26,7 +26,7 @@ _FOREIGN = re.compile(
 """A letter that our fonts lack."""
 _CELL = 60
 _NOWHERE = "\U0010fffd"
-"""A letter for private use that no font has: it shows what stands for such letters."""
+"""A private-use character that no font has: its picture is that of missing letters."""
 MOST_PIXELS = 48_000_000
 """Drawing takes about 17 bytes for each."""
 

@@ -238,7 +238,8 @@ class ReplayBuilder:
                 self._reword(self.wording.goal(shown, formulas=formulas))
 
     def _deadline(self, line: records.Deadline) -> None:
-        """A promise begins with its ``set``, a round as long before it is due as it may take."""
+        """Record a deadline: its bar begins with its ``set``, that of a round ``within`` ticks
+        before it is due."""
         promises = self.header.promises
         within = {} if promises is None else promises.within
         of = self.wording.obstacle(line.of)

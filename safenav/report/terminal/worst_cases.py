@@ -63,7 +63,7 @@ def _worst(times: Times) -> str:
 
 
 def _moment(times: Times, word: Word) -> str:
-    """Where the robots are then, and how long the ways of those are that have the action: of the
+    """Return the places of the robots then, and the distances of those with the action: of the
     nearest, if there are many."""
     bids = times.bids
     helpers = [name for name in times.moment if name in bids]

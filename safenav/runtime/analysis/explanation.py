@@ -1,7 +1,7 @@
 """Reasons why a run cannot begin or cannot continue, in the scenario's terms.
 
-What ``safenav.explain`` knows about one robot is brought together here with the team: its
-state in a run, and the synthesizer's answers for the start of a scenario.
+Combines what ``safenav.explain`` knows about one robot with the team: its state in a run, and the
+synthesis results for the start of a scenario.
 """
 
 from __future__ import annotations

@@ -76,7 +76,7 @@ def explain_run(
     synthesizer: Callable[[], Synthesizer],
     seconds: float = SECONDS,
 ) -> Postmortem:
-    """Play a scenario; if that ends with an operator, say why and look for repairs. ``models``: of
+    """Run a scenario; if it needs an operator, explain why and search for repairs. ``models``: of
     robots that could be added."""
     begun = time.monotonic()
     mission = Mission(scenario, synthesizer())
@@ -203,7 +203,7 @@ def _starts(failed: _Failure) -> Iterator[Repair]:
 
 
 def _capabilities(failed: _Failure) -> Iterator[Repair]:
-    """A model of the team has the missing actions as well: all of them, else one."""
+    """Yield repairs that give a model of the team the missing actions: all of them, else one."""
     every = {action for each in failed.missing for action in each.actions}
     wanted = [every, *({lacks.action} for lacks in failed.lacks)]
     for actions in (each for number, each in enumerate(wanted) if each not in wanted[:number]):
@@ -219,8 +219,8 @@ def _capabilities(failed: _Failure) -> Iterator[Repair]:
 
 
 def _robots(failed: _Failure) -> Iterator[Repair]:
-    """Robots more, which have the missing actions and wait where they are needed: as few as have
-    all of them, else one."""
+    """Yield repairs that add robots with the missing actions, which wait where they are needed: as
+    few as have all of them, else one."""
     more = _covering(failed)
     for shift in range(3 if len(more) > 1 else 0):
         used, added = set[Region](), []

@@ -54,8 +54,8 @@ ENDED = ("completed", "unrealizable")
 
 
 def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
-    """Return the scenario of the rest of a run. ``scenario``: what it was made of, for what its
-    header does not hold. Raises UsageError if nothing is left, or that is needed."""
+    """Return the scenario of the rest of a run. ``scenario``: its scenario, for data that the
+    header lacks. Raises UsageError if the run has ended, or if that scenario is missing."""
     outcome = trace.outcome
     if outcome is not None and outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({outcome.outcome.value})")

@@ -156,7 +156,7 @@ class TraceEnd(Struct):
                 pass
 
     def _changed(self, record: records.Record) -> None:
-        """Note what robots pursue, and how far they are with it."""
+        """Record the robots' objectives and their progress."""
         match record:
             case records.Plan():
                 self.plan.begin(record)

@@ -1,8 +1,8 @@
 """Assignable goals: strategies with a goal that is assigned at runtime, and never a new one as
 long as the known obstacles stay as they are (the paper's alternative without resynthesis).
 
-A robot is led to its goal one region after the other, along a way on which it meets nothing that
-the team knows; its strategy knows none of that.
+A robot is led to its goal region by region, along a path around all known obstacles; its strategy
+does not know them.
 """
 
 from __future__ import annotations

@@ -182,7 +182,7 @@ class Assigner(Struct, frozen=True):
         return not rest and bool(graph.closure(here & left[0], before) & duty.goal)
 
     def _later(self, draft: TaskDraft, duty: Duty) -> TaskDraft:
-        """The draft of its own objective for a robot that is to serve an obstacle after that."""
+        """Return the draft of its own objective for a robot that serves an obstacle afterwards."""
         obstacle = self.floor.problem.gates[duty.gate].name
         return replace(draft, assignment=replace(draft.assignment, obstacle=obstacle))
 

@@ -95,7 +95,7 @@ class _StackLines:
             self._entry(records.Pop, request, *pair)
 
     def push(self, request: OpenRequest, helpers: tuple[str, ...]) -> OpenRequest:
-        """Add an entry for each requester that has none; the request with them."""
+        """Push an entry for each requester that has none."""
         pushed = [(requester, helpers) for requester in request.unpushed]
         for pair in pushed:
             self.depth += 1

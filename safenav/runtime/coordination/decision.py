@@ -161,8 +161,8 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
 
 
 def _begun(team: TeamState, event: events.Started, settled: Settled) -> Decision:
-    """The initial tasks. In a resumed run, an impasse is one of the whole run; one that waits for
-    a change begins with what each robot could do alone."""
+    """The initial tasks. In a resumed run, an impasse counts for the whole run. If the run waits
+    for a change, each robot begins with its possibilities alone."""
     if event.waits:
         everywhere = tuple(member.floor for member in settled.floor.problem.members)
         alone = replace(settled, found=Settlement(safe_poses=everywhere))

@@ -85,8 +85,8 @@ def foreseen(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _unserved(scenario: Scenario) -> tuple[str, ...]:
-    """Warn where robots have no room to act together, or would trap each other: the closure does
-    not show that."""
+    """Warn where robots have no room to act together or would trap each other, which the closure
+    does not show."""
     end = coordinate(_all_known(scenario), Unsettled(Reason.REQUEST), lambda: None).end
     if end is None or end.outcome is not Outcome.OPERATOR_NEEDED:
         return ()

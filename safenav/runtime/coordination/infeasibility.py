@@ -101,8 +101,8 @@ def infeasible_end(
 def _first_dead_end(
     floor: Floor, proof: Refutation, word: Word
 ) -> tuple[TeamClosure | None, list[str]]:
-    """Follow the first option of each choice: the closure in which that ends (None: no option is
-    left), and the reasons on the way."""
+    """Follow the first option of each choice: return the final closure (None: no option is left)
+    and the reasons up to it."""
     said, lossless = list[str](), True  # so far
     while isinstance(proof, tuple):
         if not proof:

@@ -91,7 +91,7 @@ def serving(team: TeamState, floor: Floor) -> dict[int, tuple[int, ...]]:
 
 
 def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:
-    """The poses of which a robot must reach one next for its own objective."""
+    """Return the poses one of which a robot must reach next for its own objective."""
     member = floor.problem.members[floor.index(robot)]
     if not member.targets:
         return 0

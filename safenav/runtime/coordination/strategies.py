@@ -145,7 +145,8 @@ def _falls_short(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
 
 
 def _differs_in_places(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
-    """Whether the strategy in force meets its targets in other poses than a draft wants."""
+    """Return whether the strategy in force meets its targets in poses other than a draft
+    requires."""
     places, role = state.planner.task.goal_places, draft.assignment.role
     if role is Role.CHARGES and places:
         return places != (frozenset({state.stop}),)

@@ -191,7 +191,7 @@ class Deadlines(Struct):
                 self._refuted.add(suspect.name)
 
     def turn_ends(self, had_turn: int) -> None:
-        """Judge what has happened in a turn, that of robot number ``had_turn``, from 1."""
+        """Update all deadlines after a turn, that of robot number ``had_turn`` (from 1)."""
         if not self.active:
             self._turn.clear()
             return

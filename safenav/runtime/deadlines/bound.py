@@ -19,8 +19,8 @@ NEVER = 1 << 40
 
 class BoundRobot(Struct, frozen=True, eq=False):
     """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
-    step. ``walls``: the poses that are closed to it permanently. ``leaves``: in transit, where it
-    set out; it acts there until it arrives, in tick ``until`` at the latest.
+    step. ``walls``: the poses that are closed to it permanently. ``leaves``: the pose from which a
+    robot in transit departed; it can act there until it arrives, in tick ``until`` at the latest.
     ``room``: the most loads that it can carry, which bounds ignore; ``unloaded``: the turn to come
     in which it puts one down, having had no room before."""
 

@@ -215,8 +215,8 @@ def _bids(
     obstacle: Obstacle,
     standing: Sequence[Obstacle],
 ) -> dict[str, int | None]:
-    """The ticks, at their slowest step, that robots need to where the obstacle's first action is
-    performed, with all that stands closed to those that it blocks: as a request tells."""
+    """Return the bids of a request: the ticks, at its slowest step, that each robot needs to reach
+    a region of the obstacle's first action around all obstacles that block it."""
     skills, found = obstacle.type.actions(0), dict[str, int | None]()
     for robot in scenario.robots:
         if robot.name not in at or not skills <= robot.capabilities:
@@ -229,7 +229,8 @@ def _bids(
 def _ways(
     scenario: Scenario, robot: Robot, obstacle: Obstacle, standing: Sequence[Obstacle]
 ) -> Callable[[Pose], int]:
-    """The steps from each pose of a robot to where the first action is performed; FAR for none."""
+    """Return the distance in steps of each pose of a robot to the regions of the first action; FAR
+    without a path."""
     graph = graph_of(robot, scenario.map)
     shut = region_mask(other.region for other in standing if other.closed_to(robot))
     allowed = permitted(robot, graph) & ~graph.poses_on(shut)
@@ -244,7 +245,7 @@ def _farthest(
     obstacle: Obstacle,
     standing: Sequence[Obstacle],
 ) -> dict[str, Pose]:
-    """The pose of each helper from which it takes the most steps to the first action."""
+    """Return the pose of each helper that is farthest from the regions of the first action."""
     ways = {name: _ways(scenario, scenario.robot(name), obstacle, standing) for name in pools}
     return {name: max(places, key=ways[name]) for name, places in pools.items()}
 

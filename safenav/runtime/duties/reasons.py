@@ -22,7 +22,7 @@ class Hindrance(Enum):
 
     NOTHING = "can reach it"
     GATES = "obstacles are in its way"
-    INSIDE = "it cannot enter that region alone: 'at' can say where else it acts"
+    INSIDE = "it cannot enter that region alone; 'at' of the need can name other regions"
     WALLS = "no path leads there"
     NO_STRATEGY = "no strategy takes it there"
     OUT_OF_SERVICE = "it is out of service"

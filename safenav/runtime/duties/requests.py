@@ -35,7 +35,7 @@ class OpenRequest(Struct, frozen=True):
 
     @property
     def unpushed(self) -> list[str | None]:
-        """The requesters without a push so far; None: it is an order, which no robot has made."""
+        """Return the requesters without a stack entry; None stands for an order."""
         pushed = {requester for requester, _ in self.entries}
         made: list[str | None] = [None] if self.obstacle.ordered else []
         return [name for name in (*made, *self.requesters) if name not in pushed]

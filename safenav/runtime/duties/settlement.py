@@ -164,8 +164,8 @@ def _sifted(
 ) -> Mask:
     """Return the candidate poses where ``served`` can be served and every robot can continue.
 
-    If that is possible from a pose, it is from all those that lead there; if it is not, it is
-    from none that the pose leads to. So each question settles many poses.
+    If a pose qualifies, so do all poses from which it is reachable; if it does not, neither does
+    any pose reachable from it. So one query decides many poses.
     """
     graph = now.problem.members[robot].graph
     allowed = now.problem.allowed(robot, now.stages)

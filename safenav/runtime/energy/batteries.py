@@ -121,9 +121,9 @@ class Batteries:
                 yield Unsettled(Reason.CHARGE)
 
     def _keeps_to_plan(self, robot: RobotState) -> bool:
-        """Whether a robot has the charge for the remaining joint plan and its need afterwards, so
-        that its next stop is chosen then. Otherwise the robot might leave the plan for a charger,
-        and the same plan would be made repeatedly."""
+        """Return whether a robot has the charge for the remaining joint plan and its need
+        afterwards; its next stop is then chosen after the plan. Otherwise the robot might leave the
+        plan for a charger, and the same plan would be made repeatedly."""
         takes, battery = self.relocation.traffic.plan.takes(robot), robot.robot.model.battery
         if takes is None or battery is None or robot.charge is None:
             return False
@@ -183,7 +183,8 @@ class Batteries:
         return self._leaves_with(robot, stops, stops.turn(robot.own.memory.index))
 
     def _leaves_with(self, robot: RobotState, stops: Stops, turn: int) -> int:
-        """A helper leaves with a full battery, since its duty needs more than its own objective."""
+        """Return the charge with which a robot leaves a stop. A helper leaves with a full battery,
+        since its duty needs more than its own objective."""
         pose = stops.graph.number(robot.pose)
         if self._duty(robot) is not None:
             return stops.battery.capacity if stops.chargers >> pose & 1 else 0
@@ -270,7 +271,8 @@ class Batteries:
         return min(there, default=None)
 
     def _makes_room(self, robot: RobotState) -> bool:
-        """Whether a robot that waits at a charger has charged, and another one needs it."""
+        """Return whether a robot waits at a charger with enough charge while another robot needs
+        the charger."""
         battery, here = robot.robot.model.battery, robot.pose.region
         if battery is None or robot.charge != battery.capacity:
             return False
@@ -286,8 +288,8 @@ class Batteries:
         return min(ticks * battery.stay, battery.capacity // 2)
 
     def _is_cut_off(self, robot: RobotState) -> bool:
-        """Whether obstacles prevent a robot from meeting its targets: no charge suffices now, but
-        one would without them."""
+        """Return whether obstacles alone keep a robot from its targets: with them no charge
+        suffices, without them some charge does."""
         stops = self.stops(robot) if robot.active else None
         if stops is None:
             return False
@@ -319,8 +321,8 @@ class Batteries:
         return settled.floor.index(robot.name) in settled.notes.hemmed_in
 
     def _stays(self, robot: RobotState) -> bool:
-        """Whether a robot stays in its region by its own objective: it is out of service, or has
-        its only target there."""
+        """Return whether a robot stays in its region: it is out of service, or its only target is
+        there."""
         if robot.transit is not None:
             return False
         if not robot.active:

@@ -53,7 +53,7 @@ class Interventions(Struct):
     took_effect: bool = False
     """Whether a requested intervention has changed anything, or is recorded as a change."""
     ends_wait: bool = False
-    """Whether the scenario, or an input, has changed something while the team waits."""
+    """Whether a change of the scenario or of an input ends the wait of the team."""
 
     @property
     def asked(self) -> bool:
@@ -98,8 +98,8 @@ class Interventions(Struct):
 
     def apply(self) -> Iterator[events.Event]:
         """Apply the scenario's changes of this tick and every requested one: yield the events that
-        follow, each to be settled before the next. Called again where one has ended in a wait, it
-        continues with the next."""
+        follow, each to be settled before the next. If one of them ended in a wait, the next call
+        continues with the next one."""
         changes = self.state.scenario.changes
         while self._made < len(changes) and changes[self._made].at <= self.state.time:
             change = changes[self._made]
@@ -289,7 +289,7 @@ class Interventions(Struct):
     def _may_close(self, wanted: kinds.AddObstacle) -> None:
         world = self.state.scenario.map
         if not world.is_free(wanted.region):
-            raise UsageError(f"{self._closed(wanted.region)}: close a free one")
+            raise UsageError(f"{self._closed(wanted.region)}: choose a free region to close")
         standing = self._simulation().standing().get(wanted.region)
         if standing is not None:
             raise UsageError(f"{standing.name} already exists there: remove it first")
@@ -303,7 +303,7 @@ class Interventions(Struct):
 
     def _may_order(self, wanted: kinds.PlaceOrder) -> None:
         if not self.state.scenario.map.is_free(wanted.region):
-            raise UsageError(f"{self._closed(wanted.region)}: place the order in a free one")
+            raise UsageError(f"{self._closed(wanted.region)}: place the order in a free region")
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
 
@@ -342,14 +342,14 @@ class Interventions(Struct):
 
     def _live(self, what: str) -> None:
         if not self.state.live:
-            raise UsageError(f"only in live runs {what}: use 'clock: live'")
+            raise UsageError(f"{what} only in live runs: use 'clock: live'")
 
     def _may_put(self, wanted: kinds.PutBack) -> None:
         self._live("robots are put back")
         robot, world = self._robot(wanted.robot), self.state.scenario.map
         region, heading = wanted.pose.region, wanted.pose.heading
         if robot.transit is not None or robot.acting is not None:
-            raise UsageError(f"{robot.name} has a command: wait for its end")
+            raise UsageError(f"{robot.name} executes a command: wait until it has ended")
         if not world.is_free(region):
             raise UsageError(f"{self._closed(region)}: put {robot.name} into a free one")
         if (robot.robot.model.mobility is Mobility.HEADING) is (heading is None):

@@ -162,7 +162,7 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def turns(self) -> bool:
-        """Whether some moves cannot be undone by the way they came."""
+        """Return whether some moves cannot be undone by going back."""
         return self.graph.one_way
 
 
@@ -229,7 +229,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         ]
 
     def clear_of(self, gate: int, robot: int, regions: Sequence[int]) -> bool:
-        """Whether no robot but ``robot`` is where the resolution of an obstacle sweeps."""
+        """Return whether no robot other than ``robot`` is in the swept regions of an obstacle."""
         sweeps = self.gates[gate].sweeps
         others = (region for i, region in enumerate(regions) if i != robot)
         return not any(sweeps >> region & 1 for region in others)
@@ -301,7 +301,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return [i for i in self.skilled(gate, stages) if i not in out]
 
     def takes(self, gate: int, stages: Stages) -> bool:
-        """Whether the robots that meet an obstacle's next need carry a load from then on."""
+        """Return whether robots that fulfil an obstacle's next need carry a load from then on."""
         return self.gates[gate].takes(stages[gate])
 
     def full(self, stages: Stages) -> frozenset[int]:
@@ -311,8 +311,9 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return frozenset(i for i, m in enumerate(self.members) if loads.count(i) >= m.room)
 
     def skilled(self, gate: int, stages: Stages) -> list[int]:
-        """The robots that have the action of the obstacle's next need, and what the same robots
-        must do after it; only those that met the need before it if the same must meet this one."""
+        """Return the robots with the actions of the obstacle's next need and of the 'same' needs
+        after it; if the next need is a 'same' one, only robots that fulfilled the need before
+        it."""
         stage = stages[gate]
         actions = self.gates[gate].skills[stage.need]
         return [

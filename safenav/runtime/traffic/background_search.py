@@ -57,8 +57,8 @@ class BackgroundSearch:
         return come
 
     def ask(self, moment: Hashable, search: Callable[[], Answer]) -> Answer:
-        """The answer of a search that begins at a ``moment``: one for another moment is of no use.
-        Raises Unknown, and what the search raises."""
+        """Return the result of the search for a ``moment``; results for other moments are
+        discarded. Raises Unknown, and what the search raises."""
         if not self.background:
             return search()
         if self._asked is not None and self._asked[0] != moment and not self._asked[1].done():
@@ -116,7 +116,7 @@ class PendingSearch(Struct):
         return name in self.free and len(self.poses) <= budgets.LONGEST
 
     def set_out(self, poses: tuple[int, ...]) -> None:
-        """A robot has set out: ``poses`` are where all will be."""
+        """Record that a robot has departed: ``poses`` are the next poses of all robots."""
         if poses != self.poses[-1]:
             self.poses.append(poses)
 

@@ -46,7 +46,7 @@ FIRST_BUDGET = 200
 of thousands of steps where 38 suffice."""
 ROUNDS_OF_SEARCH = 7
 MOST_FOR_AN_ORDER = 800
-"""Budget of one drawn order: a lucky one needs few states, an unlucky one any number."""
+"""Budget of one random priority order: a good one needs few states, a bad one any number."""
 SINGLES_BUDGET = 4_000
 """Budget of the breadth-first search of at most four robots, after the first round."""
 PROOF_BUDGET = 60_000
@@ -57,7 +57,7 @@ LEG_BUDGET = 30
 CHAIN_BUDGET = 3_000
 """States examined without success until the first chain is given up; doubled with each round."""
 LEGS_OF_A_ROBOT = 50
-"""More on the average lead nowhere: robots push each other from where they want to be."""
+"""Above this average, robots only displace each other from their targets."""
 
 LOCAL_STATES = 3_000
 LOCAL_ROBOTS = 3

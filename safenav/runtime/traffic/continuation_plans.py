@@ -106,7 +106,7 @@ class ContinuationPlans:
         return None if found is None else Found(found)
 
     def keep(self, course: Course, states: Sequence[JointState]) -> None:
-        """The rest of a plan is the certificate of the moves that it makes."""
+        """Keep the rest of a plan as the continuation plan of its moves."""
         self._last, self._work = (course, states), Effort(budgets.CERTIFICATE_WORK)
         self._concern(course)
         for before, after in pairwise(states):
@@ -129,8 +129,8 @@ def _mission(course: Course) -> tuple[Collection[int], Mapping[int, int], Collec
 def rejoined(
     course: Course, start: JointState, plan: Sequence[JointState]
 ) -> tuple[JointState, ...] | None:
-    """The joint states from ``start`` to the end of the mission along ``plan``, a plan for the same
-    problem; None if this way finds none."""
+    """Return the joint states from ``start`` to the end of the mission along ``plan``, a plan for
+    the same problem; None if this method finds none."""
 
     def apart(at: int) -> tuple[int, int]:
         pairs = zip(plan[at].poses, start.poses, strict=True)

@@ -100,7 +100,8 @@ class PlanProgress:
         return stops.takes_way(way, stops.turn(robot.own.memory.index if turn is None else turn))
 
     def _charges(self, robot: RobotState) -> bool:
-        """Whether a robot waits on a charger for the charge that the remaining plan needs."""
+        """Return whether a robot waits on a charger for the charge that the rest of the plan
+        needs."""
         takes, battery = self.takes(robot), robot.robot.model.battery
         if takes is None or battery is None or robot.charge is None:
             return False

@@ -382,8 +382,8 @@ class PlanSearch(Struct):
         return budgets.ROUNDS_FIRST + self.failures // 4
 
     def _look_for_few(self, floor: Floor, course: Course) -> None:
-        """When a search has spent its budget for the first time, and now and then: whether a few
-        of the robots can never complete. Raises RunEnded with the proof."""
+        """Check whether a few of the robots can never complete: after a search has first exhausted
+        its budget, and occasionally later. Raises RunEnded with the proof."""
         self.spent += 1
         if self.spent not in budgets.LOOKS_FOR_FEW:
             return

@@ -95,8 +95,8 @@ class PlanTriggers:
         return self.tried[key] <= 4 * budgets.MOST_FAILURES
 
     def _due(self) -> PlanTrigger | None:
-        """With the requests as they were settled last something is due, and who acts for it next
-        shares a floor. None if not, or a plan was wanted for that."""
+        """Return an occasion if an obstacle is due by the last settlement and the robot that acts
+        next shares its floor; None if not, or if it has had a plan."""
         settled = self.state.last_settled
         if settled.notes.hurried or settled.in_time is None:
             return None

@@ -351,8 +351,8 @@ class Traffic:
         self.plan.begin(floor, states, counts, reason)
 
     def _fixed(self, floor: Floor) -> list[int]:
-        """The robots that must end in their planned poses: those for which the plan was made, and
-        those whose pose keeps the mission feasible."""
+        """Return the robots that must end in their planned poses: those for which the plan is made,
+        and those whose final pose keeps the mission feasible."""
         return [
             index
             for index, robot in enumerate(self.state.robots.values())

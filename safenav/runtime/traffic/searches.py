@@ -66,7 +66,7 @@ class Searches:
         return any(m.turns and problem.interferes(i) for i, m in enumerate(problem.members))
 
     def check(self) -> None:
-        """Raise what ends a search from outside."""
+        """Raise the exception that ends a search from outside, if any."""
         self._stop.check()
 
     def floor(self) -> Floor:
@@ -170,7 +170,7 @@ class Searches:
         return awaited_by(floor, name, robot.own) if wish is None else wish
 
     def _wish(self, floor: Floor, name: str, cut_off: Collection[int] | None = None) -> Mask | None:
-        """The goal poses of a robot by its assignment; None: those of its own objective."""
+        """Return the goal poses of a robot by its assignment; None: those of its own objective."""
         robot, index = self._state.robots[name], floor.index(name)
         if robot.assignment.role in (Role.HELPS, Role.EARLY, Role.CHARGES):
             return _lifted(floor, index, robot.assignment.goal)
@@ -245,7 +245,7 @@ class Searches:
         return all(map(charged.course.lasts, charged.course.along(charged.start, ways)))
 
     def only_out(self, robots: Sequence[RobotState]) -> bool:
-        """Whether each of some robots is out of service, or cut off by one that is."""
+        """Return whether each of these robots is out of service or cut off by a robot that is."""
         active = {robot.name for robot in robots if robot.active}
         if not active or not self._state.out_of_service:
             return not active

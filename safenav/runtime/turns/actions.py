@@ -209,7 +209,7 @@ class Actions(Struct):
         early = [pair for pair in event.found if self._is_early(event.robot, *pair)]
         if early and self.state.live:
             words = ", ".join(f"{obstacle.name}: done" for obstacle, _ in early)
-            said = f"other needs are left ({words})"
+            said = f"other needs are still open ({words})"
             self.world.dropped.append((replace(event, found=tuple(early)), said))
         for obstacle, result in (pair for pair in event.found if pair not in early):
             opened = self.state.failures.opened.get(obstacle.name)
@@ -220,7 +220,7 @@ class Actions(Struct):
         if dropped and self.state.live:
             words = ", ".join(f"{obstacle.name}: {result.value}" for obstacle, result in dropped)
             echo = replace(event, found=tuple(dropped))
-            self.world.dropped.append((echo, f"it changes nothing that is known ({words})"))
+            self.world.dropped.append((echo, f"it adds nothing to the knowledge ({words})"))
         return replace(event, found=tuple(told))
 
     def _is_early(self, name: str, obstacle: Obstacle, result: ActResult) -> bool:

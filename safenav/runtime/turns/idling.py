@@ -1,7 +1,6 @@
-"""Live: turns that would go as the last one of the robot went, which led to nothing.
-
-Each pass gives each idle robot a turn, and most of them only wait: neither what they see nor what
-the team has decided is new. Such a turn is left out.
+"""Skipping of idle turns in live runs. Each pass gives each idle robot a turn, and most of them
+only wait: neither their observations nor the decisions of the team are new. Such a turn, which
+would repeat the last one without effect, is skipped.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from safenav.scenario.objective import Ltl
 
 
 class Idling(Struct):
-    """Which turns lead to nothing. ``simulated``: a sensor shows nothing new of itself."""
+    """Turns without effect. ``simulated``: no sensor shows anything new by itself."""
 
     state: TeamState
     choice: StepChoice

@@ -50,7 +50,7 @@ class _Watched(Struct):
 
 
 class Monitors:
-    """Watches a team."""
+    """Monitors of a team's guarantees and assumptions."""
 
     def __init__(self, state: TeamState) -> None:
         self._state = state

@@ -156,7 +156,7 @@ class MoveRecorder:
         obstacle: Obstacle | None,
         at: float | None,
     ) -> None:
-        """A report of the world is dropped, or an intervention."""
+        """Record a report of the world, or an intervention, that is dropped."""
         name = None if obstacle is None else obstacle.name
         at = None if at is None else round(max(at, 0.0), 9)
         self._state.emit(records.Late(self._state.tick, event, reason, robot, name, at=at))

@@ -78,8 +78,8 @@ class Moves(Struct, frozen=True):
     def _arrive(
         self, robot: RobotState, step: DecidedStep, event: Ended, recorded: DecidedStep | None
     ) -> Iterator[Event]:
-        """Take in the end of a step: let the robot act there, and count its progress.
-        ``recorded``: what a trace in ticks says of it."""
+        """Process the end of a step: let the robot act there, and count its progress. ``recorded``:
+        its line in a trace in ticks."""
         start, pose, progress = robot.pose, step.pose, robot.progress
         robot.transit, robot.claims = None, {}
         self.state.moved()
@@ -146,7 +146,7 @@ class Moves(Struct, frozen=True):
     def _count(
         self, robot: RobotState, progress: Progress, around: Around, *, strayed: bool = False
     ) -> None:
-        """Count what the robot has met by its turn, unless its assignment has changed by it."""
+        """Count the goals that the robot has met in its turn, unless its assignment has changed."""
         done = self.state.rounds_counted(robot)
         if not robot.begun:
             self.relocation.strategies.begin(robot)

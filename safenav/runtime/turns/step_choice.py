@@ -96,7 +96,7 @@ class StepChoice(Struct, frozen=True):
         refused: Proposal,
         violation: ForbiddenMove,
     ) -> Proposal:
-        """Go back to the state before and take what is safe (paper, Section V-B)."""
+        """Return to the previous state and take a safe move (paper, Section V-B)."""
         self.tell.violation(robot, violation)
         planner = robot.planner
         if planner.switch is not None and self.state.knowledge.knows(violation.obstacle):

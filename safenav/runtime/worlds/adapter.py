@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 class WorldError(SafenavError):
-    """A world has answered what cannot be, or has failed. Names the call."""
+    """A world returned an impossible value, or failed. Names the call."""
 
     exit_code = ExitCode.INTERNAL
 

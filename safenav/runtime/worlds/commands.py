@@ -33,7 +33,8 @@ from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 SLICE = 0.05
-"""Seconds after which a wait for a real world looks at what others post, and at syntheses."""
+"""Seconds between checks for posted events and finished syntheses while a real world is waited
+for."""
 LEAST = 1e-6
 """Seconds of the shortest wait: a clock that advances only by waits, and counts seconds since 1970
 in floating point, does not change by much less."""
@@ -347,7 +348,7 @@ class Commands:
         return min(limits, default=None)
 
     def _overdue(self) -> Iterator[tuple[OpenCommand, float]]:
-        """Open commands, each with the time at which its patience ends next."""
+        """Return the open commands, each with the time of its next timeout."""
         for open_ in self._open.values():
             if open_.limit is not None:
                 since = open_.since if open_.cancelled is None else open_.cancelled

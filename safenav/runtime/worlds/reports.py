@@ -109,7 +109,7 @@ def wrong_step(
             return None
         case protocol.Lost(regions=regions):
             if not regions:
-                return "it names no region in which it is lost"
+                return "it names no region in which the robot may be"
             wrong = [region for region in regions if not world.is_free(region)]
             if not wrong:
                 return None
@@ -126,7 +126,7 @@ def wrong_step(
             near = {here.region, target.region}
             near |= {r for region in near for r in world.neighbours(region)}
             if pose.region not in near:
-                return f"region {pose.region} is not next to its step"
+                return f"region {pose.region} is not next to the regions of its step"
             if (pose.heading is None) != (robot.model.mobility is Mobility.FREE):
                 return f"it is a robot of {robot.model.mobility} mobility"
             return None

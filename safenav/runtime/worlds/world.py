@@ -336,7 +336,7 @@ class SimulatedWorld:
         self._coming = [o for o in self._coming if o.name != name or o not in self._brought]
 
     def _there(self) -> list[Obstacle]:
-        """The obstacles that are there, also those that robots have found to be untraversable."""
+        """Return the obstacles that are present, including those found to be untraversable."""
         return [*(work.obstacle for work in self.works.open.values()), *self._closed.values()]
 
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:

@@ -81,7 +81,7 @@ def _apart(obstacle: Obstacle, robot: Robot) -> str:
 
 
 def _meet(one: Obstacle, other: Obstacle) -> bool:
-    """Return whether both are there in some tick."""
+    """Return whether both are present in some tick."""
     ends = (one.goes or MOST_TICKS, other.goes or MOST_TICKS)
     return max(one.appears or 0, other.appears or 0) < min(ends)
 

@@ -109,7 +109,7 @@ class DocumentError(Exception):
 
 
 class Document(Struct, frozen=True):
-    """A tree, and what is wrong with it although it could be read: (place, found, hint)."""
+    """A tree, and its errors that did not prevent reading: (place, found, hint)."""
 
     root: Node
     flaws: tuple[tuple[Place, str, str], ...] = ()

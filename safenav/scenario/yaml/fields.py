@@ -192,7 +192,7 @@ def texts(node: Node | None, what: str, findings: Findings) -> tuple[str, ...] |
 
 
 def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
-    """Return a list of words whose order means nothing."""
+    """Return a list of words, whose order does not matter."""
     found = texts(node, what, findings)
     return None if found is None else frozenset(found)
 

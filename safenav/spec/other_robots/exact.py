@@ -1,4 +1,4 @@
-"""Others by where exactly they are: one input ``at_NAME`` with the region of each.
+"""Exact positions of the other robots: one input ``at_NAME`` with the region of each.
 
 The most that can be known, and the most expensive: the game grows with the map once for every
 robot. See docs/performance.md for figures.

@@ -175,7 +175,7 @@ def occurring(
 def _following(
     watch: Tracker, knowledge: Knowledge, owns: Mask
 ) -> Iterator[tuple[Knowledge, Mask]]:
-    """Yield the possible next knowledge, with those of the own regions from which it is."""
+    """Yield the possible next knowledge, each with the robot's own regions that lead to it."""
     outlook = watch.outlook(knowledge)
     for region in bits(outlook.reach):
         seers = owns & watch.visibility.mask(region)

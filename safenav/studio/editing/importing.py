@@ -84,9 +84,11 @@ class Cut(Struct, frozen=True):
             share = float(data["share"])
             legend = {_colour(key): str(word) for key, word in dict(data["legend"]).items()}
         except (KeyError, TypeError, ValueError) as error:
-            raise UsageError(f"a division of the map is expected ({error})") from error
+            raise UsageError(f"expected a division of the map into regions ({error})") from error
         if side < 1 or x < 0 or y < 0 or not 0 <= share <= 1:
-            raise UsageError("a side of at least 1 pixel, an origin from 0 on, a share of 0 to 1")
+            raise UsageError(
+                "expected a side of at least 1 pixel, an origin from 0 on, a share from 0 to 1"
+            )
         bad = next((word for word in legend.values() if not NAME.fullmatch(word)), None)
         if bad is not None:
             raise UsageError(f"'{bad[:40]}' is not 'wall', 'free' or the name of an area")
@@ -128,7 +130,7 @@ def divided(plan: FloorPlan, cut: Cut) -> RegionMap:
         max(1, round((width - cut.x) / cut.side)),
     )
     if rows * cols > MAX_REGIONS or min(height - cut.y, width - cut.x) < cut.side:
-        raise UsageError(f"{rows} x {cols} regions are too many or too few: choose another side")
+        raise UsageError(f"{rows} x {cols} regions: too many or none; choose another side")
     masks = meanings(plan.image, cut.legend)
     blocked = masks.pop(WALL, None) if cut.legend else plan.blocked
     if blocked is None:

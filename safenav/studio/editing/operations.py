@@ -112,7 +112,7 @@ SETTINGS = ("traversable", "from", "until", "type", "resolve_within", "sweeps", 
 
 
 def set_obstacle(data: Any, told: Operation) -> None:
-    """``key`` (one of SETTINGS) to ``value``; null takes it away."""
+    """Set ``key`` (one of SETTINGS) to ``value``; null removes it."""
     obstacle = _obstacle(data, told)
     key, value = told["key"], told.get("value")
     if key not in SETTINGS:
@@ -132,7 +132,7 @@ def remove_obstacle(data: Any, told: Operation) -> None:
 
 
 def set_charger(data: Any, told: Operation) -> None:
-    """Whether ``region`` charges batteries (``on``)."""
+    """Add a charger in ``region``, or remove it (``on`` false)."""
     places, region = MapPlaces(data), told["region"]
     chargers = data.get("chargers")
     if not isinstance(chargers, list):

@@ -36,7 +36,7 @@ class MapPlaces:
         return names if isinstance(names, dict) else {}
 
     def read(self, value: Any) -> int | None:
-        """The region that stands there, None if it is none of the map."""
+        """Return the region written there; None if it is not on the map."""
         place = place_of(self.names.get(value) if isinstance(value, str) else value)
         return place[0] * self.cols + place[1] if isinstance(place, tuple) else place
 

@@ -34,7 +34,7 @@ class RealizabilityQueue:
         self._task: asyncio.Task[None] | None = None
 
     def check(self, order: RunOrder | None) -> None:
-        """Check this text; None ends the check of the one before."""
+        """Check this text; None only ends the check of the previous one."""
         self.verdicts = {}
         if self._task is not None:
             self._task.cancel()

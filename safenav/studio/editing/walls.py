@@ -57,7 +57,7 @@ def rename_area(data: Any, told: Operation) -> None:
 def remove_area(data: Any, told: Operation) -> None:
     _area(data, told)
     if any(value == told["area"] for value, _ in MapPlaces(data).each()):
-        raise UsageError(f"'{told['area']}' is a target of a robot: change that first")
+        raise UsageError(f"'{told['area']}' is a target of a robot: change the objective first")
     del data["areas"][told["area"]]
     if not data["areas"]:
         del data["areas"]
@@ -93,7 +93,7 @@ SIDES = ("top", "bottom", "left", "right")
 
 
 def paint(data: Any, told: Operation) -> None:
-    """``regions`` become walls, or floor (``wall`` false)."""
+    """Make ``regions`` walls, or floor (``wall`` false)."""
     places = MapPlaces(data)
     rows = [list(row) for row in places.grid]
     for region in told["regions"]:

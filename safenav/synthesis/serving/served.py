@@ -117,7 +117,7 @@ class ServedStrategy:
                 return None
             raise SynthesizerError(
                 f"the synthesizer refuses the {answer['refused']}: "
-                "it is not a state of its strategy"
+                "it is not a state of the strategy"
             )
         for column, bit in zip(
             self._outputs, self._bits(answer, "outputs", len(self._outputs)), strict=True

@@ -119,13 +119,13 @@ def changed(proof: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("proof", "reason"),
     [
-        (changed(NO_PUSHER, "robots", "a", "poses", to=[[1, None], [2, None]]), "out of its"),
+        (changed(NO_PUSHER, "robots", "a", "poses", to=[[1, None], [2, None]]), "outside its"),
         (changed(NO_PUSHER, "robots", "a", "poses", to=[[3, None]]), "begins at 1, outside"),
         (changed(NO_PUSHER, "robots", "a", "live", to=True), "proves nothing"),
         (changed(NO_PUSHER, "robots", "b", "live", to=False), "b can continue forever"),
         (changed(NO_PUSHER, "never", to=[]), "omits door@4"),
         (changed(NO_PUSHER, "never", to=["door@4", "door@2"]), "door@2 is unknown"),
-        (changed(NO_PUSHER, "robots", to={"a": table(range(1, 4), False)}), "not of the whole"),
+        (changed(NO_PUSHER, "robots", to={"a": table(range(1, 4), False)}), "not the whole"),
         (changed(NO_PUSHER, "robots", "a", to={"poses": [[1, None]]}), "cannot be read"),
         (changed(NO_PUSHER, "robots", "a", "poses", to=[[1]]), "cannot be read"),
         (changed(NO_PUSHER, "never", to=None), "cannot be read"),
@@ -216,7 +216,7 @@ def test_a_tree_that_leaves_a_choice_out_or_refutes_it_wrongly_is_refused() -> N
     proof = {"kind": "tree", "choices": []}
     assert "a at west@2 is not refuted" in reasons(proof, ONE_WAY)[0]
     proof = changed(one_way_proof(), "choices", 0, "proof", "robots", "b", "poses", to=[[3, None]])
-    assert "out of its closure" in reasons(proof, ONE_WAY)[0]
+    assert "outside its closure" in reasons(proof, ONE_WAY)[0]
 
 
 def test_one_lossless_choice_stands_for_all() -> None:

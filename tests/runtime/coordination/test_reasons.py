@@ -21,7 +21,10 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
     [
         (Hindrance.WALLS, "no path leads there"),
         (Hindrance.GATES, "door@1 itself is in its way"),
-        (Hindrance.INSIDE, "it cannot enter that region alone: 'at' can say where else it acts"),
+        (
+            Hindrance.INSIDE,
+            "it cannot enter that region alone; 'at' of the need can name other regions",
+        ),
         (Hindrance.OUT_OF_SERVICE, "it is out of service"),
     ],
 )

@@ -220,7 +220,7 @@ def around(**regions: list[int]) -> Callable[[Run], object]:
     ("damage", "said"),
     [
         (around(a=[18, 23]), "cannot act on parcel@42"),
-        (around(a=[38]), "and had to keep out of it"),
+        (around(a=[38]), "which it must avoid"),
         (around(z=[18]), "'z' is not in the scenario"),
         (lambda run: run.records[0]["scenario"].pop("suspects"), "the scenario has no suspects"),
     ],

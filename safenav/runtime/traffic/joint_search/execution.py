@@ -90,8 +90,8 @@ def schedule(
 
 def dues_of(states: Sequence[JointState], counts: Sequence[Count]) -> list[dict[int, Count]]:
     """Return for each robot the count that it must have before it leaves a place of its path: the
-    plan assumes that it has met these goals there, by waiting. ``states``: those that the plan
-    leads through; ``counts``: those at its start, which may be less than in the first state."""
+    plan assumes that it has met these goals there, by waiting. ``states``: the states of the plan;
+    ``counts``: the counts at its start, which may be less than in the first state."""
     dues: list[dict[int, Count]] = [
         {} if first == count else {0: first}
         for first, count in zip(states[0].counts, counts, strict=True)

@@ -55,7 +55,8 @@ class ImmobileRobots:
         return set()
 
     def _may_leave(self, robot: int, poses: tuple[int, ...], stuck: set[int]) -> bool:
-        """Whether some step leads to a region without a robot that is assumed to be stuck."""
+        """Return whether some step leads to a region without a robot that is assumed to be
+        immobile."""
         others = self._conflicts[robot] & stuck
         taken = {poses[other] % self._sizes[other] for other in others}
         return not taken.issuperset(self._after[robot][poses[robot]])

@@ -89,8 +89,8 @@ class Search:
         proof: int = budgets.PROOF_BUDGET,
         chain: int = budgets.CHAIN_BUDGET,
     ) -> Answer:
-        """The first plan that a variant finds; the cheap ones first. ``proof``, ``chain``: budgets
-        in place of the usual ones."""
+        """Return the first plan that a variant finds, cheap variants first. ``proof``, ``chain``:
+        other budgets than the default."""
         if self.goal(self.start):
             return Found((self.start,))
         few = self._few

@@ -104,7 +104,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return [Reached(member.targets) for member in self.problem.members]
 
     def serving(self, served: frozenset[int]) -> Course:
-        """The same rules where others must be resolved; robots keep room only for those."""
+        """Return the rules with other obstacles to resolve; robots keep room for these loads
+        only."""
         sent = {robot: gate for robot, gate in self.sent.items() if gate in served}
         return replace(self, served=served, sent=sent)
 
@@ -297,7 +298,7 @@ def performed(
 def _keeps_room(
     problem: Problem, robot: int, gate: int, stages: Stages, sent: Mapping[int, int]
 ) -> bool:
-    """Whether a robot does not take a load, as it has room only for the one that it is sent for."""
+    """Return whether a robot leaves a load, as its only room is for the one that it is sent for."""
     load = sent.get(robot, gate)
     if load == gate or problem.resolved(load, stages) or not problem.takes(load, stages):
         return False

@@ -47,13 +47,13 @@ def read_movingai_map(node: Node, fields: MapKeys, findings: Reading) -> RegionM
 
 
 def named_path(node: Node, key: str, findings: Reading) -> Path | None:
-    """Return the file that a key of the map names; None if it was reported."""
+    """Return the file that a key of the map names; None if an error was reported."""
     name = read.text(node, f"'{key}' of map", findings)
     return None if name is None else findings.folder / name
 
 
 def read_pixels(node: Node, findings: Reading) -> Image | None:
-    """Return the image whose path stands there; None if it was reported."""
+    """Return the image that the node names; None if an error was reported."""
     path = named_path(node, "image", findings)
     data = None if path is None else read_bytes(path, findings, node, MAX_BYTES)
     if path is None or data is None:
