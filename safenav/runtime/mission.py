@@ -268,6 +268,11 @@ class Mission:
         robots = tuple(robot.state_key for robot in self.state.robots.values())
         return robots, traffic, self._deadlines.ages(), adapter.left
 
+    @property
+    def spent_searches(self) -> int:
+        """The number of searches for a joint plan that have exhausted their budget."""
+        return self._traffic.search.spent
+
     def _guarded(self, part: Callable[[], None]) -> None:
         """End the run; called for every outcome."""
         try:

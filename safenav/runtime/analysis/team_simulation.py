@@ -14,7 +14,6 @@ floor with no other does not depend on durations, so its slowest steps are the w
 from __future__ import annotations
 
 from collections.abc import Hashable
-from time import monotonic
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -27,8 +26,11 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict
 
-TICKS, SECONDS = 2_000, 1.0
-"""At most so many ticks, and seconds of computation."""
+TICKS, WORK = 2_000, 20_000
+"""At most so many ticks, and so much work, in turns of a robot: about a second. Counted, not timed,
+so that a busy machine finds the same."""
+SYNTHESIS, PLAN, SPENT = 300, 500, 5_000
+"""The work of a synthesis, of a joint plan, and of a search that exhausts its budget."""
 
 
 class TeamSimulation(Struct, frozen=True):
@@ -89,23 +91,27 @@ def _run(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation:
     late, flat = dict[str, int](), dict[str, int]()
     changes, last = [change.at for change in scenario.changes], 0
     changes += [order.appears or 0 for order in scenario.obstacles]
+    work = 0
 
     def heard(record: records.Record) -> None:
-        nonlocal last
+        nonlocal last, work
         if isinstance(record, records.Deadline) and record.verdict is DeadlineVerdict.LATE:
             late.setdefault(record.of, record.tick)
         elif isinstance(record, records.Service) and record.cause is ChangeCause.BATTERY:
             flat.setdefault(record.robot, record.tick)
         elif isinstance(record, records.Plan | records.Synthesis):
             last = record.tick
+            work += PLAN if isinstance(record, records.Plan) else SYNTHESIS
 
     mission = Mission(scenario, synthesizer, listeners=[heard])
     mission.start()
     seen: dict[Hashable, int] = {}
     repeats: tuple[int, int] | None = None
-    ends = monotonic() + SECONDS
-    while mission.result is None and mission.state.tick < TICKS and monotonic() < ends:
+    while mission.result is None and mission.state.tick < TICKS:
+        if work + SPENT * mission.spent_searches >= WORK:
+            break
         mission.step()
+        work += len(scenario.robots)
         tick = mission.state.tick
         busy = tick <= max(changes, default=0) or tuple(mission.state.requests)
         key = None if busy else mission.state_key()

@@ -113,11 +113,8 @@ chargers: [33, 19]
 """
 
 
-def test_check_warns_of_a_battery_that_runs_empty_on_a_shared_floor(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_check_warns_of_a_battery_that_runs_empty_on_a_shared_floor(tmp_path: Path) -> None:
     """Each robot alone has the charge that it needs: the verdict is realizable."""
-    monkeypatch.setattr("safenav.runtime.analysis.team_simulation.SECONDS", 60.0)
     ended = play(EMPTY)
     assert ended.outcome["outcome"] == "operator_needed"
     (flat,) = ended.all("service", cause="battery")
@@ -127,6 +124,16 @@ def test_check_warns_of_a_battery_that_runs_empty_on_a_shared_floor(
     assert warning in CliRunner().invoke(command, [str(path)]).output
     told = json.loads(CliRunner().invoke(command, [str(path), "--json"]).stdout)
     assert told["warnings"] == [warning]
+
+
+@pytest.mark.parametrize(("work", "flat"), [(2_000, False), (20_000, True)])
+def test_what_check_simulates_depends_on_counted_work(
+    monkeypatch: pytest.MonkeyPatch, work: int, *, flat: bool
+) -> None:
+    monkeypatch.setattr("safenav.runtime.analysis.team_simulation.WORK", work)
+    scenario = load_scenario_text(EMPTY)
+    found = simulate_team(scenario, default_synthesizer(scenario))
+    assert found is not None and bool(found.flat) is flat
 
 
 CORRIDOR = """
