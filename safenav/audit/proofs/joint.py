@@ -109,7 +109,7 @@ class _Enumeration:
         self._after_acting, self._closed = cache(self._performed), cache(self._closed_to)
 
     def reaches(self, is_wanted: Callable[[_State], bool], most: int) -> bool | None:
-        """Whether a wanted state can be reached; None if there are more than ``most`` states."""
+        """Whether a wanted state is reachable; None if there are more than ``most`` states."""
         for state, seen in self._reached():
             if is_wanted(state):
                 return True
