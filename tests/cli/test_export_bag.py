@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
 
 from cli.conftest import Command
 from once import trace_of_shipped
@@ -33,6 +31,8 @@ def lines(trace: Path, kind: str) -> list[dict[str, Any]]:
 def read(bag: Path) -> dict[str, list[tuple[float, Any]]]:
     """Topic -> (seconds, message) of every message, all of them deserialized by the definitions
     that the bag itself holds."""
+    from rosbags.highlevel import AnyReader
+
     found: dict[str, list[tuple[float, Any]]] = {}
     with AnyReader([bag]) as reader:
         for connection, time, data in reader.messages():
@@ -139,6 +139,9 @@ def values(message: object) -> str:
 
 def test_the_definitions_are_those_of_ros(safenav: Command, trace: Path, tmp_path: Path) -> None:
     """The bytes mean the same to a reader that has ROS's own definitions."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
     assert safenav("export", trace, "--mcap", "run.mcap", "--resolution", "1").returncode == 0
     store = get_typestore(Stores.ROS2_HUMBLE)
     with AnyReader([tmp_path / "run.mcap"]) as reader:
