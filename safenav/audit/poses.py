@@ -83,7 +83,7 @@ class PoseGraph(dict[Pose, tuple[Pose, ...]]):
             found, left = found | more if found else more, left - more
         return found
 
-    def goes_on(self, poses: Iterable[Pose], aims: tuple[Poses, ...], walls: Walls) -> bool:
+    def can_continue(self, poses: Iterable[Pose], aims: tuple[Poses, ...], walls: Walls) -> bool:
         """Return whether each of the aims can be met infinitely often from some of the poses:
         whether there are poses that can reach each other among which are some of each aim."""
         reach, seen = self.reach(poses, walls), set[Pose]()

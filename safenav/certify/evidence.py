@@ -40,7 +40,7 @@ def counter_evidence(text: str, strategy_json: bytes) -> dict[str, Any]:
     measures = [_measure(strategy, edges, met, ()) for met in fair]
     measures.append(_measure(strategy, edges, never, goals))
     chosen = [
-        strategy.inputs[targets[0]] if targets else _killing(strategy, node)
+        strategy.inputs[targets[0]] if targets else _unanswered_input(strategy, node)
         for node, targets in enumerate(strategy.next)
     ]
     start = strategy.inputs[0] if strategy.count else _opening(strategy)
@@ -112,7 +112,7 @@ def _read(strategy_json: bytes, text: str) -> Strategy:
         raise ResourceLimitError(f"a strategy is too large to be certified: {error}") from error
 
 
-def _killing(strategy: Strategy, node: int) -> Row:
+def _unanswered_input(strategy: Strategy, node: int) -> Row:
     """Return a next input to which the robot has no reply."""
     rows = strategy.expected(strategy.asked[node])
     return _first(row for row in rows if not strategy.replies(node, row))

@@ -59,8 +59,8 @@ def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_js
 
 
 def _tell(found: Audit, show_all: bool, partial: bool) -> None:
-    options.tell_first(found.source, found.findings, show_all)
-    options.tell_first(found.source, found.notes, show_all, "more not judged")
+    options.print_findings(found.source, found.findings, show_all)
+    options.print_findings(found.source, found.notes, show_all, "more not judged")
     if not found.complete:
         click.echo("The trace ends before its outcome; checked as far as it goes.")
         if not partial:

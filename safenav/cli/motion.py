@@ -140,7 +140,7 @@ def check_motion(
         data["requirements"] = [one.data() for one in judgements]
         click.echo(json.dumps(data, indent=2))
         return ExitCode.OK if ok else ExitCode.NEGATIVE
-    options.tell_first(motion, found, show_all)
+    options.print_findings(motion, found, show_all)
     if found and formulas:
         click.echo("the requirements are not evaluated on a motion that breaks rules")
     if not found:

@@ -152,7 +152,9 @@ def division(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def tell_first(source: object, found: Sequence[object], show_all: bool, rest: str = "more") -> None:
+def print_findings(
+    source: object, found: Sequence[object], show_all: bool, rest: str = "more"
+) -> None:
     """Print the first thing that was found in a source, or all of them."""
     for each in found if show_all else found[:1]:
         click.echo(f"{source}: {each}")

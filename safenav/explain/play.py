@@ -10,6 +10,7 @@ from itertools import islice, product
 
 from msgspec import Struct
 
+from safenav.cached_method import cached_method
 from safenav.components import explored, path_to, shortest_paths
 from safenav.explain.explanation import (
     Diagnosis,
@@ -19,7 +20,6 @@ from safenav.explain.explanation import (
     Witness,
     WitnessEnd,
 )
-from safenav.kept import kept
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl, Target
 from safenav.spec.specification import Constraint, Owner, Section, Specification
@@ -257,7 +257,7 @@ class _Play(Play):
             return 0
         return self._field(awaited).get(region, self._world.size)
 
-    @kept
+    @cached_method
     def _field(self, awaited: Target) -> Mapping[Region, int]:
         return self._world.distances(awaited)
 

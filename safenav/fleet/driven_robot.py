@@ -26,10 +26,10 @@ STILL = 0.05
 
 
 class Phase(Enum):
-    """A phase of a command. PEERING: the robot has not set out; it looks into the region that it is
-    to enter."""
+    """A phase of a command. INSPECTING: the robot has not departed; it senses the region that it
+    is to enter."""
 
-    PEERING = auto()
+    INSPECTING = auto()
     GOING = auto()
     STOPPING = auto()
     RETURNING = auto()
@@ -120,7 +120,7 @@ class DrivenRobot(Struct):
     def stands(self) -> Region | None:
         """The region in which it stands; None if it moves, or only says that it is there."""
         task = self.task
-        if task is None or task.phase is Phase.PEERING:
+        if task is None or task.phase is Phase.INSPECTING:
             return self.pose.region
         if task.phase is not Phase.LOOKING or not task.there:
             return None

@@ -170,7 +170,7 @@ class Following:
         """x, y and yaw where a follower rests until its first step."""
         return resting_place(self.followers[robot].mover, self._places)
 
-    def astray(self, robot: str) -> str | None:
+    def start_error(self, robot: str) -> str | None:
         """Return an error message if a follower is not where its references begin."""
         follower = self.followers.get(robot)
         if follower is None or follower.place is None:

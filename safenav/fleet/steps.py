@@ -131,7 +131,7 @@ class FleetSteps:
             said = f"{name} faces {facing.label}; the scenario starts it facing "
             said += pose.heading.label
         else:
-            return None if self._following is None else self._following.astray(name)
+            return None if self._following is None else self._following.start_error(name)
         return f"{said}\n    odometry has to be in the frame of the map (its 'origin')"
 
     def _send(self, body: DrivenRobot, task: FleetTask, pose: Pose) -> None:
@@ -146,9 +146,9 @@ class FleetSteps:
         if self.recording is not None and body.robot.name not in self.followers:
             self.recording.sent(body.robot.name, goal, self._clock.now())
         self._transport.navigate(body.robot.name, goal)
-        task.due = max(task.due, self.now() + SETTLING + self._left(body))
+        task.due = max(task.due, self.now() + SETTLING + self._seconds_left(body))
 
-    def _left(self, body: DrivenRobot) -> float:
+    def _seconds_left(self, body: DrivenRobot) -> float:
         """Return the seconds until the reference of a robot ends."""
         return 0.0 if self._following is None else self._following.left(body.robot.name)
 
@@ -187,7 +187,7 @@ class FleetSteps:
         task.left -= 1
         task.goal, task.due = 0, self.now() + PAUSE
 
-    def _again(self, body: DrivenRobot, task: FleetTask) -> None:
+    def _end_pause(self, body: DrivenRobot, task: FleetTask) -> None:
         """The pause is over."""
         if not task.back and self._sensing.at(task.to.region) is not None:
             self._go_back(body, task)
@@ -199,7 +199,7 @@ class FleetSteps:
         if not task.goal:
             self._go_back(body, task)
             return
-        task.due = self.now() + STOPPING + self._left(body)
+        task.due = self.now() + STOPPING + self._seconds_left(body)
         self._transport.cancel(body.robot.name)
 
     def _watch(self, body: DrivenRobot) -> None:
@@ -223,7 +223,7 @@ class FleetSteps:
 
     def _came_back(self, body: DrivenRobot, task: FleetTask) -> None:
         pose = self._pose_now(body)
-        if pose is None or not self._amid(body, pose.region):
+        if pose is None or not self._is_well_inside(body, pose.region):
             between = "it reported its return, but stands between regions"
             self._lose(body, task, f"{task.reason}; {between}")
             return
@@ -262,7 +262,11 @@ class FleetSteps:
         elif pose == task.to and self._near(body, pose.region):
             body.pose = pose
             self._end(body, Arrived, task.reason)
-        elif pose.region == task.to.region and pose != task.to and self._amid(body, pose.region):
+        elif (
+            pose.region == task.to.region
+            and pose != task.to
+            and self._is_well_inside(body, pose.region)
+        ):
             self._end(body, Elsewhere, pose)
         else:
             off = self._metres_to(body, task.to.region)
@@ -277,7 +281,7 @@ class FleetSteps:
             or self._metres_to(body, region) <= body.station.tolerance
         )
 
-    def _amid(self, body: DrivenRobot, region: Region) -> bool:
+    def _is_well_inside(self, body: DrivenRobot, region: Region) -> bool:
         """Return whether it is well inside a region: near its centre, or following references."""
         inside = max(body.station.tolerance, min(self.places.frame.resolution) / 4)
         return body.robot.name in self.followers or self._metres_to(body, region) <= inside

@@ -54,7 +54,9 @@ class FleetWorld(FleetSteps):
         if found is not None and found.region != body.pose.region:  # moved by something else
             body.lost = frozenset((body.pose.region, found.region))
             return Lost(self.now(), robot.name, body.lost, self._moved(found), command=command)
-        task = FleetTask(command, body.pose, pose, body.station.retries, Phase.PEERING, known=known)
+        task = FleetTask(
+            command, body.pose, pose, body.station.retries, Phase.INSPECTING, known=known
+        )
         body.task = self._untold[robot.name] = task
         return None
 
@@ -77,9 +79,9 @@ class FleetWorld(FleetSteps):
     def _set_out(self, robot: str) -> None:
         body, task = self._bodies[robot], self._untold.pop(robot)
         task.due = self.now() + PASSED + FRESH
-        self._peer(body, task)
+        self._send_if_clear(body, task)
 
-    def _peer(self, body: DrivenRobot, task: FleetTask) -> None:
+    def _send_if_clear(self, body: DrivenRobot, task: FleetTask) -> None:
         """Send a robot if its lidar confirms what the team knows of the next region, or cannot see
         that region. A robot that has just found an obstacle does not depart."""
         if body.robot.name in self._untold:
@@ -155,7 +157,7 @@ class FleetWorld(FleetSteps):
         body = self._bodies[robot.name]
         task = body.task
         self._untold.pop(robot.name, None)
-        if task is not None and task.phase is Phase.PEERING:  # it has not set out
+        if task is not None and task.phase is Phase.INSPECTING:  # it has not set out
             self._end(body, Failed, task.start, "cancelled")
         elif task is not None and task.phase is Phase.GOING:
             self._stop(body, task, "cancelled")
@@ -266,8 +268,8 @@ class FleetWorld(FleetSteps):
             self._confirm(body, task)
         elif task is not None and task.over is not None:
             self._acted(body, task)
-        elif task is not None and task.phase is Phase.PEERING:
-            self._peer(body, task)
+        elif task is not None and task.phase is Phase.INSPECTING:
+            self._send_if_clear(body, task)
         self._read(body, heard)
         self._watch(body)
         if (left := self._lookout.stray_left(body)) is not None:
@@ -300,12 +302,12 @@ class FleetWorld(FleetSteps):
                 continue
             if task.phase is Phase.LOOKING:
                 self._looked(body, task)
-            elif task.phase is Phase.PEERING:
+            elif task.phase is Phase.INSPECTING:
                 self._peered(body, task)
             elif task.over is not None:
                 self._end_action(body, task)
             elif not task.goal and task.phase in (Phase.GOING, Phase.RETURNING):
-                self._again(body, task)
+                self._end_pause(body, task)
             elif task.phase is Phase.GOING:
                 self._stop(body, task, f"the goal did not end within {now - task.sent:.1f} s")
             elif task.phase is Phase.STOPPING:
@@ -398,5 +400,5 @@ class FleetWorld(FleetSteps):
                     self._looked(body, task)
                 else:  # what it has hit may have left: look again before a robot enters
                     task.due = max(task.due, task.since + PASSED + FRESH)
-            elif task is not None and task.phase is Phase.PEERING:
-                self._peer(body, task)
+            elif task is not None and task.phase is Phase.INSPECTING:
+                self._send_if_clear(body, task)

@@ -176,11 +176,11 @@ def _walking(segment: Segment, times: Array, limits: Mapping[str, object]) -> Ar
         for swing in segment.swings:
             if swing.side == side:
                 up = (times > swing.t0) & (times < swing.t1)
-                table[up, at : at + 4] = swung(swing, times[up], clearance)
+                table[up, at : at + 4] = swing_poses(swing, times[up], clearance)
     return table
 
 
-def swung(swing: Swing, times: Array, clearance: float) -> Array:
+def swing_poses(swing: Swing, times: Array, clearance: float) -> Array:
     """x, y, z and yaw of a foot in the air (times, 4), at times since the segment's begin."""
     seconds = swing.t1 - swing.t0
     since = times - swing.t0

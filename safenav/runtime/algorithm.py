@@ -94,7 +94,7 @@ class Algorithm(Struct):
                 else self.world.may_have_ended(robot.name)
             ):
                 turn = partial(self.settle, self._step(robot))
-                self.turns.idling.unless_idle(robot, partial(self.guarded, turn))
+                self.turns.idling.unless_idle(robot, partial(self.run_part, turn))
             self.deadlines.turn_ends(number)
 
     def _step(self, robot: RobotState) -> Iterator[Event]:
@@ -167,7 +167,7 @@ class Algorithm(Struct):
                 }
         return decision.next
 
-    def guarded(self, part: Callable[[], None]) -> bool:
+    def run_part(self, part: Callable[[], None]) -> bool:
         """Do a part of a pass; return whether it was completed without a wait."""
         raise NotImplementedError
 

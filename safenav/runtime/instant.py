@@ -7,7 +7,7 @@ from msgspec import Struct, field
 from safenav.trace import records
 from safenav.trace.words import counted, listed
 
-AT_ONCE = 500, 50
+MOST_PASSES = 500, 50
 """The most passes at one moment in which no further round is counted, and more for each robot."""
 
 
@@ -27,13 +27,13 @@ class Instant(Struct):
             if kind not in found:
                 found.append(str(kind))
 
-    def excess(self, time: float, rounds: int, robots: int) -> str:
+    def livelock(self, time: float, rounds: int, robots: int) -> str:
         """Count a pass. Return who decides without end, and what; an empty text below the limit."""
         if time != self.time or rounds > self.rounds:
             self.time, self.rounds, self.passes = time, rounds, 0
             self.lines.clear()
         self.passes += 1
-        most, each = AT_ONCE
+        most, each = MOST_PASSES
         if self.passes <= most + each * robots:
             return ""
         who = [f"{name} ({', '.join(kinds)})" for name, kinds in self.lines.items()]

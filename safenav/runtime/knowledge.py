@@ -36,13 +36,13 @@ class NeedMet(Struct, frozen=True):
 
 
 class Knowledge:
-    """The obstacles that the team knows. Owner of ``pending``, ``joined`` and ``stuck_at`` (the
-    need at which an obstacle was given up), all by name. ``sighted``: seen by robots that they do
-    not stop, and met by none that they stop."""
+    """The obstacles that the team knows. Owner of ``pending``, ``permanent`` and ``given_up_need``
+    (the open need of an obstacle that was given up), all by name. ``sighted``: seen by robots that
+    they do not stop, and encountered by none that they stop."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.joined: dict[str, tuple[Obstacle, str]] = {}
-        self.stuck_at: dict[str, int] = {}
+        self.permanent: dict[str, tuple[Obstacle, str]] = {}
+        self.given_up_need: dict[str, int] = {}
         self.sighted: dict[str, Obstacle] = {}
         self._unmet = Works(scenario)
         self._known = Works(scenario, others=self._unmet.open)
@@ -59,7 +59,7 @@ class Knowledge:
     def copy(self) -> Knowledge:
         """The same knowledge, to be changed apart from this one."""
         other = copy(self)
-        other.joined, other.stuck_at = dict(self.joined), dict(self.stuck_at)
+        other.permanent, other.given_up_need = dict(self.permanent), dict(self.given_up_need)
         other.sighted = dict(self.sighted)
         unmet, known = (
             {name: replace(work) for name, work in works.open.items()}
@@ -77,7 +77,7 @@ class Knowledge:
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
         """Whether a robot must not enter an obstacle's region, as far as it is resolved. One that
         is in O is closed to every robot that it blocks."""
-        if obstacle.name in self.joined:
+        if obstacle.name in self.permanent:
             return obstacle.blocks(robot)
         return obstacle.closed_to(robot, self.need_of(obstacle))
 
@@ -100,7 +100,7 @@ class Knowledge:
     def obstacles(self) -> dict[str, Obstacle]:
         """Return all known obstacles that are still present: pending ones, then those in O."""
         found = {name: work.obstacle for name, work in self.pending.items()}
-        return found | {name: obstacle for name, (obstacle, _) in self.joined.items()}
+        return found | {name: obstacle for name, (obstacle, _) in self.permanent.items()}
 
     def sight(self, obstacle: Obstacle) -> None:
         """Remember an obstacle that a sensor shows to a robot that may enter its region. Another
@@ -112,8 +112,8 @@ class Knowledge:
         """Remember an obstacle that a robot encountered; return whether it is new."""
         if obstacle.name in self.pending:
             return False
-        self.joined.pop(obstacle.name, None)
-        self.stuck_at.pop(obstacle.name, None)
+        self.permanent.pop(obstacle.name, None)
+        self.given_up_need.pop(obstacle.name, None)
         self.sighted.pop(obstacle.name, None)
         work = self._unmet.open.pop(obstacle.name, None) or Work(obstacle)
         self.pending[obstacle.name] = work
@@ -214,15 +214,15 @@ class Knowledge:
 
     def knows(self, obstacle: Obstacle) -> bool:
         """Whether the team has met an obstacle, or has it in O."""
-        return obstacle.name in self.pending or obstacle.name in self.joined
+        return obstacle.name in self.pending or obstacle.name in self.permanent
 
     def forget(self, obstacle: Obstacle) -> bool:
         """Forget an obstacle that was resolved or disappeared; return whether the team knew it."""
         known = self.knows(obstacle)
         self.pending.pop(obstacle.name, None)
         self.sighted.pop(obstacle.name, None)
-        self.joined.pop(obstacle.name, None)
-        self.stuck_at.pop(obstacle.name, None)
+        self.permanent.pop(obstacle.name, None)
+        self.given_up_need.pop(obstacle.name, None)
         self._unmet.open.pop(obstacle.name, None)
         return known
 
@@ -236,14 +236,14 @@ class Knowledge:
         work = self.pending.pop(obstacle.name, None)
         if work is not None and reason not in (UNTRAVERSABLE, PERMANENT) and _takes_more(obstacle):
             self._unmet.open[obstacle.name] = work  # robots may still do their part in it
-        self.joined[obstacle.name] = (obstacle, reason)
-        self.stuck_at[obstacle.name] = work.need if work is not None else 0
+        self.permanent[obstacle.name] = (obstacle, reason)
+        self.given_up_need[obstacle.name] = work.need if work is not None else 0
 
     def given_up(self) -> dict[str, int]:
         """The obstacles that no robot can ever resolve, and the need that none can fulfil."""
         return {
-            name: self.stuck_at[name]
-            for name, (_, reason) in self.joined.items()
+            name: self.given_up_need[name]
+            for name, (_, reason) in self.permanent.items()
             if reason not in (UNTRAVERSABLE, PERMANENT)
         }
 
@@ -254,12 +254,12 @@ class Knowledge:
 
     def walls_for(self, robot: Robot, avoid: Collection[str] = ()) -> tuple[Known, ...]:
         """The regions beyond the walls that the robot must not plan through: those that its
-        objective forbids, of joined obstacles, and of pending ones that it is to ``avoid``."""
+        objective forbids, of permanent obstacles, and of pending ones that it is to ``avoid``."""
         item = f"robots.{robot.name}.objective.avoid"
         found = [Known(r, item, f"{robot.name} avoids it") for r in robot.objective.avoid]
         found += [
             Known(obstacle.region, f"obstacles.{obstacle.name}", reason)
-            for obstacle, reason in self.joined.values()
+            for obstacle, reason in self.permanent.values()
             if obstacle.blocks(robot)
         ]
         found += [

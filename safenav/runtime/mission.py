@@ -35,7 +35,7 @@ from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.turn import Turns
-from safenav.runtime.turns.while_waiting import goes_on
+from safenav.runtime.turns.while_waiting import may_continue
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent
@@ -205,7 +205,9 @@ class Mission:
         """Whether no robot has a command, except those that continue while the team waits."""
         robots = self.state.robots.values()
         under_way = [r for r in robots if r.transit is not None or r.acting is not None]
-        return all(self.state.waiting is not None and goes_on(self.state, r) for r in under_way)
+        return all(
+            self.state.waiting is not None and may_continue(self.state, r) for r in under_way
+        )
 
     def exclude_idle_time(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""

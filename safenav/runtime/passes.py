@@ -79,12 +79,12 @@ class Passes(Algorithm):
         self._apply_changes()
         self.execute_controllers()  # 6
         if team.waiting is None:
-            self.guarded(self._plan)
+            self.run_part(self._plan)
         self._end_if_due()
         self._changed = team.changes > before
         if team.live:
-            self.guarded(self._unless_still)
-            self.guarded(self._unless_at_once)
+            self.run_part(self._resolve_standstill)
+            self.run_part(self._end_livelock)
 
     def _apply_changes(self) -> None:
         """Apply the changes by users, the scenario and the world before the turns. Raises
@@ -94,11 +94,11 @@ class Passes(Algorithm):
         goes_on = begun is not None and bool(begun.asked or begun.stays)
         outdated = self._outdated
         self._together |= goes_on
-        self.guarded(lambda: self.settle(self.batteries.tick_begins()))
+        self.run_part(lambda: self.settle(self.batteries.tick_begins()))
         waited, self.interventions.took_effect = team.waiting is not None, False
         self.interventions.ends_wait = False
         self._together |= waited or self.interventions.finds_lost
-        while not self.guarded(lambda: self.settle(self.interventions.apply())):
+        while not self.run_part(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
         if waited:  # whatever it was, nothing of it is decided yet
             self._together = together or self.interventions.took_effect
@@ -106,7 +106,7 @@ class Passes(Algorithm):
             self._together = together
         self._together |= self.interventions.ends_wait or outdated
         if goes_on:
-            self.guarded(partial(self.settle, [Continued()]))
+            self.run_part(partial(self.settle, [Continued()]))
         if given_up:
             if self._outdated:
                 self._resume()
@@ -122,7 +122,7 @@ class Passes(Algorithm):
             if change.appeared:
                 team.failures.appeared(change.obstacle.name)
             team.introduce(change.obstacle, change.truth)
-            self.guarded(partial(self.settle, [ObstacleChanged(change)]))
+            self.run_part(partial(self.settle, [ObstacleChanged(change)]))
         if self._together:
             self._resume()
         if begun is not None and begun.plan is not None and team.waiting is None:
@@ -146,7 +146,7 @@ class Passes(Algorithm):
                 [OutsideStrategy(name, Reason.PLAN)] if robot.assignment.role is Role.OWN else []
             )
 
-    def _unless_still(self) -> None:
+    def _resolve_standstill(self) -> None:
         """Resolve a circular wait in a live run by a plan; end the run if nothing can change.
         Raises RunEnded."""
         team = self.team
@@ -162,7 +162,7 @@ class Passes(Algorithm):
         self._changed = self._still < STILL
         if not self._changed:
             if team.out_of_service:
-                self._unless_back()
+                self._require_return()
             if self._inputs_may_change():
                 return
             said = f"no robot moves; {what_is_left(self.team)}"
@@ -171,11 +171,11 @@ class Passes(Algorithm):
                 said += f"; inputs: {' and '.join(on) or 'none'} on"
             raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
 
-    def _unless_at_once(self) -> None:
+    def _end_livelock(self) -> None:
         """End the run if robots decide repeatedly while no time passes. Raises RunEnded."""
         robots = self.team.robots.values()
         rounds = sum(robot.own.rounds for robot in robots)
-        if said := self._instant.excess(self.world.now(), rounds, len(robots)):
+        if said := self._instant.livelock(self.world.now(), rounds, len(robots)):
             raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, f"{said}; {what_is_left(self.team)}"))
 
     def _inputs_may_change(self) -> bool:
@@ -216,7 +216,7 @@ class Passes(Algorithm):
         limits = [self.limit] if self.limit is not None else []
         return min((*self._times(), *limits), default=None)
 
-    def guarded(self, part: Callable[[], None]) -> bool:
+    def run_part(self, part: Callable[[], None]) -> bool:
         """Do a part of a pass. If the run would end, but an operator can help or the scenario still
         changes something, wait. Return whether the part was completed."""
         try:
@@ -297,7 +297,7 @@ class Passes(Algorithm):
         """Decide once after all interventions of a pass, or after a change of the scenario. First
         reopen the requests that were given up, since the missing capability may be available."""
         self.team.waiting, self._together, self._outdated = None, False, False
-        self.guarded(lambda: self.settle([ObstaclesReopened()]))
+        self.run_part(lambda: self.settle([ObstaclesReopened()]))
 
     def _hear(self) -> None:
         """Process the reports of the world, other than the ends of commands."""
@@ -318,10 +318,10 @@ class Passes(Algorithm):
             elif not sensed.there:  # as if an operator had resolved it
                 known = self.team.knowledge.knows(obstacle)
                 self._together |= known and self.team.waiting is not None
-                self.guarded(partial(self.settle, self.turns.actions.gone(obstacle)))
+                self.run_part(partial(self.settle, self.turns.actions.gone(obstacle)))
         if self._come:
             self._come = False
-            self.guarded(self.retry_deferred)
+            self.run_part(self.retry_deferred)
 
     def completes(self) -> bool:
         team = self.team
@@ -357,7 +357,7 @@ class Passes(Algorithm):
             and not served
             and self.traffic.searches.only_out(left)
         ):
-            self.guarded(self._unless_back)
+            self.run_part(self._require_return)
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:
                 raise RunEnded(self._out_of(Outcome.TIME_LIMIT))
@@ -380,7 +380,7 @@ class Passes(Algorithm):
         requests = (*self.team.requests, *left_out)
         return [r.obstacle.name for r in requests if r.obstacle.ordered]
 
-    def _unless_back(self) -> None:
+    def _require_return(self) -> None:
         """Handle a state in which only robots out of service have remaining duties. Raises RunEnded
         unless one may return by itself."""
         if not (self.batteries.returns or (self._times() if self.team.live else self._to_come())):

@@ -9,7 +9,7 @@ from heapq import heappop, heappush
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
@@ -85,7 +85,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
                 continue
             for former in before[pose]:
                 offer(former, then[pose] + self.battery.move)
-            aside = self._aside(pose, turn, then)
+            aside = self._other_pose_charge(pose, turn, then)
             if self.chargers >> pose & 1:
                 offer(pose, max(then[pose], aside))
             else:  # without charge for a step it is out of service, and meets nothing by staying
@@ -97,7 +97,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
                     offer(former, charge + self.battery.move)
         return best
 
-    def _aside(self, pose: int, turn: int, then: Mapping[int, int]) -> int:
+    def _other_pose_charge(self, pose: int, turn: int, then: Mapping[int, int]) -> int:
         """Return the charge for a step to another pose of a target, which a strategy may take where
         staying meets the target; 0 if the robot settles there. ``then``: the needs afterwards."""
         after = self.turn(turn + 1)
@@ -151,7 +151,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
                 return found
         return None
 
-    def _then(self, pose: int, turn: int) -> int:
+    def _need_after_target(self, pose: int, turn: int) -> int:
         """The need of a pose in which target ``turn`` has been met."""
         if self.afterwards is not None:
             return self.afterwards.get(pose, NEVER)
@@ -173,7 +173,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         ``kept``: the poses in regions that others do not leave, to be chosen last; ``taken``:
         those in regions where others are or go to charge, to be chosen after free ones as near to
         the target; ``helps``: its strategy is not for these targets alone."""
-        takes = self._takes(pose, turn)
+        takes = self._path_charges(pose, turn)
         met, charges = self.targets[turn] >> pose & 1, self.chargers >> pose & 1
         direct = charges and not (met or helps or self._shortest)  # it could return repeatedly
         enough = max(self._nearest(pose, turn, takes), self._any_step(pose, turn)) <= charge
@@ -258,7 +258,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         if self._shortest or self.afterwards is not None:
             return 0
         met, charges = goal >> pose & 1, self.chargers >> pose & 1
-        aside = self._aside(pose, turn, self.needs[then]) if met else 0
+        aside = self._other_pose_charge(pose, turn, self.needs[then]) if met else 0
         if met and (not charges or (self.settles and then == turn)):
             return aside
         goes_on = self._on_chargers.needs
@@ -279,25 +279,29 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
 
     def _direct(self, pose: int, turn: int) -> int:
         """The same in the best of its poses."""
-        return min(self._stays(pose, turn), *self._takes(pose, turn).values(), NEVER)
+        return min(self._stays(pose, turn), *self._path_charges(pose, turn).values(), NEVER)
 
     def _stays(self, pose: int, turn: int) -> int:
         """The same by a tick's stay where it is."""
         if not self.targets[turn] >> pose & 1:
             return NEVER
-        then, aside = self._then(pose, turn), self._any_step(pose, turn)
+        then, aside = self._need_after_target(pose, turn), self._any_step(pose, turn)
         if self.chargers >> pose & 1:
             return max(then, aside)
         return max(then + self.battery.stay, self.battery.move, aside)
 
-    def _takes(self, pose: int, turn: int) -> dict[int, int]:
+    def _path_charges(self, pose: int, turn: int) -> dict[int, int]:
         """Return for each adjacent pose of the next target the charge for the path and the need
         there."""
         move = self.battery.move
         ways = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
-        return {at: n * move + self._then(at, turn) for at, n in ways.items() if 0 < n < FAR}
+        return {
+            at: n * move + self._need_after_target(at, turn)
+            for at, n in ways.items()
+            if 0 < n < FAR
+        }
 
-    @kept
+    @cached_method
     def _hop(self, turn: int) -> dict[int, int]:
         """Return for each charger the number of further charging stops before the next target."""
         places = list(bits(self.chargers & self.allowed))

@@ -33,20 +33,23 @@ from safenav.studio.editing.realizability import RealizabilityQueue
 from safenav.studio.editing.round_trip import changed
 from safenav.studio.editing.walls import embed
 from safenav.studio.run.orders import RunOrder
+from safenav.studio.scenario_folder import ScenarioFolder, read_text, save_text
 from safenav.studio.session import Made, Message, Studio
-from safenav.studio.shelf import Shelf, read_text, save_text
 
 if TYPE_CHECKING:
     from safenav.studio.editing.importing import FloorPlan
 
 
 class Editor(Studio):
-    """Owner of the text. Scenarios are opened from ``shelf`` and saved to it; ``named``: the folder
-    that the user named, which alone a text of a foreign origin may read."""
+    """Owner of the text. ``scenarios``: the folder from which they are opened and to which they are
+    saved; ``named``: the folder that the user named, which alone a text of a foreign origin may
+    read."""
 
-    def __init__(self, text: str, origin: TextOrigin, shelf: Shelf, named: Path | None) -> None:
+    def __init__(
+        self, text: str, origin: TextOrigin, scenarios: ScenarioFolder, named: Path | None
+    ) -> None:
         super().__init__(RunOrder(text, str(origin.file or "scenario.yaml")), built_in())
-        self.shelf = shelf
+        self.scenarios = scenarios
         self.named = named
         self.document = OpenDocument(text, origin)
         self._drawn: TextOrigin | None = None
@@ -77,14 +80,18 @@ class Editor(Studio):
         unreadable file."""
         if file is not None and file.is_dir():
             file, folder = None, folder or file
-        shelf = Shelf((folder or (Path.cwd() if file is None else file.parent)).resolve())
+        scenarios = ScenarioFolder(
+            (folder or (Path.cwd() if file is None else file.parent)).resolve()
+        )
         if file is not None and not file.parent.is_dir():
             raise UsageError(f"{file}: there is no folder {file.parent}")
         if file is None or not file.exists():
             text = beginnings.blank()
-            return cls(text, TextOrigin(file, saved=text if file is None else None), shelf, folder)
+            return cls(
+                text, TextOrigin(file, saved=text if file is None else None), scenarios, folder
+            )
         text = read_text(file)
-        return cls(text, TextOrigin(file, saved=text), shelf, folder)
+        return cls(text, TextOrigin(file, saved=text), scenarios, folder)
 
     @property
     def title(self) -> str:
@@ -157,7 +164,7 @@ class Editor(Studio):
         return [*told, self._told(), {"is": "verdicts", "verdicts": self._realizability.verdicts}]
 
     def _hello(self) -> dict[str, Any]:
-        more = {"editor": True, "templates": TEMPLATES, "folder": str(self.shelf.folder)}
+        more = {"editor": True, "templates": TEMPLATES, "folder": str(self.scenarios.folder)}
         return {**super()._hello(), **more}
 
     def _told(self) -> dict[str, Any]:
@@ -171,7 +178,7 @@ class Editor(Studio):
             "redoable": document.redoable,
             "origin": document.origin.number,
             "dirty": document.dirty,
-            "file": None if file is None else self.shelf.name(file),
+            "file": None if file is None else self.scenarios.name(file),
             "drawing": self._drawing,
             "palette": palette(self._draft.catalogue),
             "problems": [_problem(found) for found in self._draft.diagnostics],
@@ -181,13 +188,13 @@ class Editor(Studio):
         """The files that the text may name: those in the folder that was named, else in that of
         its file; a foreign text without either reads none."""
         origin = self.document.origin
-        home = origin.file.parent if origin.file is not None else self.shelf.folder
+        home = origin.file.parent if origin.file is not None else self.scenarios.folder
         return ReadableFolder(self.named or (None if origin.foreign else home))
 
     @property
     def _name(self) -> str:
         """The assumed path of the text: files that it names are searched beside it."""
-        return str(self.document.origin.file or self.shelf.folder / "scenario.yaml")
+        return str(self.document.origin.file or self.scenarios.folder / "scenario.yaml")
 
     def _drafted(self, *, reachable: bool = True) -> Draft:
         return load_draft(self.document.text, self._name, self._reach(), reachable=reachable)
@@ -278,7 +285,7 @@ class Editor(Studio):
         elif kind == "template":
             self._begin_with(beginnings.template(str(data.get("name"))))
         elif kind == "file":
-            path = self.shelf.path(str(data.get("name")))
+            path = self.scenarios.path(str(data.get("name")))
             text = await asyncio.to_thread(read_text, path)
             self.document.change(text, origin=TextOrigin(path, saved=text))
             self._changed()
@@ -298,21 +305,21 @@ class Editor(Studio):
 
     async def _files(self, _: Message) -> None:
         """The scenarios that can be opened."""
-        self.tell({"is": "files", "names": await asyncio.to_thread(self.shelf.names)})
+        self.tell({"is": "files", "names": await asyncio.to_thread(self.scenarios.names)})
 
     async def _save(self, data: Message) -> None:
         """To the file that was opened, or under a ``name`` in the folder. A file with an unknown
         content is replaced only if ``replace`` is set."""
         name, document = data.get("name"), self.document
         origin = document.origin
-        path = self.shelf.path(name) if isinstance(name, str) and name else origin.file
+        path = self.scenarios.path(name) if isinstance(name, str) and name else origin.file
         if path is None:
             raise UsageError("the scenario has no name yet: Save as gives it one")
         known = origin.saved if path == origin.file else None
         save_text(path, document.text, known, replace=data.get("replace") is True)
         moved = path != origin.file
         origin.file, origin.foreign, origin.saved = path, False, document.text
-        self.tell({"is": "saved", "file": self.shelf.name(path)})
+        self.tell({"is": "saved", "file": self.scenarios.name(path)})
         if moved:  # other files are beside it
             self._changed()
         else:

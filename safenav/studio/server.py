@@ -28,8 +28,8 @@ from msgspec import Struct
 
 from safenav.errors import SafenavError, UsageError, file_words
 from safenav.report.page.html import framed
+from safenav.studio.scenario_folder import ReplaceError
 from safenav.studio.session import Studio
-from safenav.studio.shelf import ReplaceError
 
 UPLOAD = 8_000_000
 """Bytes of the largest upload."""

@@ -141,7 +141,7 @@ class WatchedRun(StudioRun):
         self._take(json_line(data).encode())
         if data["type"] == "outcome":
             self._done()
-            self._over()
+            self._process_ended()
         elif self._is_tick_complete():
             self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
 

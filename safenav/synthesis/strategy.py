@@ -16,8 +16,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta, Struct
 
+from safenav.cached_method import cached_method
 from safenav.errors import SynthesizerError
-from safenav.kept import kept
 from safenav.spec.specification import Owner, Section, Specification, Variable
 
 
@@ -119,7 +119,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         state = self.states[node]
         return {field.variable.name: field.decode(state) for field in self.fields}
 
-    @kept
+    @cached_method
     def initial(self) -> tuple[int, ...]:
         """Return the nodes in which a play may start, ascending.
 
@@ -159,7 +159,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         state = self.states[node]
         return tuple(n for n, other in enumerate(self.states) if n != node and other == state)
 
-    @kept
+    @cached_method
     def _nodes(self, name: str) -> dict[int, list[int]]:
         """Return the nodes by the value of a variable."""
         found: dict[int, list[int]] = {}

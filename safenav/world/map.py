@@ -13,7 +13,7 @@ from functools import cached_property
 
 from msgspec import Struct, field
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.world.frame import Frame
 
 Region = int
@@ -137,7 +137,7 @@ class RegionMap(Struct, frozen=True, dict=True):
             return self.region(row + d_row, col + d_col)
         return None
 
-    @kept
+    @cached_method
     def neighbours(self, region: Region) -> tuple[Region, ...]:
         """The free 4-neighbours, in the order north, east, south, west."""
         steps = (self.step(region, heading) for heading in Heading)

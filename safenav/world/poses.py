@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import cached_property, lru_cache
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
@@ -83,7 +83,7 @@ class PoseGraph:
             found |= regions << block * self.size
         return found
 
-    @kept
+    @cached_method
     def left_only(self, pose: int) -> PoseGraph:
         """The same poses, and the steps but those into one of them."""
         into = {(former, pose) for former in bits(self.backward(1 << pose))}
@@ -106,7 +106,7 @@ class PoseGraph:
         heading, region = divmod(number, self.size)
         return Pose(region, Heading(heading) if self.mobility is Mobility.HEADING else None)
 
-    @kept
+    @cached_method
     def steps(self, pose: int) -> tuple[int, ...]:
         """The poses one step away from a pose (north, east, south, west), the stay not among
         them."""
@@ -141,12 +141,12 @@ class PoseGraph:
                     found |= 1 << pose
         return found
 
-    @kept
+    @cached_method
     def closure(self, start: Mask, allowed: Mask) -> Mask:
         """The poses reachable from ``start`` through ``allowed`` poses; ``start`` itself always."""
         return _grown(self.forward, start, allowed)
 
-    @kept
+    @cached_method
     def back(self, goal: Mask, allowed: Mask) -> Mask:
         """Return the poses from which ``goal`` can be reached through ``allowed`` poses; ``goal``
         itself always."""
@@ -161,7 +161,7 @@ class PoseGraph:
         goal = 1 << home
         return self.steps_between(1 << pose, goal, allowed | goal) is not None
 
-    @kept
+    @cached_method
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
         """The greatest set of ``allowed`` poses from which every target can be reached inside the
         set, forever."""
@@ -215,7 +215,7 @@ class PoseGraph:
             way.append(next(step for step in self.steps(way[-1]) if layer >> step & 1))
         return way
 
-    @kept
+    @cached_method
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:
         """Return for each pose the steps to the nearest pose of ``goal``, FAR without a path."""
         field = [FAR] * (self.size * self.blocks)

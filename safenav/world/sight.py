@@ -27,7 +27,7 @@ import math
 from collections.abc import Iterator
 from functools import cache, cached_property, lru_cache
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mask, bits
 
@@ -67,7 +67,7 @@ class Visibility:
         """Return all regions visible from ``source``, itself included; none from a wall."""
         return frozenset(bits(self.mask(source)))
 
-    @kept
+    @cached_method
     def mask(self, source: Region) -> Mask:
         """The same as a set in one integer."""
         world, width = self.world, self._width

@@ -36,4 +36,4 @@ def _compare(rng: random.Random) -> None:
         for start in starts & {*open_}:
             assert {*graph.spread(start, walls).around} in parts
         lasting = any(part <= reach and all(aim & part for aim in aims) for part in parts)
-        assert graph.goes_on(starts, aims, walls) == lasting
+        assert graph.can_continue(starts, aims, walls) == lasting

@@ -259,9 +259,9 @@ def test_a_robot_without_a_motion_is_refused() -> None:
 def test_a_robot_that_stands_where_no_reference_begins_is_named() -> None:
     follows, bodies, _, _ = prepared()
     x, y, yaw = follows.begins("digit")
-    assert follows.astray("digit") is None and follows.astray("spot") is None
+    assert follows.start_error("digit") is None and follows.start_error("spot") is None
     bodies.post(Located("digit", bodies.now, x + 0.4, y, yaw))
-    assert follows.astray("digit") == (
+    assert follows.start_error("digit") == (
         f"digit is 0.40 m from ({x:.2f}, {y:.2f}) m, where its references begin"
     )
 

@@ -122,7 +122,7 @@ def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
         for target in objective.targets
     )
     team = Team({name: member._replace(aims=aims)})
-    return team.goes_on(name, frozenset([now.pose(name)]), open_obstacles(now))
+    return team.can_continue(name, frozenset([now.pose(name)]), open_obstacles(now))
 
 
 def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:

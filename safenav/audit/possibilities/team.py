@@ -43,16 +43,16 @@ class Team:
         """Return the poses that a robot can go back and forth between."""
         return self.members[name].steps.spread(pose, self.walls(name, obstacles)).around
 
-    def goes_on(self, name: str, poses: Poses, obstacles: OpenObstacles) -> bool:
+    def can_continue(self, name: str, poses: Poses, obstacles: OpenObstacles) -> bool:
         """Return whether a robot can meet each of its targets infinitely often from some of the
         poses."""
         member = self.members[name]
-        return member.steps.goes_on(poses, member.aims, self.walls(name, obstacles))
+        return member.steps.can_continue(poses, member.aims, self.walls(name, obstacles))
 
     def is_live(self, name: str, pose: Pose, obstacles: OpenObstacles) -> bool:
         """Return whether a robot can meet each of its targets infinitely often from a pose."""
         shut = pose[0] in self.walls(name, obstacles)
-        return not shut and self.goes_on(name, frozenset([pose]), obstacles)
+        return not shut and self.can_continue(name, frozenset([pose]), obstacles)
 
     def ticks(self, name: str, poses: Poses, there: Poses, obstacles: OpenObstacles) -> int | None:
         """Return an upper bound on the ticks to the nearest of some poses; None if there is no
@@ -212,7 +212,7 @@ class Team:
     def _done(self, sets: Sets, obstacles: OpenObstacles, wanted: frozenset[str]) -> bool:
         if any(obstacle.left for obstacle in obstacles if obstacle.name in wanted):
             return False
-        return all(map(self.goes_on, self.names, sets, [obstacles] * len(sets)))
+        return all(map(self.can_continue, self.names, sets, [obstacles] * len(sets)))
 
     def settle(
         self,

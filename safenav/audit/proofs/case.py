@@ -18,7 +18,7 @@ from safenav.audit.run.situation import Situation
 
 
 @dataclass(frozen=True)
-class Wish:
+class RemainingGoals:
     """The goals that a robot has still to meet. ``targets``: the poses where each is met,
     ``in_order`` or not; ``ends``: once, and it stays at the last one. ``awaited``: those that may
     be next; ``covered``: those met in this round, ``met`` as a number. ``either``: it has two, of
@@ -66,7 +66,7 @@ class Case:
     team: Team
     at: Mapping[str, Pose]
     obstacles: OpenObstacles
-    wishes: Mapping[str, Wish]
+    wishes: Mapping[str, RemainingGoals]
     shut: frozenset[str] = frozenset()
     rounds: int = 1
     zones: tuple[tuple[frozenset[str], frozenset[int]], ...] = ()
@@ -109,7 +109,7 @@ def case_of(
         team,
         {n: Recalled.of(at[n], memory[n]) if n in memory else at[n] for n in at},
         tuple(open_obstacle(name, now, out=out) for name in known),
-        {name: _wish(name, now, team) for name in team.names},
+        {name: _remaining_goals(name, now, team) for name in team.names},
         frozenset(never),
         now.header.until.rounds or 1,
         tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),
@@ -144,13 +144,13 @@ def with_memory(member: Member, formulas: Formulas) -> Member:
     return member._replace(steps=steps, aims=aims)
 
 
-def _wish(name: str, now: Situation, team: Team) -> Wish:
+def _remaining_goals(name: str, now: Situation, team: Team) -> RemainingGoals:
     objective, progress, rounds = now.own[name], now.progress[name], now.header.until.rounds or 1
     targets = tuple(frozenset(poses_in(target, name, now)) for target in objective.targets)
     if objective.kind == "ltl":
         targets = team.members[name].aims
     ends, last = shape_of(objective.kind).ends, len(objective.targets) - 1
-    return Wish(
+    return RemainingGoals(
         targets,
         shape_of(objective.kind).ordered,
         ends,

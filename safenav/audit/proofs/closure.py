@@ -121,7 +121,7 @@ def _robot_problems(
             if to[0] not in walls and to not in inside:
                 yield f"{name} can move from {_told(pose)} to {_told(to)}, outside its closure"
                 return
-    if not table["live"] and case.team.goes_on(name, inside, stuck):
+    if not table["live"] and case.team.can_continue(name, inside, stuck):
         yield f"{name} can continue forever in its closure, but is marked not live"
 
 
@@ -160,7 +160,9 @@ def _problems(
         return
     team, obstacles = case.team, case.obstacles
     closed = tuple(team.reach(name, sets[name], obstacles) for name in team.names)
-    if all(team.goes_on(n, there, obstacles) for n, there in zip(team.names, closed, strict=True)):
+    if all(
+        team.can_continue(n, there, obstacles) for n, there in zip(team.names, closed, strict=True)
+    ):
         yield "every robot is live before any of the choices"
         return
     told: dict[Choice, Mapping[str, Any]] = {}

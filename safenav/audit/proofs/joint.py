@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from safenav.audit.language import Pose
 from safenav.audit.needs import OpenObstacle, OpenObstacles
 from safenav.audit.possibilities.team import TooManyError
-from safenav.audit.proofs.case import Case, Wish, plain
+from safenav.audit.proofs.case import Case, RemainingGoals, plain
 
 MOST_STATES = 200_000
 
@@ -105,7 +105,7 @@ class _Enumeration:
         self._wishes = [case.wishes[name] for name in robots]
         self._obstacles = obstacles
         # Most moves lead from nowhere of interest to nowhere of interest.
-        self._concerned = cache(_concerned)
+        self._relevant_regions = cache(_relevant_regions)
         self._after_acting, self._closed = cache(self._performed), cache(self._closed_to)
 
     def reaches(self, is_wanted: Callable[[_State], bool], most: int) -> bool | None:
@@ -204,7 +204,7 @@ class _Enumeration:
 
     def _places(self, state: _State) -> tuple[int, ...]:
         """Return each robot's region, or ``ELSEWHERE``."""
-        concerned = self._concerned(state.obstacles)
+        concerned = self._relevant_regions(state.obstacles)
         return tuple(r if r in concerned else ELSEWHERE for r, _ in state.poses)
 
     def _closed_to(
@@ -226,7 +226,7 @@ class _Enumeration:
             after[k] = _performed(after[k], at, self._team.full(after))
         return tuple(after)
 
-    def _anew(self, wish: Wish, left: Left) -> Left:
+    def _anew(self, wish: RemainingGoals, left: Left) -> Left:
         """Rounds count from the last resolution; the order of the targets is kept, but of two of a
         strict objective either may come first."""
         rounds, count = self._case.rounds, len(wish.targets)
@@ -237,7 +237,7 @@ class _Enumeration:
         return rounds * count, EITHER if wish.either else left[1]
 
 
-def _concerned(obstacles: OpenObstacles) -> frozenset[int]:
+def _relevant_regions(obstacles: OpenObstacles) -> frozenset[int]:
     """Return the regions in which a robot resolves some obstacle or keeps others from it."""
     there = frozenset(obstacle.region for obstacle in obstacles)
     needs = (need.regions for obstacle in obstacles for need in obstacle.left)
@@ -289,7 +289,7 @@ def _clear_of(obstacle: OpenObstacle, robot: str, at: Mapping[str, int]) -> bool
     return not any(at[other] in obstacle.sweeps for other in at if other != robot)
 
 
-def _met(wish: Wish, pose: Pose, left: Left) -> Left:
+def _met(wish: RemainingGoals, pose: Pose, left: Left) -> Left:
     goals, covered = left  # in order: which is next
     count = len(wish.targets)
     if wish.in_order:

@@ -141,7 +141,7 @@ class NeedRule(Rule):
         what = f"need {record.need + 1} of {name}"
         group = now.turn.met.get((name, record.need))
         if group is None and record.need == now.open[name].stage:
-            group = now.takers(record.robot, name) or now.meets_at_once(record.robot, name)
+            group = now.takers(record.robot, name) or now.meets_without_line(record.robot, name)
         if group is None or len(needs) < 2:
             full = [n for n in record.robots or (record.robot,) if now.is_full(n)]
             for robot in full if record.need == now.open[name].stage and now.takes(name) else ():

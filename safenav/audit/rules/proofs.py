@@ -211,8 +211,8 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
             return any((now.pose(name), formulas.valuations.index(row)) in live for row in rows)
     if own.literal and shape_of(own.kind).strict and memory and name not in now.out:
         turn = next(iter(memory.values()))
-        return team.goes_on(name, here, ()) and _keeps_order(name, now, team, turn)
-    return team.goes_on(name, here, ())
+        return team.can_continue(name, here, ()) and _keeps_order(name, now, team, turn)
+    return team.can_continue(name, here, ())
 
 
 def _comes_back(name: str, pose: Pose, team: Team) -> bool:

@@ -94,7 +94,7 @@ class Robots:
         taken, lost = self.taken_by(robot), self.lost.get(robot)
         return taken | lost if lost else taken
 
-    def is_not_lost_in(self, gone: Obstacle) -> None:
+    def exclude_lost_position(self, gone: Obstacle) -> None:
         """Note that a lost robot is not where an operator has resolved what stood for it."""
         self.lost = {
             robot: regions - {gone.region} if gone.type == f"lost_{robot}" else regions

@@ -165,7 +165,7 @@ class Situation(State):
                     self._begin(name)
                     self.orders.discard(name)
                 else:
-                    self.is_not_lost_in(self.obstacles[name])
+                    self.exclude_lost_position(self.obstacles[name])
                     self._fit_again(obstacle=name)
                     self.status[name] = Status.ABSENT
             case "order":
@@ -173,7 +173,7 @@ class Situation(State):
                 self.discovered.add(name)
                 self.orders.add(name)
             case "met":
-                if self.meets_at_once(robot, name) and self.open[name].stage == record.need:
+                if self.meets_without_line(robot, name) and self.open[name].stage == record.need:
                     self._perform_at(robot, name)
                 self._take(record)
             case "resolved":

@@ -249,7 +249,7 @@ class State(Robots):
             return None
         return frozenset(there if need.together else [robot])
 
-    def meets_at_once(self, robot: str, obstacle: str) -> frozenset[str] | None:
+    def meets_without_line(self, robot: str, obstacle: str) -> frozenset[str] | None:
         """Return the robots that meet the next need of an obstacle, not its last, if an action of
         one of them is over immediately: a live run has no lines for that."""
         last = len(self.open[obstacle].left) == 1

@@ -23,8 +23,8 @@ from msgspec import Struct, field
 from safenav.batch.cases.case import Case, Settings
 from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
 from safenav.batch.cases.variation import varied
+from safenav.cached_method import cached_method
 from safenav.errors import UsageError
-from safenav.kept import kept
 from safenav.scenario.reading.references import referenced_files, root_of
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
 from safenav.scenario.yaml.findings import Findings
@@ -51,7 +51,7 @@ class References:
         parts = [self._digest(path, root) for path in referenced_files(root, scenario.parent)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if parts else ""
 
-    @kept
+    @cached_method
     def _root(self, text: str) -> Node | None:
         return root_of(text)
 

@@ -27,7 +27,7 @@ HERE = 0.005
 Line = dict[str, Any]
 
 
-class Teller:
+class LineWriter:
     """Writer of JSON lines to the original standard output; output of pyrobosim goes to standard
     error."""
 
@@ -45,7 +45,7 @@ class Teller:
 class HostedRobot:
     """A robot and the thread that carries out its commands one after another."""
 
-    def __init__(self, robot: Any, world: Any, pace: float, teller: Teller) -> None:
+    def __init__(self, robot: Any, world: Any, pace: float, teller: LineWriter) -> None:
         self.robot, self._world, self._pace, self._teller = robot, world, pace, teller
         self._commands: SimpleQueue[Line] = SimpleQueue()
         self._open_lines: list[Line] = []  # the one under way first
@@ -178,7 +178,7 @@ def _rays(lidar: Any, at: Any, yaw: float) -> list[float | None]:
 
 
 def main(world_file: Path, pace: float) -> None:
-    teller = Teller()
+    teller = LineWriter()
     try:
         from pyrobosim.core.yaml_utils import WorldYamlLoader
 

@@ -75,9 +75,9 @@ class MotionExecution:
         begins, and when it can end."""
         mover = self.movers[robot]
         self._rest(mover, step.tick, begin)
-        if end is not None and end > _tried(mover, step)[0] + SLACK:
+        if end is not None and end > _step_end(mover, step)[0] + SLACK:
             self.lines += mover.halt(step.tick)
-            natural, walks = _tried(mover, step)
+            natural, walks = _step_end(mover, step)
             if walks and end > natural + SLACK:
                 self.lines += mover.rest(step.tick, mover.time + end - natural)
         begun = mover.time
@@ -188,7 +188,7 @@ def _done(
     return lines, over
 
 
-def _tried(mover: Mover, step: Crossing) -> tuple[float, bool]:
+def _step_end(mover: Mover, step: Crossing) -> tuple[float, bool]:
     """Return the end of a step that would begin now, and whether it includes walking."""
     ahead = copy(mover)
     moved = ahead.move(step)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotBelief
 from safenav.trace.words import regions_words
 from safenav.world.map import Region, RegionMap
@@ -71,7 +71,7 @@ class SightCache(Struct, frozen=True, dict=True):
         """Return the regions that are seen from a region as far as ``vision``, ascending."""
         return [*bits(self._view(vision, closed).mask(region))]
 
-    @kept
+    @cached_method
     def _view(self, vision: float, closed: frozenset[Region]) -> Visibility:
         return visible_from(self.map, vision, closed)
 

@@ -190,7 +190,7 @@ def _continued(team: TeamState, event: Event) -> Decision:
 def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Decision:
     """Algorithm 1, line 7: r is encountered; what was in force is pushed with the request. An
     obstacle in O stays there."""
-    if violation.obstacle.name in team.knowledge.joined:
+    if violation.obstacle.name in team.knowledge.permanent:
         return Decision(event)
     knowledge = team.knowledge.copy()
     knowledge.meet(violation.obstacle)
@@ -255,7 +255,7 @@ def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
     knowledge = team.knowledge.copy()
     knowledge.join(obstacle, PERMANENT)
     said: tuple[Record, ...] = ()
-    if obstacle.name not in team.knowledge.joined:
+    if obstacle.name not in team.knowledge.permanent:
         said = (blocked(team, obstacle, BlockReason.OPERATOR),)
     requests = team.requests.without(obstacle.name)
     return Decision(event, knowledge, requests, records=said, next=Unsettled(Reason.BLOCKED))

@@ -137,14 +137,14 @@ def _falls_short(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
         return True
     if not draft.forbidden <= old.forbidden:
         return True
-    if _differs_in_places(team, state, draft):
+    if _meets_elsewhere(team, state, draft):
         return True
     if old.tracking is Tracking.BELIEF and old.observed:
         return old.closed != team.knowledge.standing
     return False
 
 
-def _differs_in_places(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
+def _meets_elsewhere(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
     """Return whether the strategy in force meets its targets in poses other than a draft
     requires."""
     places, role = state.planner.task.goal_places, draft.assignment.role

@@ -101,7 +101,7 @@ def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, 
         ready = max(ready + 1, since + least - 1)
     closed = region_mask(
         obstacle.region
-        for obstacle, _ in team.knowledge.joined.values()
+        for obstacle, _ in team.knowledge.permanent.values()
         if obstacle.goes is None and obstacle.blocks(robot.robot)
     )
     number = graph.number(pose)

@@ -147,7 +147,7 @@ def _walk(
         if not all(at):
             continue
         for robot, there in zip(step.group, at, strict=True):
-            goal = _sifted(solver, robot, there, now.after(replace(step, at=at)), served)
+            goal = _serving_poses(solver, robot, there, now.after(replace(step, at=at)), served)
             stays = need.together or len(step.group) > 1
             duties[robot] = Duty(step.gate, step.need, step.group, goal or there, stays)
     return duties, frozenset(busy - duties.keys())
@@ -156,10 +156,10 @@ def _walk(
 def _safe_poses(solver: Solver, robot: int, now: PoseSets, served: frozenset[int]) -> Mask:
     """Return the poses that a robot may go to: it can come back, or the team can continue."""
     here = now.sets[robot]
-    return here | _sifted(solver, robot, now.reach(robot, here) & ~here, now, served)
+    return here | _serving_poses(solver, robot, now.reach(robot, here) & ~here, now, served)
 
 
-def _sifted(
+def _serving_poses(
     solver: Solver, robot: int, candidates: Mask, now: PoseSets, served: frozenset[int]
 ) -> Mask:
     """Return the candidate poses where ``served`` can be served and every robot can continue.

@@ -293,7 +293,7 @@ class Interventions(Struct):
         standing = self._simulation().standing().get(wanted.region)
         if standing is not None:
             raise UsageError(f"{standing.name} already exists there: remove it first")
-        for known, reason in self.state.knowledge.joined.values():
+        for known, reason in self.state.knowledge.permanent.values():
             if known.region == wanted.region and reason == UNTRAVERSABLE:
                 raise UsageError(f"{known.name} is permanent: no robot can pass")
         if any(isinstance(o, kinds.AddObstacle) and o.region == wanted.region for o in self._asked):

@@ -14,7 +14,7 @@ from functools import cached_property
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.scenario import needs
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.pursuit import Pursuit
@@ -272,12 +272,12 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         )
         return self._floor_without(robot, closed)
 
-    @kept
+    @cached_method
     def live(self, stages: Stages) -> tuple[Mask, ...]:
         """Return for each robot the poses from which it can continue forever now."""
         return tuple(m.live(self.allowed(i, stages)) for i, m in enumerate(self.members))
 
-    @kept
+    @cached_method
     def acting_in(self, stages: Stages) -> tuple[Mask, ...]:
         """Return for each robot the poses in which it may take part in the next need of an
         obstacle: nearly all joint states are searched without a look at the obstacles."""
@@ -344,7 +344,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
     def nothing_done(self) -> Stages:
         return (Stage(),) * len(self.gates)
 
-    @kept
+    @cached_method
     def _floor_without(self, robot: int, closed: tuple[int, ...]) -> Mask:
         member, walls = self.members[robot], region_mask(self.gates[gate].region for gate in closed)
         return member.floor & ~member.graph.poses_on(walls)

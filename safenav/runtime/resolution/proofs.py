@@ -61,7 +61,7 @@ def closure_of(now: PoseSets) -> TeamClosure:
     never = tuple(problem.open(now.stages))
     resolved = tuple(gate for gate in problem.open(given) if gate not in never)
     reach = tuple(map(now.reach, range(len(now.sets)), now.sets))
-    live = tuple(map(now.goes_on, range(len(now.sets))))
+    live = tuple(map(now.can_continue, range(len(now.sets))))
     stuck = tuple(gate for gate in never if now.stages[gate].need == given[gate].need)
     return TeamClosure(resolved, never, reach, live, stuck, now.stages)
 

@@ -73,7 +73,7 @@ class PoseSets(Struct, frozen=True):
         here = self.problem.members[robot].graph.poses_on(regions)
         return self.reach(robot, self.sets[robot]) & here
 
-    def goes_on(self, robot: int) -> bool:
+    def can_continue(self, robot: int) -> bool:
         """Whether a robot can continue forever."""
         live = self.problem.members[robot].live(self.problem.allowed(robot, self.stages))
         return bool(self.reach(robot, self.sets[robot]) & live)
@@ -81,7 +81,7 @@ class PoseSets(Struct, frozen=True):
     def done(self, wanted: frozenset[int]) -> bool:
         """Whether ``wanted`` is resolved and all robots can continue forever."""
         resolved = all(self.problem.resolved(gate, self.stages) for gate in wanted)
-        return resolved and all(map(self.goes_on, range(len(self.sets))))
+        return resolved and all(map(self.can_continue, range(len(self.sets))))
 
     def placed(self, robot: int, at: Mask) -> PoseSets:
         """Return the same with other poses of a robot."""

@@ -12,8 +12,8 @@ from collections.abc import Collection
 from functools import cached_property
 from itertools import pairwise
 
+from safenav.cached_method import cached_method
 from safenav.components import path_to
-from safenav.kept import kept
 from safenav.runtime.progress import holds
 from safenav.runtime.traffic.budgets import AIM_NODES
 from safenav.scenario.objective import Ltl
@@ -39,7 +39,7 @@ class Milestones:
         self._memory = slice(len(pose), len(pose) + len(memory))
         self._names = (*pose, *memory, *(name for name in inputs if name in known))
 
-    @kept
+    @cached_method
     def aim(self, node: int, met: frozenset[int]) -> Pose | None:
         """Return the pose that the robot must reach first; None if it stands there, or it is
         unknown. ``met``: the goals of its formulas that it has met in this round."""
@@ -62,7 +62,7 @@ class Milestones:
                     queue.append(after)
         return None
 
-    @kept
+    @cached_method
     def _goals_of(self, before: Row, after: Row) -> frozenset[int]:
         """The goals that a step between such nodes meets."""
         one = dict(zip(self._names, before, strict=True))

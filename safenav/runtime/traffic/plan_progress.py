@@ -127,7 +127,7 @@ class PlanProgress:
         """Whether a plan moves no robot, and lets none wait for a goal that it has yet to meet."""
         if len({state.poses for state in states}) > 1:
             return False
-        dues = enumerate(execution.dues_of(states, counts))
+        dues = enumerate(execution.required_counts(states, counts))
         return all(self._has_met(floor, i, count) for i, due in dues for count in due.values())
 
     def begin(
@@ -157,7 +157,7 @@ class PlanProgress:
         sizes = [member.graph.size for member in floor.problem.members]
         apart = floor.problem.exclusions(states[0].stages)
         plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
-        self.execution = execution.Execution(plan, execution.dues_of(states, counts))
+        self.execution = execution.Execution(plan, execution.required_counts(states, counts))
         self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))
 
     def end(self, reason: vocabulary.PlanEndReason, nodes: Mapping[str, int | None] | None) -> None:

@@ -61,7 +61,7 @@ class PlanSearch(Struct):
 
     def sought(self, plain: Floor, floor: Floor, helping: bool) -> tuple[SearchProblem, Answer]:
         """Search for a plan, the last resorts included; return also where it begins. Raises
-        RunEnded as ``_look_for_few``."""
+        RunEnded as ``_check_small_groups``."""
         self.work = Effort(budgets.MOST_WORK - self.used)
         problem = self.searches.problem(floor)
         if self.state.live and problem.start.stages != floor.stages:
@@ -87,7 +87,7 @@ class PlanSearch(Struct):
                     self.hopeless = frozenset()
                     break
         if isinstance(answer, BudgetExhausted):
-            self._look_for_few(plain, problem.course)
+            self._check_small_groups(plain, problem.course)
             answer = (None if self.searches.turning else local_plan(search)) or answer
         if isinstance(answer, Found):
             answer = self._repeatable(problem, answer)
@@ -381,7 +381,7 @@ class PlanSearch(Struct):
         each effort is made four times before a larger one."""
         return budgets.ROUNDS_FIRST + self.failures // 4
 
-    def _look_for_few(self, floor: Floor, course: Course) -> None:
+    def _check_small_groups(self, floor: Floor, course: Course) -> None:
         """Check whether a few of the robots can never complete: after a search has first exhausted
         its budget, and occasionally later. Raises RunEnded with the proof."""
         self.spent += 1

@@ -166,10 +166,12 @@ class Searches:
         robot = self._state.robots[name]
         if not robot.active or (robot.assignment.role is Role.OWN and self._has_done_all(robot)):
             return 0
-        wish = self._wish(floor, name)
+        wish = self._goal_poses(floor, name)
         return awaited_by(floor, name, robot.own) if wish is None else wish
 
-    def _wish(self, floor: Floor, name: str, cut_off: Collection[int] | None = None) -> Mask | None:
+    def _goal_poses(
+        self, floor: Floor, name: str, cut_off: Collection[int] | None = None
+    ) -> Mask | None:
         """Return the goal poses of a robot by its assignment; None: those of its own objective."""
         robot, index = self._state.robots[name], floor.index(name)
         if robot.assignment.role in (Role.HELPS, Role.EARLY, Role.CHARGES):
@@ -324,7 +326,7 @@ class Searches:
         """Return the goal poses that coordination would give each robot at a stage."""
         if stages == floor.stages:
             cut_off = self.cut_off(floor)
-            return [self._wish(floor, name, cut_off) for name in floor.names]
+            return [self._goal_poses(floor, name, cut_off) for name in floor.names]
         requests = floor.problem.open(stages)
         try:
             plain = formula_memory.plain_poses(floor.problem, poses)

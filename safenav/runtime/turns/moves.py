@@ -27,7 +27,7 @@ from safenav.trace.vocabulary import ChangeCause, PlanEndReason
 from safenav.world.moves import Pose
 
 Values = Mapping[str, int]
-Around = tuple[Values, Values]
+StepValues = tuple[Values, Values]
 """The values of a specification's variables before and after a step."""
 
 
@@ -109,7 +109,7 @@ class Moves(Struct, frozen=True):
 
     def _values_around(
         self, robot: RobotState, start: Pose, before: Values, *, strayed: bool = False
-    ) -> Around:
+    ) -> StepValues:
         """The variables of formulas around a step that has just ended, and remember what they do
         (nothing else depends on them). Where it was not their strategy's step: poses, and what is
         remembered, which changes as the formulas have it if they allow the step."""
@@ -144,7 +144,7 @@ class Moves(Struct, frozen=True):
         return guarantees_of(own).remembered(memory, robot.pose, step.pose, inputs) or memory
 
     def _count(
-        self, robot: RobotState, progress: Progress, around: Around, *, strayed: bool = False
+        self, robot: RobotState, progress: Progress, around: StepValues, *, strayed: bool = False
     ) -> None:
         """Count the goals that the robot has met in its turn, unless its assignment has changed."""
         done = self.state.rounds_counted(robot)
@@ -154,7 +154,7 @@ class Moves(Struct, frozen=True):
             self.state.tell_goals(robot, progress.arrive(robot.pose.region, *around))
         self.state.changes += self.state.rounds_counted(robot) != done
 
-    def _has_counted(self, robot: RobotState, around: Around) -> bool:
+    def _has_counted(self, robot: RobotState, around: StepValues) -> bool:
         """Live: whether a robot that stays where it meets all its goals has met them as often as is
         wanted. A pass takes no time: counting each of them would fill the trace."""
         wanted = self.state.scenario.until.rounds if robot.progress is robot.own else 1
@@ -223,7 +223,7 @@ class Moves(Struct, frozen=True):
         else:
             yield from self.relocation.go_on_from_elsewhere(robot)
 
-    def close_later(self, robot: RobotState) -> Iterator[Event]:
+    def close_vacated(self, robot: RobotState) -> Iterator[Event]:
         """Close the regions of a lost robot that others have left."""
         for encountered in self.close(robot):
             yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
@@ -244,7 +244,7 @@ class Moves(Struct, frozen=True):
         robot.claims = closed
         yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
         # Taking it out of service, which follows, requests help; it may be out of service already.
-        yield from self.close(robot) if robot.active else self.close_later(robot)
+        yield from self.close(robot) if robot.active else self.close_vacated(robot)
 
     def close(self, robot: RobotState) -> Iterator[events.ObstacleEncountered]:
         """Close the regions that a lost robot claims and in which no other robot is."""

@@ -21,7 +21,7 @@ from safenav.runtime.turns.move_recorder import MoveRecorder
 from safenav.runtime.turns.moves import Moves
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.turns.step_choice import StepChoice
-from safenav.runtime.turns.while_waiting import goes_on
+from safenav.runtime.turns.while_waiting import may_continue
 from safenav.runtime.worlds.commands import Commands
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
@@ -53,9 +53,9 @@ class Turns:
         elif self._may_act(robot) and (yield from self.actions.acts(robot)):
             return
         elif not robot.active:
-            yield from self.moves.close_later(robot)
+            yield from self.moves.close_vacated(robot)
             yield from self._stand_still(robot, robot.held or HoldReason.SERVICE)
-        elif self.state.waiting is not None and not goes_on(self.state, robot):
+        elif self.state.waiting is not None and not may_continue(self.state, robot):
             yield from self._stand_still(robot, HoldReason.OPERATOR)
         elif robot.held is not None or self.state.has_had_turn(robot):
             yield from self._stand_still(robot, robot.held or HoldReason.HELD)
@@ -77,7 +77,7 @@ class Turns:
         for, who may be there."""
         state = self.state
         may = robot.acting is not None or not state.waits_for_operator
-        return state.live and (may or goes_on(self.state, robot))
+        return state.live and (may or may_continue(self.state, robot))
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
         """The turn of a robot that makes no decisions: it looks around, and stays. Its strategy

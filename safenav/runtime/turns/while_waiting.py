@@ -6,7 +6,7 @@ from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import Ltl
 
 
-def goes_on(team: TeamState, robot: RobotState) -> bool:
+def may_continue(team: TeamState, robot: RobotState) -> bool:
     """Whether a robot moves while the team waits: it can undo each of its moves alone. Either it
     waits for nothing, and has a strategy for its own objective, which none of those has that the
     wait is about; or it has one for its objective while it waits for a change of the scenario."""

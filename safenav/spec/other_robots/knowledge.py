@@ -23,7 +23,7 @@ from functools import lru_cache
 
 from msgspec import Struct
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition
 from safenav.world.poses import Mask, bits, region_mask
@@ -81,7 +81,7 @@ class Tracker:
         belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
         return Prospect(seen, belief)
 
-    @kept
+    @cached_method
     def outlook(self, knowledge: Knowledge) -> Outlook:
         """Return the prospects from all free regions."""
         return self._look_ahead(self.reach(region_mask(self.possible(knowledge))))
@@ -103,7 +103,7 @@ class Tracker:
             regions, reached = reached, self.spread(reached)
         return reached
 
-    @kept
+    @cached_method
     def _look_ahead(self, reach: Mask) -> Outlook:
         """Return the same by where the other may be then: in a live run many lead to the same."""
         groups: list[tuple[Belief, Mask]] = [(frozenset(), self._free)]

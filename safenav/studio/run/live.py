@@ -207,7 +207,7 @@ class StudioRun:
         except ValueError:
             self.failure = "a line of the trace is too long"
             kill(self._process)
-        self._over()
+        self._process_ended()
 
     def _take(self, line: bytes) -> None:
         data = json.loads(line)
@@ -223,7 +223,7 @@ class StudioRun:
 
     def _record(self, kind: type[Record], data: dict[str, Any], line: bytes) -> None:
         if kind is Header and self.records:
-            self._another()
+            self._robot_joined()
         self.lines.append(line)
         if self._file is not None:
             self._file.write(line)
@@ -242,7 +242,7 @@ class StudioRun:
             self._inputs |= record.values
             self._tell_state()
 
-    def _another(self) -> None:
+    def _robot_joined(self) -> None:
         """A robot has joined: the rest of the run is one of its own, with a trace of its own."""
         self.lines, self.records, self._shown = [], [], 0.0
         if self._file is not None:
@@ -269,7 +269,7 @@ class StudioRun:
         self._complete = len(self.records)
         return self._live
 
-    def _over(self) -> None:
+    def _process_ended(self) -> None:
         """The process has ended."""
         self.phase = LivePhase.ENDED
         self._busy_since = None

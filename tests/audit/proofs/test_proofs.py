@@ -13,7 +13,7 @@ from safenav.audit.needs import Need, OpenObstacle
 from safenav.audit.poses import PoseGraph
 from safenav.audit.possibilities.members import Member
 from safenav.audit.possibilities.team import Team, TooManyError
-from safenav.audit.proofs.case import Case, Wish
+from safenav.audit.proofs.case import Case, RemainingGoals
 from safenav.audit.proofs.joint import can_be_served
 from safenav.audit.rules.proofs import problems_of
 
@@ -63,12 +63,15 @@ def corridor(heading: str | None) -> dict[Pose, tuple[Pose, ...]]:
 
 def moment(robots: list[Robot], *obstacles: tuple[Any, ...], together: bool = False) -> Case:
     everybody = {one.name for one in robots}
-    members, wishes = dict[str, Member](), dict[str, Wish]()
+    members, wishes = dict[str, Member](), dict[str, RemainingGoals]()
     for one in robots:
         steps = corridor(one.pose[1])
         aims = tuple(frozenset(p for p in steps if p[0] == target) for target in one.targets)
         rivals = frozenset(everybody - {one.name} if together else ())
-        members[one.name], wishes[one.name] = Member(PoseGraph(steps), aims, rivals), Wish(aims)
+        members[one.name], wishes[one.name] = (
+            Member(PoseGraph(steps), aims, rivals),
+            RemainingGoals(aims),
+        )
     opens = tuple(
         OpenObstacle(
             name,

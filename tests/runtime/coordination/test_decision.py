@@ -42,10 +42,10 @@ def lab() -> TeamState:
 
 def decided(team: TeamState, event: Event) -> Decision:
     """The decision; deciding twice gives the same records, and leaves the team as it is."""
-    before = team.requests, copy.deepcopy(team.knowledge.pending), dict(team.knowledge.joined)
+    before = team.requests, copy.deepcopy(team.knowledge.pending), dict(team.knowledge.permanent)
     found = coordinate(team, event, lambda: None)
     assert coordinate(team, event, lambda: None).records == found.records
-    assert (team.requests, team.knowledge.pending, team.knowledge.joined) == before
+    assert (team.requests, team.knowledge.pending, team.knowledge.permanent) == before
     return found
 
 
@@ -93,4 +93,4 @@ def test_what_follows_from_an_event_about_a_known_obstacle(
     assert (kinds(decision), decision.next) == (records, follows)
     assert len(decision.requests.stack) == left
     assert decision.recount == ("resolved" in records)
-    assert (GATE in decision.knowledge.joined) == ("blocked" in records)
+    assert (GATE in decision.knowledge.permanent) == ("blocked" in records)

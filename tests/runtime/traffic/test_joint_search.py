@@ -12,8 +12,8 @@ from safenav.runtime.traffic.joint_search.execution import (
     Execution,
     Order,
     Schedule,
-    dues_of,
     in_turn,
+    required_counts,
     schedule,
 )
 from safenav.runtime.traffic.joint_search.search import Search, Variant
@@ -333,7 +333,7 @@ def test_a_plan_waits_until_what_it_counts_on_is_met() -> None:
     assert isinstance(found, Found)
     poses = [state.poses for state in found.states]
     ways = schedule(poses, [floor.world.size] * 2, floor.problem.conflicts).ways
-    dues = dues_of(found.states, found.states[0].counts)
+    dues = required_counts(found.states, found.states[0].counts)
     assert [[ways[i][place] for place in due] for i, due in enumerate(dues)] == [[8], [6]]
     assert [list(due.values()) for due in dues] == [[(0, 0, 2)], [(0, 0, 2)]]
     run = Execution(schedule(poses, [floor.world.size] * 2, floor.problem.conflicts), dues)
@@ -348,7 +348,7 @@ def test_a_plan_waits_first_for_what_it_begins_with() -> None:
     found = search(floor).run()
     assert isinstance(found, Found)
     assert found.states[0].counts[0] != (0, 0, 0)
-    dues = dues_of(found.states, ((0, 0, 0), (0, 0, 0)))
+    dues = required_counts(found.states, ((0, 0, 0), (0, 0, 0)))
     assert dues[0][0] == found.states[0].counts[0]
     assert 0 not in dues[1]
 

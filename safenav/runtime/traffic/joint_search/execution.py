@@ -88,7 +88,9 @@ def schedule(
     return Schedule(tuple(map(tuple, ways)), tuple(orders))
 
 
-def dues_of(states: Sequence[JointState], counts: Sequence[Count]) -> list[dict[int, Count]]:
+def required_counts(
+    states: Sequence[JointState], counts: Sequence[Count]
+) -> list[dict[int, Count]]:
     """Return for each robot the count that it must have before it leaves a place of its path: the
     plan assumes that it has met these goals there, by waiting. ``states``: the states of the plan;
     ``counts``: the counts at its start, which may be less than in the first state."""
@@ -108,7 +110,7 @@ def dues_of(states: Sequence[JointState], counts: Sequence[Count]) -> list[dict[
 
 class Execution:
     """Progress of each robot on its path. ``taken``: steps that it has completed; ``dues``: by
-    robot and place, see ``dues_of``."""
+    robot and place, see ``required_counts``."""
 
     def __init__(self, schedule: Schedule, dues: Sequence[Mapping[int, Count]] = ()) -> None:
         self.schedule = schedule

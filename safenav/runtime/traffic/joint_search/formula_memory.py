@@ -14,7 +14,7 @@ from itertools import combinations, product
 
 from msgspec.structs import replace
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.runtime.resolution.problem import Problem
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES
 from safenav.scenario.guarantees import guarantees_of
@@ -66,7 +66,7 @@ class StateGraph(PoseGraph):
         """Return all states in a set of poses."""
         return sum(poses << k * self._span for k in range(len(self._memories)))
 
-    @kept
+    @cached_method
     def steps(self, pose: int) -> tuple[int, ...]:
         k, here = divmod(pose, self._span)
         before, (old, _) = self._poses.pose(here), self._memories[k]

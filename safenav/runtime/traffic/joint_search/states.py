@@ -16,7 +16,7 @@ from operator import or_
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.kept import kept
+from safenav.cached_method import cached_method
 from safenav.runtime.resolution.problem import Problem, Stages
 from safenav.runtime.stops import Stops
 from safenav.scenario.pursuit import Pursuit
@@ -141,7 +141,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             found.append(self.moved(found[-1], poses, range(len(poses))))
         return found
 
-    @kept
+    @cached_method
     def steps(self, stages: Stages) -> tuple[Steps, ...]:
         """Return for each robot the steps that walls and open obstacles leave to it."""
         return tuple(
@@ -149,7 +149,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             for i, member in enumerate(self.problem.members)
         )
 
-    @kept
+    @cached_method
     def hopeful(self, stages: Stages) -> tuple[Steps, ...]:
         """Return those of ``steps`` after which the robot could still continue forever if all
         obstacles were out of its way: no other step leads to the end of the mission."""

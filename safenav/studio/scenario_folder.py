@@ -29,7 +29,7 @@ class ReplaceError(UsageError):
         self.name = name
 
 
-class Shelf(Struct, frozen=True):
+class ScenarioFolder(Struct, frozen=True):
     """Opens and saves the scenarios below ``folder``."""
 
     folder: Path

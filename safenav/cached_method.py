@@ -11,7 +11,7 @@ _Asked = ParamSpec("_Asked")
 _Result = TypeVar("_Result")
 
 
-def kept(
+def cached_method(
     method: Callable[Concatenate[_Self, _Asked], _Result],
 ) -> cached_property[Callable[_Asked, _Result]]:
     """A method that is a pure function of its arguments, and of what its object never changes:
