@@ -149,6 +149,7 @@ def test_a_world_that_repeats_a_result_is_not_asked_forever(result: ActResult) -
     assert 0 < len(asked) <= 2 * len(run.all("arrive")) + 2 * len(scenario.robots)
     told = {line["reason"] for line in run.all("late")}
     assert told == {f"it adds nothing to the knowledge (gate@18: {result.value})"}
+    assert len(run.all("resolved")) == (result in (ActResult.DONE, ActResult.UNTRAVERSABLE))
     if result in (ActResult.FAILED, ActResult.NOTHING):
         assert not run.findings
 

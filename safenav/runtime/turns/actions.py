@@ -212,8 +212,7 @@ class Actions(Struct):
             said = f"other needs are still open ({words})"
             self.world.dropped.append((replace(event, found=tuple(early)), said))
         for obstacle, result in (pair for pair in event.found if pair not in early):
-            opened = self.state.failures.opened.get(obstacle.name)
-            new = opened is None or (self.world.simulated and event.at > opened)
+            new = obstacle.name not in self.state.failures.opened
             known = obstacle.name in named or obstacle.name in self.state.knowledge.pending
             changes = result in (ActResult.DONE, ActResult.UNTRAVERSABLE) and new
             (told if known or changes else dropped).append((obstacle, result))
