@@ -65,7 +65,7 @@ class Diagnostic(Struct, frozen=True):
 
     ``line`` and ``column`` count from 1; 0 means that there is no place to point at.
     ``found`` says what is wrong, ``hint`` what to do about it. ``source`` is the text of the line;
-    a caret below it shows the column; it does not take part in comparisons.
+    a caret below it shows the column.
     """
 
     file: str
@@ -74,16 +74,6 @@ class Diagnostic(Struct, frozen=True):
     found: str
     hint: str = ""
     source: str = ""
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Diagnostic) and self._said == other._said
-
-    def __hash__(self) -> int:
-        return hash(self._said)
-
-    @property
-    def _said(self) -> tuple[str | int, ...]:
-        return (self.file, self.line, self.column, self.found, self.hint)
 
     def __str__(self) -> str:
         place = self.file

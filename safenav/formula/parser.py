@@ -8,7 +8,7 @@ limited all the same, because every later walk over the tree recurses.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import reduce
 from typing import Any
 
@@ -37,7 +37,7 @@ class FormulaError(SafenavError):
 
 def parse(text: str) -> syntax.Formula:
     """Return the formula that ``text`` holds. Raises FormulaError."""
-    return _Parser(tokens_of(text, _TOKEN, _HINTS, FormulaError)).whole()
+    return _Parser(tokens_of(text, _TOKEN, _HINTS)).whole()
 
 
 class Token(Struct, frozen=True):
@@ -106,21 +106,16 @@ _OPERATORS: Mapping[str, Any] = {
 _PRECEDENCE = {kind: syntax.PRECEDENCE[node] for kind, node in _OPERATORS.items()}
 
 
-def tokens_of(
-    text: str,
-    pattern: re.Pattern[str],
-    hints: Mapping[str, str],
-    error: Callable[[int, str, str], Exception],
-) -> list[Token]:
+def tokens_of(text: str, pattern: re.Pattern[str], hints: Mapping[str, str]) -> list[Token]:
     """Return the tokens of a formula by the groups of a pattern, without ``space``; the last one is
-    ``end``. Raises ``error`` for ``foreign`` ones and for characters that no group matches."""
+    ``end``. Raises FormulaError for ``foreign`` ones and for characters that no group matches."""
     tokens = []
     position = 0
     while position < len(text):
         match = pattern.match(text, position)
         found = text[position] if match is None else match.group()
         if match is None or match.lastgroup == "foreign":
-            raise error(position + 1, f"unexpected {found!r}", hints.get(found, ""))
+            raise FormulaError(position + 1, f"unexpected {found!r}", hints.get(found, ""))
         if match.lastgroup != "space":
             tokens.append(Token(str(match.lastgroup), found, position + 1))
         position = match.end()

@@ -11,10 +11,11 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
+from safenav.formula.parser import FormulaError
 from safenav.motion.columns import Columns, columns_at
 from safenav.motion.file.records import BodyPush, Motion
 from safenav.motion.in_time import in_time
-from safenav.stl.parser import RequirementError, parse_requirement
+from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import Robustness, robustness
 from safenav.stl.syntax import Happens, Requirement, RobotSignal, Within, nodes
 from safenav.trace.records import Request, Resolved
@@ -164,8 +165,10 @@ def readable(recording: MotionRecording, text: str) -> Requirement:
     """The formula in a text, whose robots are those of the motion. Raises UsageError."""
     try:
         formula = parse_requirement(text)
-    except RequirementError as error:
-        raise UsageError(f"requirement '{text[:80]}': {error}") from error
+    except FormulaError as error:
+        hint = f"\n    {error.hint}" if error.hint else ""
+        said = f"column {error.column}: {error.found}{hint}"
+        raise UsageError(f"requirement '{text[:80]}': {said}") from error
     for node in nodes(formula):
         for robot in node.robots if isinstance(node, RobotSignal) else ():
             if robot not in recording.robots:

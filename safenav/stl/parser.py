@@ -10,8 +10,7 @@ import re
 from collections.abc import Callable
 from math import inf
 
-from safenav.errors import ExitCode, SafenavError
-from safenav.formula.parser import Token, tokens_of
+from safenav.formula.parser import FormulaError, Token, tokens_of
 from safenav.stl import syntax
 
 MOST_DEPTH = 50
@@ -54,32 +53,22 @@ _UNARY = ("always", "eventually", "once", "historically")
 _RESERVED = frozenset({*_UNARY, "until", "since", "and", "or", "not", "inf"})
 
 
-class RequirementError(SafenavError):
-    """A formula that cannot be read: ``column`` (from 1), what was ``found``, and a ``hint``."""
-
-    exit_code = ExitCode.BAD_INPUT
-
-    def __init__(self, column: int, found: str, hint: str = "") -> None:
-        self.column, self.found, self.hint = column, found, hint
-        super().__init__(f"column {column}: {found}" + (f"\n    {hint}" if hint else ""))
-
-
 def parse_requirement(text: str) -> syntax.Requirement:
-    """The formula that ``text`` holds. Raises RequirementError."""
+    """The formula that ``text`` holds. Raises FormulaError."""
     if len(text) > MOST_LENGTH:
-        raise RequirementError(1, f"a formula of {len(text)} characters", "split it into several")
+        raise FormulaError(1, f"a formula of {len(text)} characters", "split it into several")
     return _Parser(text).whole()
 
 
 class _Parser:
     def __init__(self, text: str) -> None:
-        self._lexemes = tokens_of(text, _TOKEN, _HINTS, RequirementError)
+        self._lexemes = tokens_of(text, _TOKEN, _HINTS)
         self._at = 0
         self._depth = 0
 
     def whole(self) -> syntax.Requirement:
         if self._peek().kind == "end":
-            raise RequirementError(1, "the formula is empty", "e.g. always(distance(a, b) >= 1)")
+            raise FormulaError(1, "the formula is empty", "e.g. always(distance(a, b) >= 1)")
         begin = self._peek()
         tree = self._requirement(self._implication(), begin)
         if self._peek().kind != "end":
@@ -101,25 +90,25 @@ class _Parser:
         if self._take(text) is None:
             raise self._unexpected(f"'{text}'{why}")
 
-    def _unexpected(self, expected: str) -> RequirementError:
+    def _unexpected(self, expected: str) -> FormulaError:
         found = self._peek()
         shown = "end of the formula" if found.kind == "end" else repr(found.text)
         hint = f"expected {expected}"
         if found.kind == "word" and found.text in _WORDS:
             hint = f"write '{_WORDS[found.text]}'"
-        return RequirementError(found.column, f"unexpected {shown}", hint)
+        return FormulaError(found.column, f"unexpected {shown}", hint)
 
     def _requirement(self, tree: syntax.Node, begin: Token) -> syntax.Requirement:
         if isinstance(tree, syntax.RobotSignal | syntax.Literal | syntax.Arithmetic):
             hint = "compare it: distance(a, b) >= 1"
-            raise RequirementError(begin.column, "a number where a condition is expected", hint)
+            raise FormulaError(begin.column, "a number where a condition is expected", hint)
         return tree
 
     def _number(self, tree: syntax.Node, begin: Token) -> syntax.SignalTerm:
         if isinstance(tree, syntax.RobotSignal | syntax.Literal | syntax.Arithmetic):
             return tree
         hint = "only numbers are compared, added and multiplied"
-        raise RequirementError(begin.column, "a condition where a number is expected", hint)
+        raise FormulaError(begin.column, "a condition where a number is expected", hint)
 
     def _implication(self) -> syntax.Node:
         begin = self._peek()
@@ -136,7 +125,7 @@ class _Parser:
         self._depth += 1
         if self._depth > MOST_DEPTH:
             found = f"nested more than {MOST_DEPTH} deep"
-            raise RequirementError(begin.column, found, "split it into several formulas")
+            raise FormulaError(begin.column, found, "split it into several formulas")
 
     def _until(self) -> syntax.Node:
         begin = self._peek()
@@ -181,7 +170,7 @@ class _Parser:
         self._need("]", " at the end of a window")
         if begin > end or begin == inf:
             found = f"the window [{begin:g},{end:g}] ends before it begins"
-            raise RequirementError(opening.column, found)
+            raise FormulaError(opening.column, found)
         return syntax.Window(begin, end)
 
     def _seconds(self) -> float:
@@ -196,7 +185,7 @@ class _Parser:
     def _value(self, found: Token) -> float:
         value = float(found.text)
         if value > 1e9:
-            raise RequirementError(found.column, f"the number {found.text[:20]} is too large")
+            raise FormulaError(found.column, f"the number {found.text[:20]} is too large")
         return value
 
     def _comparison(self) -> syntax.Node:
@@ -210,7 +199,7 @@ class _Parser:
         second = self._number(self._sum(), after)
         if self._peek().kind == "relation":
             hint = "comparisons do not chain: join two with 'and'"
-            raise RequirementError(self._peek().column, f"unexpected '{self._peek().text}'", hint)
+            raise FormulaError(self._peek().column, f"unexpected '{self._peek().text}'", hint)
         more, less = (first, second) if relation.text[0] == ">" else (second, first)
         return syntax.Margin(syntax.Arithmetic("-", more, less))
 
@@ -253,7 +242,7 @@ class _Parser:
                 raise self._unexpected("")
             known = ", ".join(syntax.ARGUMENTS)
             hint = f"signals: {known}; events: requested_door@47, resolved_door@47"
-            raise RequirementError(name.column, f"'{name.text}' is not a signal", hint)
+            raise FormulaError(name.column, f"'{name.text}' is not a signal", hint)
         self._at += 1
         self._need("(", f" and the robots of {name.text}")
         robots = [self._robot()]
@@ -263,7 +252,7 @@ class _Parser:
         wanted = syntax.ARGUMENTS[name.text]
         if len(robots) != wanted:
             found = f"{name.text} takes {wanted} robot{'s' * (wanted > 1)}, not {len(robots)}"
-            raise RequirementError(name.column, found)
+            raise FormulaError(name.column, found)
         names = tuple(robot.text for robot in robots)
         return syntax.RobotSignal(name.text, names, tuple(robot.column for robot in robots))
 

@@ -20,16 +20,6 @@ class RobotSignal(Struct, frozen=True):
     robots: tuple[str, ...]
     columns: tuple[int, ...] = ()
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, RobotSignal) and self._said == other._said
-
-    def __hash__(self) -> int:
-        return hash(self._said)
-
-    @property
-    def _said(self) -> tuple[str, tuple[str, ...]]:
-        return (self.name, self.robots)
-
 
 class Literal(Struct, frozen=True):
     """A number."""
@@ -57,16 +47,6 @@ class Happens(Struct, frozen=True):
     kind: str
     obstacle: str
     column: int = 0
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Happens) and self._said == other._said
-
-    def __hash__(self) -> int:
-        return hash(self._said)
-
-    @property
-    def _said(self) -> tuple[str, str]:
-        return (self.kind, self.obstacle)
 
 
 class Negation(Struct, frozen=True):

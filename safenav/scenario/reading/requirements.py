@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from safenav.formula.parser import FormulaError
 from safenav.scenario.reading.naming import NAME, well_named
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.shapes import TEXT, Shape, either, form, many, matching, named
-from safenav.stl.parser import RequirementError, parse_requirement
+from safenav.stl.parser import parse_requirement
 from safenav.stl.syntax import Happens, RobotSignal, nodes
 
 _WHAT = "requirements"
@@ -60,7 +61,7 @@ def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
     """Return the text with the regions of events as numbers."""
     try:
         tree = parse_requirement(text)
-    except RequirementError as error:
+    except FormulaError as error:
         reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
         return text
     events = []

@@ -44,9 +44,6 @@ class JointState(Struct, frozen=True):
     stages: Stages
     charges: tuple[int, ...] = ()
 
-    def __hash__(self) -> int:
-        return hash((self.poses, self.counts, self.stages, self.charges))
-
 
 class Steps(dict[int, tuple[int, ...]]):
     """The ``allowed`` poses one step away from each pose; computed on demand."""
