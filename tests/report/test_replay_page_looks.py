@@ -134,6 +134,26 @@ def test_an_input_has_its_own_mark_beside_a_discovery(browser: Browser, tmp_path
     assert mark.get_attribute("title") == "tick 11: inputs: alarm on"
 
 
+def test_paper_gets_all_events_and_no_controls(browser: Browser, pages: dict[str, Path]) -> None:
+    """The list of events was cut, and playback lay over it."""
+    browser.open(pages["door"], width=794, height=1123)
+    print_ = {"media": "print", "features": []}
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", print_)
+    try:
+        shown = browser.run(
+            "return [...document.querySelectorAll('.buttons *, .tools *, .filters *, .choices *')]"
+            ".filter((each) => each.checkVisibility()).length"
+        )
+        cut = browser.run(
+            "const list = document.querySelector('.events .list');"
+            "return [list.scrollHeight - list.clientHeight,"
+            " getComputedStyle(document.querySelector('.controls')).position]"
+        )
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
+    assert (shown, cut) == (0, [0, "static"])
+
+
 def test_on_a_phone_playback_is_always_at_hand(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["chain"], **PHONE)
     browser.run("scrollTo(0, document.documentElement.scrollHeight)")

@@ -1,11 +1,11 @@
-(** A play exists: the environment can keep its rules for ever and meet each assumption again and
-    again, wherever the strategy has come to. So what is proved of a strategy is not proved of
-    nothing, and the strategy does not win by bringing the environment to break its rules. *)
+(** A play exists: from every node of the strategy, the environment can keep its rules forever and
+    meet each assumption infinitely often. So the theorems about a strategy are not vacuous, and the
+    strategy does not win by forcing the environment to break its rules. *)
 From Coq Require Import List NArith PArith Arith Bool Lia FMapPositive.
 From Proved Require Import Gr1 Simplify Ranks Strategy.
 Import ListNotations.
 
-(** What is to happen again and again; something at all if nothing is assumed. *)
+(** What must happen infinitely often; anything at all if nothing is assumed. *)
 Definition aims (sp : spec) : list form := match env_live sp with [] => [T] | l => l end.
 
 (** An edge that meets aim [j], or comes nearer to such an edge. *)
@@ -28,7 +28,7 @@ Let n := length (aims sp).
 Lemma aims_some : n <> 0.
 Proof. unfold n, aims. destruct (env_live sp); discriminate. Qed.
 
-(** The environment goes for one aim after the other. *)
+(** The environment pursues one aim after the other. *)
 Definition pick (u : node) (j : nat) : node :=
   match look g (next u) with
   | Some vs => match find (nears sp j u) vs with Some v => v | None => u end
@@ -94,7 +94,7 @@ Proof.
   intros x X. exact (H (S x) ltac:(lia)).
 Qed.
 
-(** Of the nodes that may follow one another no two have the same inputs. *)
+(** No two successors of a node have the same inputs. *)
 Lemma distinct_find vs v : distinct (inputs sp) (map row vs) = true -> In v vs ->
   (forall w, In w vs -> inputs sp <= length (row w)) -> find (told sp (state_of v)) vs = Some v.
 Proof.
@@ -178,8 +178,8 @@ Proof.
 Qed.
 End Walk.
 
-(** There is a play in which the environment keeps its rules for ever and meets each assumption
-    again and again. *)
+(** There is a play in which the environment keeps its rules forever and meets each assumption
+    infinitely often. *)
 Theorem play_exists : exists i,
   (forall k x, x < inputs sp -> within sp (i k) x) /\
   let b := play sp (strategy_of sp g) i in

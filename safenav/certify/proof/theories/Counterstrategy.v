@@ -3,7 +3,7 @@ From Coq Require Import List NArith PArith Arith Bool Lia FMapPositive.
 From Proved Require Import Gr1 Simplify Ranks Strategy.
 Import ListNotations.
 
-(** Of each node the input that the environment goes on with; of its ranks there is one for each
+(** For each node the next input that the environment chooses, and its ranks: one for each
     assumption, then one whose excuses are the goals. *)
 Record cnode := { base : node; chosen : list N }.
 Definition cgraph := PositiveMap.t cnode.

@@ -1,5 +1,5 @@
-(** That the definitions are not empty: a light that must be on again and again while somebody is
-    there again and again, and never when nobody is. *)
+(** The definitions are not vacuous: a light that must be on infinitely often if somebody is present
+    infinitely often, and never while nobody is. *)
 From Coq Require Import Ascii String List NArith PArith FMapPositive.
 From Proved Require Import Gr1 Ranks Strategy Counterstrategy Parse Print Files.
 Import ListNotations.
@@ -38,7 +38,7 @@ Proof.
   exists sp, names. split; auto. exists (strategy_of sp good); auto.
 Qed.
 
-(** What is read is printed, and read back as the same. *)
+(** A specification that was read is printed and read back unchanged. *)
 Example lamp_printed : match parse lamp with
   | Some (sp, ns) =>
       parse (print sp [(codes "somebody", true, (0, 1)%N); (codes "light", false, (0, 2)%N)])
@@ -47,7 +47,7 @@ Example lamp_printed : match parse lamp with
   end.
 Proof. vm_compute. reflexivity. Qed.
 
-(** Somebody can come again and again; not if a node is said to be nearer than it is. *)
+(** Somebody can come infinitely often; refused if a node claims a distance that is too small. *)
 Definition lively (g : graph) : bool :=
   match establish lamp g with Some e => is_alive e | None => false end.
 Example lamp_alive : lively good = true.
@@ -56,7 +56,7 @@ Example too_near : lively (PositiveMap.map (fun u =>
   {| row := row u; next := next u; rank_of := rank_of u; ahead := [0]%N |}) good) = false.
 Proof. vm_compute. reflexivity. Qed.
 
-(** Without the excuse, with an answer less, with a number that rises: refused. *)
+(** Refused: without the excuse, with a successor missing, with a rank that rises. *)
 Definition but (p : positive) (u : node) : graph := PositiveMap.add p u good.
 Example no_excuse : accepted lamp (but 1 (n 0 0 [1; 2]%positive 0 None)) = false.
 Proof. vm_compute. reflexivity. Qed.
@@ -65,7 +65,7 @@ Proof. vm_compute. reflexivity. Qed.
 Example rises : accepted lamp (but 1 (n 0 0 [1; 2]%positive 1 (Some O))) = false.
 Proof. vm_compute. reflexivity. Qed.
 
-(** If the light has to go on at once there is no strategy: the environment stays away. *)
+(** If the light must be on immediately, there is no strategy: nobody ever comes. *)
 Definition dark : text := Eval compute in codes (unlines
   ["[INPUT]"; "somebody"; "[OUTPUT]"; "light";
    "[SYS_TRANS]"; "!somebody' -> !light'"; "[SYS_LIVENESS]"; "light'"]%string).

@@ -1,5 +1,6 @@
-(** The theorems about files: of a specification the bytes, of a strategy the graph and what is said
-    about it. Each function that the program calls is here, with what follows if it says [true]. *)
+(** The theorems about files: the bytes of a specification, the graph of a strategy and the claims
+    about it. Each function that the program calls is here, with the consequence of its result
+    [true]. *)
 From Coq Require Import List NArith.
 From Proved Require Import Gr1 Simplify Strategy Alive Counterstrategy Parse World Team Views.
 Import ListNotations.
@@ -27,7 +28,7 @@ Proof.
   split; auto. apply check_realizes; auto.
 Qed.
 
-(** It does so in a play in which the assumptions are kept and met for ever. *)
+(** It does so in a play in which the assumptions are kept forever and met infinitely often. *)
 Definition is_alive (e : established) : bool := alive (meaning e) (strategy_graph e).
 
 Theorem alive_sound s g e : establish s g = Some e -> is_alive e = true ->
@@ -80,7 +81,7 @@ Proof.
   intros i W. split; [apply keeps_sound; auto | apply visits_sound; auto].
 Qed.
 
-(** A strategy as one of a team: whose it is, what it was made for, among how many others. *)
+(** A strategy in a team: its robot, its task, and the number of other robots. *)
 Definition controller_of (m : established * nat * circumstances * nat) : option controller :=
   let '(e, q, c, n) := m in
   match places_of (names e) c with
@@ -114,7 +115,7 @@ Proof.
   - intros q x. exact (never_in_an_obstacle w pairs starts cs C s q x R).
 Qed.
 
-(** And each has an answer to all that can be seen of the others. *)
+(** And each has a successor for every possible observation of the others. *)
 Definition answering (w : world) (pairs : list (nat * nat)) (starts : list N)
     (ms : list (established * nat * circumstances * nat)) : bool :=
   match controllers_of ms with Some cs => forallb (check_views w) cs | None => false end.

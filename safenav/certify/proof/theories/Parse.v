@@ -1,5 +1,5 @@
-(** From the bytes of a structured slugs file to its meaning. A definition, to be read: what this
-    reads is what the theorems are about. What is not understood is refused, never guessed. *)
+(** From the bytes of a structured slugs file to its meaning. A definition, to be read: the theorems
+    are about its result. Unknown text is refused, never guessed. *)
 From Coq Require Import Ascii String List NArith Arith Bool.
 From Proved Require Import Gr1.
 Import ListNotations.
@@ -73,7 +73,7 @@ Definition strip (s : text) : text :=
 Inductive op := OIff | OImp | OXor | OOr | OAnd | OCmp (c : cmp) | OAdd.
 Inductive token := Num (n : N) | Word (w : text) (primed : bool) | Op (o : op) | Neg | Open | Close.
 
-(** Of two that fit the longer one comes first. *)
+(** The longest match comes first. *)
 Definition symbols : list (text * token) := Eval compute in
   map (fun p => (codes (fst p), snd p))
   [("<-->"%string, Op OIff); ("-->"%string, Op OImp); ("/\"%string, Op OAnd); ("\/"%string, Op OOr);
@@ -307,7 +307,7 @@ Definition same_section (a b : section) : bool :=
   | _, _ => false
   end.
 
-(** Each line that says something, with its section. *)
+(** Each line with content, with its section. *)
 Fixpoint sorted (at_ : option section) (ls : list text) : option (list (section * text)) :=
   match ls with
   | [] => Some []

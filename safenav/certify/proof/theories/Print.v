@@ -1,5 +1,6 @@
-(** A text for every specification, and that it is read back as it was: [parse] has a right inverse,
-    so no specification is out of its reach, and brackets, names and numbers mean what they should. *)
+(** A printer for specifications, and the round trip: [parse] reads each printed specification back
+    unchanged. So it can produce every specification, and brackets, names and numbers have their
+    intended meaning. *)
 From Coq Require Import Ascii String List NArith PArith Arith Bool Lia.
 From Proved Require Import Gr1 Parse.
 Import ListNotations.
@@ -66,7 +67,7 @@ Fixpoint tokens (f : form) : list token :=
   | Iff f g => two OIff f g | Xor f g => two OXor f g
   end.
 
-(** A formula reads declared variables, as what they are. *)
+(** A formula uses declared variables according to their kinds. *)
 Definition var_of (r : ref) : var := match r with Now x => x | Next x => x end.
 Definition is_declared (truth : bool) (r : ref) : Prop :=
   exists w, nth_error ns (var_of r) = Some (w, truth).
@@ -108,8 +109,8 @@ Definition parts (sp : spec) (ds : list declared) : list (section * text * list 
 Definition print (sp : spec) (ds : list declared) : text :=
   unlines (flat_map (fun p => snd (fst p) :: snd p) (parts sp ds)).
 
-(** What can be printed: names that are none of the language's own words, all different; the values
-    of a truth are 0 and 1; formulas about declared variables. *)
+(** Printable specifications: different names, none of them reserved; Booleans have the values 0 and
+    1; formulas use declared variables. *)
 Definition good_name (w : text) : Prop :=
   match w with [] => False | c :: _ => is_letter c = true end /\
   forallb (fun c => is_letter c || is_digit c) w = true /\ existsb (same w) reserved = false.
@@ -363,7 +364,7 @@ Lemma more_close fuel least a ts :
   more ns (S fuel) false least a (Close :: ts) = Some (a, Close :: ts).
 Proof. reflexivity. Qed.
 
-(** A bracket with two operands, each of which is read as it should be. *)
+(** A bracket with two operands, each read correctly. *)
 Lemma read_two o a b c ta tb rest fuel least na nb :
   (forall fuel least rest, (na <= fuel)%nat ->
      read ns (S fuel) false least (ta ++ rest) = more ns fuel false least a rest) ->

@@ -1,4 +1,4 @@
-(** Ranks show that something happens again and again. *)
+(** Ranks prove that something happens infinitely often. *)
 From Coq Require Import List NArith Arith Bool Lia.
 From Proved Require Import Gr1.
 Import ListNotations.

@@ -3,7 +3,7 @@ From Coq Require Import List NArith Arith Bool Lia.
 From Proved Require Import Gr1.
 Import ListNotations.
 
-(** What is known of some references. *)
+(** Known values of some references. *)
 Definition known := ref -> option N.
 Definition agrees (k : known) (s s' : state) : Prop :=
   forall r n, k r = Some n -> deref s s' r = n.
@@ -98,7 +98,7 @@ Proof.
     destruct (simp k f), (simp k g); cbn [sat]; auto.
 Qed.
 
-(** What is left of a list of clauses: nothing if they hold, [[F]] if one does not. *)
+(** Remainder of a list of clauses: empty if they hold, [[F]] if one does not. *)
 Fixpoint simps (k : known) (fs : list form) : list form :=
   match fs with
   | [] => []
@@ -264,7 +264,7 @@ Lemma output_in sp x : inputs sp <= x -> x < length (ranges sp) ->
   exists ns, In (x, ns) (output_values sp).
 Proof. intros L M. apply in_numbered. rewrite skipn_length. lia. Qed.
 
-(** The meaning of a formula depends on nothing but the values. *)
+(** The meaning of a formula depends only on the values. *)
 Lemma value_ext s s' t t' u : (forall x, s x = t x) -> (forall x, s' x = t' x) ->
   value s s' u = value t t' u.
 Proof.

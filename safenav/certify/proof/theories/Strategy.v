@@ -4,13 +4,14 @@ From Proved Require Import Gr1 Simplify Ranks.
 Import ListNotations.
 
 (** A node has a value of each variable, the nodes that may follow it, a rank for each goal, and for
-    each assumption a bound on how many steps it is ahead if the environment wishes (see Alive.v). *)
+    each assumption a bound on the number of steps to it if the environment cooperates (see
+    Alive.v). *)
 Record node := { row : list N; next : list positive; rank_of : list rank; ahead : list N }.
 Definition graph := PositiveMap.t node.
 
 Definition state_of (u : node) : state := get (row u).
 
-(** The nodes of these names; nothing if there is one that names none. *)
+(** The nodes of these names; None if some name is unknown. *)
 Fixpoint look (g : graph) (ps : list positive) : option (list node) :=
   match ps with
   | [] => Some []
@@ -62,7 +63,7 @@ Fixpoint progresses (excuses goals : list form) (s s' : state) (ms ms' : list ra
 Definition now_is (r : list N) : known :=
   fun x => match x with Now x => Some (get r x) | Next _ => None end.
 
-(** A rank names no excuse that is not there. *)
+(** A rank names existing excuses only. *)
 Definition rank_ok (n : nat) (m : rank) : bool :=
   match snd m with Some a => Nat.ltb a n | None => true end.
 
@@ -71,7 +72,7 @@ Definition check_edge (sp : spec) (fs : list form) (u v : node) : bool :=
   then progresses (env_live sp) (sys_live sp) (state_of u) (state_of v) (rank_of u) (rank_of v)
   else false.
 
-(** Formulas about the next state alone are asked once a node, not once an edge. *)
+(** Formulas about the next state alone are evaluated once per node, not once per edge. *)
 Fixpoint term_now (t : term) : bool :=
   match t with
   | Const _ | Ref (Next _) => false
@@ -113,7 +114,7 @@ Definition check (sp : spec) (g : graph) : bool :=
   Nat.leb (inputs sp) (length (ranges sp))
   && (let fine := arrivals sp g in forallb (check_node sp g fine) (all_of g))
   && cover false (input_values sp) (simps nothing (env_init sp)) (map row (beginning sp g))
-  && match beginning sp g with [] => false | _ => true end. (* else nothing is shown *)
+  && match beginning sp g with [] => false | _ => true end. (* else the claim is empty *)
 
 (** * What a strategy does *)
 
@@ -269,7 +270,7 @@ Proof.
   apply in_ranges_ok in R as (E & _). unfold state_of, get. apply nth_overflow. lia.
 Qed.
 
-(** Each input that can occur has an answer. *)
+(** Each possible input has a successor. *)
 Theorem answers u i : In u (all_of g) ->
   (forall x, x < inputs sp -> within sp i x) ->
   sats (state_of u) i (env_trans sp) = true ->
@@ -366,7 +367,7 @@ Proof.
   - symmetry; apply get_beyond; auto.
 Qed.
 
-(** [env_init] is about inputs only, so that a state which has the same ones is as good. *)
+(** [env_init] refers to inputs only, so any state with the same inputs satisfies it. *)
 Lemma at_first : sats (b O) (b O) (env_init sp) = true ->
   exists u, is_at O u /\ In u (beginning sp g).
 Proof.
@@ -477,7 +478,7 @@ Proof.
   intros i W. split; [exact (play_safe i W) | exact (play_live i W)].
 Qed.
 
-(** Nor does it ever lack an answer, as long as the environment keeps its rules. *)
+(** It always has a successor, as long as the environment keeps its rules. *)
 Theorem check_answers i : (forall k x, x < inputs sp -> within sp (i k) x) ->
   forall k, env_ok sp (play sp (strategy_of sp g) i) k -> exists u, node_at sp g (past i k) = Some u.
 Proof.

@@ -1,21 +1,21 @@
-(** Robots that share a world. Those that must not meet are never in one region, and nobody is in an
-    unresolved obstacle that blocks it: not while they stand, and not on their way. To be read: the
-    definitions up to [reached]; [event] is all that is assumed of the program that runs them. *)
+(** Robots that share a world. Robots in conflict never occupy one region, and no robot is in an
+    unresolved obstacle that blocks it, at rest or in transit. To be read: the definitions up to
+    [reached]; [event] contains all assumptions about the program that runs them. *)
 From Coq Require Import List NArith PArith Arith Bool Lia FMapPositive.
 From Proved Require Import Gr1 Simplify Ranks Strategy Parse World.
 Import ListNotations.
 Local Open Scope N_scope.
 
-(** A strategy of the bundle: whose it is, what it was made for, of how many others it may have to
-    keep out of the way. *)
+(** A strategy of the bundle: its robot, its task, and the number of other robots in conflict with
+    it. *)
 Record controller := { robot : nat; about : circumstances; crowd : nat;
-  vars : places; signals : nat (** how many inputs *); nodes : graph }.
+  vars : places; signals : nat (** number of inputs *); nodes : graph }.
 
 Definition at_ (c : controller) (u : node) : N := state_of u (region (vars c)).
 
 Section Team.
 Variable w : world.
-Variable pairs : list (nat * nat).  (** who must not meet whom *)
+Variable pairs : list (nat * nat).  (** pairs of robots in conflict *)
 Variable starts : list N.  (** of each robot *)
 Variable team : list controller.
 
@@ -23,9 +23,9 @@ Definition conflict (q r : nat) : bool :=
   existsb (fun p => (Nat.eqb (fst p) q && Nat.eqb (snd p) r)
                  || (Nat.eqb (fst p) r && Nat.eqb (snd p) q)) pairs.
 
-(** At some moment. [holds]: the regions that a robot takes up, on its way both ends of its step.
-    [post]: the strategy that it goes by, and the node, while it stands. [shut]: where an unresolved
-    obstacle is that blocks it. *)
+(** A state of the team. [holds]: the regions that a robot occupies; in transit, both ends of its
+    step. [post]: its strategy and node, at rest. [shut]: the regions of unresolved obstacles that
+    block it. *)
 Record moment := { holds : nat -> list N; post : nat -> option (controller * node);
                    shut : nat -> N -> Prop }.
 
@@ -33,22 +33,22 @@ Definition begins (s : moment) : Prop :=
   (forall q, holds s q = match nth_error starts q with Some x => [x] | None => [] end) /\
   (forall q, post s q = None) /\ (forall q x, In x (holds s q) -> ~ shut s q x).
 
-Definition alike (s s' : moment) (q : nat) : Prop :=  (** but for robot [q] *)
+Definition alike (s s' : moment) (q : nat) : Prop :=  (** except for robot [q] *)
   (forall r, r <> q -> holds s' r = holds s r /\ post s' r = post s r) /\
   (forall r x, shut s' r x -> shut s r x).
 
 Definition near (x y : N) : Prop := exists d, beside w d x y = true.
 
-(** What can happen; in any order, and however long a step takes. *)
+(** Possible events, in any order and with any durations of steps. *)
 Inductive event (s s' : moment) : Prop :=
-| Departs q c u v :  (** a robot does what its strategy answers to what it observes *)
+| Departs q c u v :  (** a robot takes the step that its strategy chooses for its observation *)
     post s q = Some (c, u) -> edge (nodes c) u v ->
-    (** what it observes is true: whoever is beside it, or on the way there, is shown on that side,
-        unless its strategy was made with this region shut *)
+    (** its observation is true: a robot beside it, or in transit to there, is shown on that side,
+        unless its strategy was made with this region closed *)
     (forall r x d y, conflict q r = true -> r <> q -> In x (holds s r) ->
        beside w d (at_ c u) x = true -> In (d, y) (sees (vars c)) ->
        state_of v y <> 0 \/ In x (closed (about c))) ->
-    (** an obstacle that its strategy was not made for is noticed before it is entered *)
+    (** an obstacle that its strategy does not know is detected before it is entered *)
     (shut s q (at_ c v) -> In (at_ c v) (closed (about c))) ->
     holds s' q = [at_ c u; at_ c v] -> post s' q = None -> alike s s' q -> event s s'
 | Rests q x :  (** a step has ended, at either end; from there it may go by any of its strategies *)
@@ -56,11 +56,11 @@ Inductive event (s s' : moment) : Prop :=
     (forall c u, post s' q = Some (c, u) ->
        In c team /\ robot c = q /\ In u (all_of (nodes c)) /\ at_ c u = x) ->
     alike s s' q -> event s s'
-| Led q a x :  (** a step of a joint plan: the program looks whether the way is free *)
+| Led q a x :  (** a step of a joint plan: the program checks that the region is free *)
     holds s q = [a] -> near a x -> free w x = true -> ~ shut s q x ->
     (forall r, conflict q r = true -> r <> q -> ~ In x (holds s r)) ->
     holds s' q = [a; x] -> post s' q = None -> alike s s' q -> event s s'
-| Changes :  (** obstacles are resolved, go, and come to where they block nobody *)
+| Changes :  (** obstacles are resolved, disappear, and appear where they block no robot *)
     (forall q x, shut s' q x -> shut s q x \/ ~ In x (holds s q)) ->
     (forall q, holds s' q = holds s q /\ post s' q = post s q) -> event s s'.
 
@@ -70,7 +70,7 @@ Inductive reached : moment -> Prop :=
 
 (** * The check *)
 
-(** A robot that must not meet somebody steps to where it looks, only. *)
+(** A robot in conflict with another one only steps to regions that it observes. *)
 Definition looks_out (p : places) (u v : node) : bool :=
   let r := state_of u (region p) in let r' := state_of v (region p) in
   if r =? r' then true else existsb (fun dx => beside w (fst dx) r r') (sees p).
@@ -161,7 +161,7 @@ Proof.
         auto using orb_true_r.
 Qed.
 
-(** Somebody enters a region, and everybody else keeps what they have. *)
+(** One robot enters a region, and the others keep their regions. *)
 Lemma entered s s' q a x : in_order s -> holds s q = [a] -> holds s' q = [a; x] -> post s' q = None ->
   alike s s' q -> a = x \/ near a x -> free w x = true -> ~ shut s q x ->
   (forall r, conflict q r = true -> r <> q -> ~ In x (holds s r)) -> in_order s'.
@@ -244,12 +244,12 @@ Proof.
   induction 1 as [s B | s s' _ IH E]; [apply in_order_first | eapply in_order_next]; eauto.
 Qed.
 
-(** No two robots that must not meet are ever in one region, or on their way into it. *)
+(** No two robots in conflict ever occupy one region, at rest or in transit. *)
 Theorem never_meet s q r x : reached s -> conflict q r = true -> q <> r ->
   In x (holds s q) -> In x (holds s r) -> False.
 Proof. intros R. apply (proj1 (reached_in_order s R)). Qed.
 
-(** Nobody is ever in a wall, or in an unresolved obstacle that blocks it. *)
+(** No robot is ever in a wall, or in an unresolved obstacle that blocks it. *)
 Theorem never_in_an_obstacle s q x : reached s -> In x (holds s q) ->
   free w x = true /\ ~ shut s q x.
 Proof. intros R. apply (proj1 (proj2 (reached_in_order s R))). Qed.

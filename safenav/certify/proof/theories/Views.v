@@ -1,6 +1,7 @@
-(** What a robot can observe of the others, and that its strategy has an answer to all of it: no
-    assumption about the others is stronger than the world. For robots that see who is beside them
-    ([nearby]). What they are told by others they are told, whatever the robot sees. *)
+(** Possible observations of the other robots, and that the strategy has a successor for each: no
+    assumption about the others is stronger than the world. For robots that observe which
+    neighbouring regions are occupied ([nearby]). Other inputs do not depend on these observations.
+    *)
 From Coq Require Import List NArith PArith Arith Bool Lia FMapPositive.
 From Proved Require Import Gr1 Simplify Ranks Strategy Parse World Team.
 Import ListNotations.
@@ -9,13 +10,13 @@ Local Open Scope N_scope.
 Section Views.
 Variable w : world.
 
-(** Where there is a free region on a side, somebody can be. *)
+(** A robot can be on a side if the region there is free. *)
 Definition neighbour (d : side) (a : N) : N :=
   match d with North => a - columns w | South => a + columns w | West => a - 1 | East => a + 1 end.
 Definition opens (d : side) (a : N) : bool :=
   let b := neighbour d a in beside w d a b && free w b.
 
-(** Whether somebody is to be seen on each side: no more of them than there are others. *)
+(** Whether a robot is observed on each side: at most as many as there are other robots. *)
 Definition possible (c : controller) (a : N) (view : side -> bool) : Prop :=
   (forall d, view d = true -> exists b, beside w d a b = true /\ free w b = true) /\
   (length (filter (fun dy => view (fst dy)) (sees (vars c))) <= crowd c)%nat.
@@ -25,12 +26,12 @@ Definition shows (p : places) (v : node) (view : side -> bool) : bool :=
 
 Definition quiet (p : places) (v : node) : bool := shows p v (fun _ => false).
 
-(** That all else that it observes, or is told, is the same. *)
+(** All other inputs are the same. *)
 Definition like (c : controller) (v v' : node) : bool :=
   forallb (fun x => existsb (fun dy => Nat.eqb (snd dy) x) (sees (vars c)) || (state_of v x =? state_of v' x))
           (seq 0 (signals c)).
 
-(** All sets of sides on which somebody can be. *)
+(** All sets of sides on which robots can be. *)
 Fixpoint sets (ds : list side) : list (list side) :=
   match ds with [] => [[]] | d :: ds => let l := sets ds in l ++ map (cons d) l end.
 Definition same_side (d e : side) : bool := number_of d =? number_of e.
@@ -95,8 +96,8 @@ Proof.
     destruct (g a) eqn:G; auto. rewrite (H a) in F; auto; [discriminate | left; auto].
 Qed.
 
-(** Each view that is possible has an answer, whatever else is observed and told when nobody is to
-    be seen; and there is an answer then. *)
+(** Each possible view has a successor, for all other inputs that have one when no robot is
+    observed; and there is one then. *)
 Theorem views_answered c u : check_views c = true -> In u (all_of (nodes c)) ->
   (exists v, edge (nodes c) u v /\ quiet (vars c) v = true) /\
   forall v view, edge (nodes c) u v -> quiet (vars c) v = true -> possible c (at_ c u) view ->
@@ -131,7 +132,7 @@ Proof.
     intros V. split; auto. change d with (fst (d, y)). apply in_map; auto.
 Qed.
 
-(** * What there is to be seen is possible *)
+(** * The actual view is possible *)
 
 Lemma neighbours_apart a x y d e : beside w d a x = true -> beside w e a y = true ->
   x = y \/ near w x y -> d = e.
@@ -147,7 +148,7 @@ Qed.
 Variables (pairs : list (nat * nat)) (starts : list N) (team : list controller).
 Hypothesis checked : check_team w pairs starts team = true.
 
-(** On which sides of a region some robots are, or are on their way. *)
+(** The sides of a region on which some robots are, or to which they are in transit. *)
 Definition seen (s : moment) (others : list nat) (a : N) (d : side) : bool :=
   existsb (fun r => existsb (beside w d a) (holds s r)) others.
 
@@ -189,8 +190,8 @@ Proof.
       exact (neighbours_apart (at_ c u) x y d e D E (Co r x y X Y)).
 Qed.
 
-(** Whatever the team has done, the strategy of a robot that stands has an answer to what there is
-    to be seen of the others. *)
+(** In every reachable state, the strategy of a robot at rest has a successor for its view of the
+    others. *)
 Theorem never_stuck s q c u others : reached w pairs starts team s -> check_views c = true ->
   post s q = Some (c, u) -> (length others <= crowd c)%nat ->
   exists v, edge (nodes c) u v /\ shows (vars c) v (seen s others (at_ c u)) = true.

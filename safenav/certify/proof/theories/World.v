@@ -7,7 +7,7 @@ Local Open Scope N_scope.
 (** Cells are numbered row by row: is each of them free? *)
 Record world := { columns : N; cells : list bool }.
 
-(** What is known when a strategy is made. [turns]: the robot has a heading. *)
+(** Data known when a strategy is synthesized. [turns]: the robot has a heading. *)
 Record circumstances := { closed : list N; turns : bool; others : list text }.
 
 Inductive side := North | East | South | West.
@@ -45,11 +45,11 @@ Definition of_name (ns : list (text)) (w : text) : option var :=
 Definition good_place (w : world) (c : circumstances) (r : N) : bool :=
   if free w r then negb (existsb (N.eqb r) (closed c)) else false.
 
-(** Where the values are that tell where a robot is, and what it has seen. *)
+(** Positions of the values for the pose of a robot and for its observations. *)
 Record places := { region : var; heading : var; sees : list (side * var); tracks : list var }.
 
-(** A step: to the same cell with the same heading, or to a neighbouring one that is not seen to be
-    taken, forwards. *)
+(** A step: to the same cell with the same heading, or forwards to a neighbouring one that is not
+    observed to be occupied. *)
 Definition good_step (w : world) (c : circumstances) (p : places) (s s' : state) : bool :=
   let r := s (region p) in
   let r' := s' (region p) in
@@ -126,8 +126,8 @@ Definition reached_by (sp : spec) (p : places) (g : graph) (target : list N) (go
 Definition visits (sp : spec) (p : places) (g : graph) (targets : list (list N)) : bool :=
   forallb (fun t => existsb (reached_by sp p g t) (sys_live sp)) targets.
 
-(** Each target is visited again and again, if the environment keeps its rules for ever and meets
-    each assumption again and again. *)
+(** Each target is visited infinitely often if the environment keeps its rules forever and meets
+    each assumption infinitely often. *)
 Theorem visits_sound sp g p targets :
   check sp g = true -> visits sp p g targets = true ->
   forall i, (forall k x, (x < inputs sp)%nat -> within sp (i k) x) ->

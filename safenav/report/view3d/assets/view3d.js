@@ -1,4 +1,4 @@
-/* sources 75c73d989457b19bfc653d2f6a712c59b2e9b12bad66919cb59a9ebc3fccbe1f */
+/* sources 260093ac334038267007e405e8a426a605f97cc60b101938206eb756faf69129 */
 /* Contains Preact:
 The MIT License (MIT)
 
