@@ -52,7 +52,7 @@ def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) ->
         (range(1, 14), 2, True, "13 strategies (1 to 13 states, 2 from the cache, verified)"),
         (range(1, 14), 13, True, "13 strategies (1 to 13 states, all from the cache, verified)"),
         (range(1, 14), 0, False, None),
-        (range(1, 13), 0, True, None),
+        (range(1, 9), 0, True, None),
     ],
 )
 def test_many_strategies_are_told_together(
