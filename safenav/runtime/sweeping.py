@@ -22,7 +22,9 @@ def claimed_beside(team: TeamState, robot: RobotState) -> bool:
     that has no effect before its own turn, or before a third one has left. Until then this one is
     not to set out."""
     claiming = [o for o in team.robots.values() if o.claims and o is not robot]
-    sides = team.scenario.map.neighbours(robot.pose.region) if claiming else ()
+    if not claiming:
+        return False
+    sides = team.scenario.map.neighbours(robot.pose.region)
     beside = {*sides} - team.had_by_others(robot.robot, sides)
     return any(
         region in beside and (not names or robot.name in names)
