@@ -383,7 +383,9 @@ class Passes(Algorithm):
     def _require_return(self) -> None:
         """Handle a state in which only robots out of service have remaining duties. Raises RunEnded
         unless one may return by itself."""
-        if not (self.batteries.returns or (self._times() if self.team.live else self._to_come())):
+        now, live = self.world.now(), self.team.live
+        charges = live and any(time > now for time in self.batteries.times())
+        if not (self.batteries.returns or charges or self._to_come()):  # random inputs bring none
             out = [self.team.robots[name] for name in self.team.out_of_service]
             said = f"{' and '.join(where_out(self.team, robot) for robot in out)} out of service"
             flat = " and ".join(robot.name for robot in out if robot.too_flat)
