@@ -342,8 +342,8 @@ def waiting(clock: str) -> Mission:
     ("clock", "word", "said"),
     [
         ("live", "put_back c 2", "gate@2 is in region 2: resolve it first"),
-        ("lockstep", "put_back c 1", "only in live runs robots are put back"),
-        ("lockstep", "permanent gate@2", "only in live runs obstacles become permanent"),
+        ("lockstep", "put_back c 1", "robots are put back only in live runs"),
+        ("lockstep", "permanent gate@2", "obstacles become permanent only in live runs"),
     ],
 )
 def test_what_cannot_be_is_refused(clock: str, word: str, said: str) -> None:
@@ -409,7 +409,7 @@ def test_a_robot_with_a_battery_is_given_no_objective_without_an_order() -> None
 def test_a_run_in_which_no_time_passes_ends(monkeypatch: pytest.MonkeyPatch, helped: bool) -> None:
     """As if the robot did not continue from another node where its strategy steps aside."""
     monkeypatch.setattr(Strategy, "alike", lambda *_: ())
-    monkeypatch.setattr(instant, "AT_ONCE", (20, 5))
+    monkeypatch.setattr(instant, "MOST_PASSES", (20, 5))
     lines: list[str] = []
     listener = [lambda record: lines.append(json_line(as_data(record)))]
     scenario = load_scenario_text(json.dumps(mixed_mission(158436, live=True)))

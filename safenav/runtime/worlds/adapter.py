@@ -181,9 +181,6 @@ class BlockingAdapter:
             raise self._wrong(call, f"region {found.region!r} is not an int")
         if not self._scenario.map.is_free(found.region):
             raise self._wrong(call, f"region {found.region} is a wall or off the map")
-        here = self._regions[robot.name]
-        if found.region not in (here, pose.region, *self._scenario.map.neighbours(here)):
-            raise self._wrong(call, f"region {found.region} is not next to region {here}")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
             raise self._wrong(call, f"{robot.name} is a robot of {robot.model.mobility} mobility")
         self._regions[robot.name] = found.region

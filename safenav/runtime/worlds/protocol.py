@@ -139,7 +139,7 @@ class BlockingWorld(Protocol):
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
         """Bring the robot to ``pose``, in its own region or a neighbouring one. Return the pose
-        that it has reached, in one of these regions, or None if that is the commanded one."""
+        that it has reached, or None if that is the commanded one."""
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
         """Let the robot act in its region, after each ``move`` (the first one is to its start).
