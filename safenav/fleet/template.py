@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from math import floor
+
+from safenav.fleet.stations import Station
+from safenav.scenario.lint import arrival_room
 from safenav.scenario.model import Scenario
 from safenav.trace.words import listed
 
 
 def template_text(scenario: Scenario) -> str:
-    """An example of a fleet file for the robots of a scenario, commented; it loads unchanged."""
+    """Return a commented fleet file for the robots of a scenario; it loads unchanged."""
     lines = [
         "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
         "safenav-fleet: 1",
@@ -17,7 +21,7 @@ def template_text(scenario: Scenario) -> str:
         "  interface: lo          # the network of your robots, for example wlan0",
         "  peers: [127.0.0.1]     # their addresses; [] for multicast",
         "defaults:",
-        "  tolerance: 0.3         # metres from the centre of a region: arrived",
+        f"  tolerance: {_tolerance(scenario):<11g} # metres from the centre of a region: arrived",
         "  timeout: 3             # times the expected time, then the goal is cancelled",
         "  retries: 2             # number of times that a failed goal is sent again",
         "  # follow: {topic: reference, tolerance: 0.25}  # references instead of goals",
@@ -44,3 +48,10 @@ def template_text(scenario: Scenario) -> str:
         if acts:
             lines.append(f"    act: {{{acts}}}   # std_srvs/Trigger")
     return "\n".join(lines) + "\n"
+
+
+def _tolerance(scenario: Scenario) -> float:
+    """Return the default tolerance, or less if a robot that arrives so far from the centre of a
+    region reaches into the next one."""
+    rooms = (floor(100 * room) / 100 for _, _, _, room in arrival_room(scenario))
+    return min((Station("/").tolerance, *filter(None, rooms)))

@@ -28,7 +28,8 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
     """Return the YAML of a scenario on a map; ``lines`` are the keys of its ``map``.
 
     A flyer patrols between two regions that are far apart, and a rover goes back and forth
-    between two others. None if the map has no four regions that are connected.
+    between two others. A commented-out door stands where the flyer discovers it. None if the map
+    has no four regions that are connected.
     """
     floor = _largest_floor(world)
     if len(floor) < 4:
@@ -39,8 +40,8 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
     between = sorted(
         (region for region in floor if region not in (home, away)), key=lambda r: (depth[r], r)
     )
-    dock, door = between[len(between) // 4], between[len(between) // 2]
-    far = between[-1]
+    dock, far = between[len(between) // 4], between[-1]
+    door = _bottleneck(world, home, away, dock)
     body = "\n".join(f"  {line}" for line in lines)
 
     side = 1.0 if world.frame is None else min(world.frame.resolution)
@@ -76,6 +77,22 @@ robots:
 until: {{rounds: 1}}
 expect: {{outcome: completed}}
 """
+
+
+def _bottleneck(world: RegionMap, home: Region, away: Region, dock: Region) -> Region:
+    """Return the region, not ``dock``, that every shortest path from ``home`` to ``away`` enters;
+    of several the one nearest to the middle, at worst ``away``."""
+    there, back = world.distances([home]), world.distances([away])
+    length = there[away]
+    layers: dict[int, list[Region]] = {}
+    for region, depth in there.items():
+        if depth + back[region] == length:
+            layers.setdefault(depth, []).append(region)
+    single = [layer[0] for depth, layer in layers.items() if depth and len(layer) == 1]
+    return min(
+        (region for region in single if region != dock),
+        key=lambda region: (abs(2 * there[region] - length), region),
+    )
 
 
 def _largest_floor(world: RegionMap) -> list[Region]:

@@ -66,10 +66,8 @@ def cramped(scenario: Scenario) -> Iterator[str]:
 def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[str]:
     """Robots of a drive that may arrive so far from the centre of a region that they reach into the
     next one. ``tolerances``: metres, by robot."""
-    for robot, side, size, _ in _in_metres(scenario):
-        if size is None or size > side:
-            continue
-        room, off = (side - size) / 2, tolerances[robot.name]
+    for robot, side, size, room in arrival_room(scenario):
+        off = tolerances[robot.name]
         if off <= room + 1e-9:
             continue
         most = floor(100 * room) / 100
@@ -79,6 +77,14 @@ def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[s
             f"body ({size:g} m) then reaches {off - room:.2f} m into the next one, where other "
             f"robots may be; {remedy if most else 'give the map larger regions'}"
         )
+
+
+def arrival_room(scenario: Scenario) -> Iterator[tuple[Robot, float, float, float]]:
+    """Yield each robot that fits into a region with the region's side, its size, and the distance
+    from the centre at which it begins to reach into the next region (metres)."""
+    for robot, side, size, _ in _in_metres(scenario):
+        if size is not None and size <= side:
+            yield robot, side, size, (side - size) / 2
 
 
 def _in_metres(

@@ -6,9 +6,12 @@ import pytest
 
 from cli.conftest import Command
 from safenav.motion.making import check_movable
+from safenav.outcome import Outcome
+from safenav.runtime.mission import Mission
 from safenav.scenario.beginning import scenario_on
 from safenav.scenario.lint import cramped, oversized
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.trace.records import Record, Resolved
 from safenav.world.map import RegionMap
 
 MAPS = Path(__file__).parents[1] / "maps"
@@ -46,6 +49,32 @@ def test_a_scenario_is_begun_on_a_map_and_runs(
     run = safenav("run", "deep/folder/s.yaml", "--no-map")
     assert run.returncode == 0, run.stdout + run.stderr
     assert "patrol home <-> away" in run.stdout
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        ["......"],
+        ["....", "....", "...."],
+        ["...#...", "...#...", ".......", "...#..."],
+        ["...#...", ".......", ".......", "...#..."],
+        [".....", ".###.", ".###.", "....."],
+        ["..", ".."],
+    ],
+    ids=["corridor", "hall", "doorway", "wide_doorway", "ring", "closet"],
+)
+def test_the_suggested_obstacle_is_discovered_and_resolved(grid: list[str]) -> None:
+    """A newcomer who uncomments it sees a request for help, whatever the map."""
+    lines = ["grid: |", *(f"  {row}" for row in grid)]
+    text = scenario_on(RegionMap.from_grid(grid), lines, "new")
+    assert text is not None
+    told = text.replace("# obstacles:", "obstacles:").replace(
+        "#   - {type: door", "  - {type: door"
+    )
+    records: list[Record] = []
+    result = Mission(load_scenario_text(told), listeners=[records.append]).run()
+    assert result.outcome is Outcome.COMPLETED
+    assert sum(isinstance(each, Resolved) for each in records) == 1
 
 
 def test_a_map_that_is_not_divided_says_how(safenav: Command) -> None:

@@ -12,6 +12,7 @@ import yaml
 from safenav.errors import Diagnostic, InputError
 from safenav.fleet import fleet_file, stations
 from safenav.fleet.template import template_text
+from safenav.scenario.lint import imprecise
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
@@ -90,6 +91,24 @@ def test_fleet_files_of_the_documentation_load(page: str, tmp_path: Path) -> Non
 
 def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
     assert loaded(HEAD, tmp_path).network == stations.Network(0, "lo", ("127.0.0.1",))
+
+
+@pytest.mark.parametrize(("side", "tolerance"), [(2.0, 0.3), (1.0, 0.2), (0.6, 0.3)])
+def test_robots_arrive_within_their_regions_by_the_template(
+    side: float, tolerance: float, tmp_path: Path
+) -> None:
+    """A robot as large as a region reaches into the next one whatever the tolerance."""
+    text = f"""
+safenav: 1
+map: {{resolution: {side}, grid: ["####", "#..#", "####"]}}
+catalogue: {{robots: {{cart: {{mobility: free, layer: ground, size: 0.6, speed: 1}}}}}}
+robots: {{a: {{model: cart, start: 5, objective: {{visit: [6, 5]}}}}}}
+"""
+    path = tmp_path / "fleet.yaml"
+    path.write_text(template_text(load_scenario_text(text)))
+    station = fleet_file.load_fleet(path, load_scenario_text(text)).stations["a"]
+    assert station.tolerance == tolerance
+    assert side == 0.6 or not list(imprecise(load_scenario_text(text), {"a": tolerance}))
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "team_of_six", "beam", "hello", "flying_lab"])
