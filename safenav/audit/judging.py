@@ -84,6 +84,8 @@ def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> 
             about = [rule for rule in rules if not rule.kinds or kind in rule.kinds]
             judges[kind] = [rule for rule in about if _judges(rule, "line")]
         robot = getattr(record, "robot", None)
+        if kind == "move" and not now.live:
+            now.ends_step(record)
         for rule in judges[kind]:
             for said in rule.line(record, now):
                 yield rule.finding(said, record, robot)

@@ -25,7 +25,7 @@ from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.stops import Stops
 from safenav.runtime.termination import Conclusion
-from safenav.runtime.worlds.protocol import Acted
+from safenav.runtime.worlds.protocol import Acted, Ended
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Objective
 from safenav.spec.objective import Memory
@@ -88,9 +88,10 @@ class RobotState(Struct):
     it has just taken a step of a joint plan, of which is not counted yet what it met by that.
     ``acting``: the robot whose action it takes part in, on ``acts_on`` (in lockstep what the team
     knew to be within its reach when it acted last); ``asked``: it was let act since it came here,
-    ``acted``: what it did by that, if it is to stay for it. ``held``: it stands still until that is
-    over. ``stays_for``: the observation for which its strategy had it stay last, with the regions
-    ``shown`` as occupied; ``stood``: what it has decided by since it stands there. ``mode``: the
+    ``acted``: what it did by that, if it is to stay for it; ``moved``: where it was moved instead.
+    ``held``: it stands still until that is over. ``stays_for``: the observation for
+    which its strategy had it stay last, with the regions ``shown`` as occupied; ``stood``: what it
+    has decided by since it stands there. ``mode``: the
     input that has given it its present objective, and ``base`` the one before that with its
     progress. ``charge``: of its battery, if it has one; ``stop``: where it is to go for its
     charge. ``claims``: further regions in which it may be by a report: before its turn those that
@@ -111,6 +112,7 @@ class RobotState(Struct):
     acts_on: tuple[Obstacle, ...] = ()
     asked: bool = False
     acted: Acted | None = None
+    moved: Ended | None = None
     stays_for: Hashable = None
     shown: frozenset[Region] = frozenset()
     stood: set[Hashable] = field(default_factory=set)

@@ -142,7 +142,7 @@ class Move(Record, frozen=True, tag="move"):
     which the robot is in transit and which it also occupies. ``by``: what decided the move (None:
     nothing was queried, the robot is in transit, or the trace does not record it). ``signal``: on
     the first move after it changed. ``busy``: regions that were shown to its strategy as occupied
-    although no robot is there."""
+    although no robot is there. ``result``: if the step ended elsewhere than commanded."""
 
     robot: str
     from_: Region
@@ -152,6 +152,7 @@ class Move(Record, frozen=True, tag="move"):
     by: vocabulary.MovedBy | None = None
     signal: Signal | None = None
     busy: tuple[Region, ...] | None = None
+    result: vocabulary.MoveEnd | None = None
 
 
 class Depart(Record, frozen=True, tag="depart"):

@@ -110,6 +110,7 @@ CASES: list[Case] = [
     ("continuity shared_floor 4 two", edit("move", {"tick": 4, "robot": "two"}, origin=8, to=8)),
     ("map shared_floor 4 one", retell("one", (4, 15, 21))),
     ("mobility shared_floor 4 one", retell("one", (4, 15, 10))),
+    ("mobility door 6 digit", edit("move", {"tick": 6, "robot": "digit"}, result="elsewhere")),
     ("mobility door 6 digit", edit("move", {"tick": 6, "robot": "digit"}, heading="north")),
     ("collision shared_floor 3 one", retell("one", (3, 14, 8), (4, 8, 9))),
     (

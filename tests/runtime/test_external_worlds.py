@@ -100,6 +100,43 @@ def test_pushes_fail_and_the_door_falls_shut_again() -> None:
     assert order.count("resolved") >= 2 and order[:2] == ["violation", "resolved"]
 
 
+class Sliding(Building):
+    """Some moves of the drone, by their number, end in another region than commanded."""
+
+    def __init__(self, scenario: Scenario, slides: dict[int, int]) -> None:
+        super().__init__(scenario)
+        self.closed, self.slides, self.moves = False, slides, 0
+
+    def move(self, robot: Robot, pose: Pose) -> Pose:  # type: ignore[override]
+        self.moves += robot.name == "drone"
+        slides = robot.name == "drone" and self.moves in self.slides
+        pose = Pose(self.slides[self.moves]) if slides else pose
+        super().move(robot, pose)
+        return pose
+
+
+@pytest.mark.parametrize(
+    ("model", "objective", "slides"),
+    [
+        ("quadcopter", "hold: [1, 1]", {2: 23}),
+        ("pusher", "patrol: [[1, 1], [1, 3]]", {1: 13, 2: 24}),
+        ("quadcopter", "patrol: [[1, 1], [1, 3]]", {3: 24}),
+        ("quadcopter", "cover: [[1, 1], [2, 2]]", {3: 23}),
+    ],
+)
+def test_a_robot_that_slides_continues_from_there(
+    model: str, objective: str, slides: dict[int, int]
+) -> None:
+    text = BUILDING.replace("quadcopter", model).replace("patrol: [[1, 1], [3, 9]]", objective)
+    text += "catalogue: {robots: {pusher: {mobility: free, layer: air, capabilities: [push]}}}\n"
+    run = Run()
+    scenario = loaded(text + "until: {rounds: 3}\n")
+    Mission(scenario, world=Sliding(scenario, slides), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed", run.outcome
+    assert [r["to"] for r in run.all("move", result="elsewhere")] == [*slides.values()]
+    assert not run.findings
+
+
 class Repeating(Building):
     """The walker is said to open the door whenever it passes."""
 

@@ -37,6 +37,8 @@ def mobility(record: Line, now: Situation) -> Iterator[Said]:
     robot, before = record.robot, now.heading[record.robot]
     way = now.grid.direction(record.from_, record.to)
     if now.has_failed(robot):
+        if not (now.live or now.external):
+            yield f"{robot} ends elsewhere than commanded, in a simulated world"
         return
     if record.to != record.from_ and way is None:
         origin, to = now.show(record.from_), now.show(record.to)
@@ -119,7 +121,7 @@ class AlwaysRule(Rule):
                 yield robot, f"{robot} starts in {now.show(region)}, which it avoids"
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if now.external and record.by is None:
+        if now.external and (record.by is None or now.has_failed(record.robot)):
             return
         robot, own = record.robot, now.own[record.robot]
         for region in now.entered(record) & own.avoid:

@@ -233,6 +233,8 @@ def _by_strategy(turn: Turn) -> bool:
     """Return whether its strategy decided the robot's move in this turn, as far as the trace
     shows."""
     move = turn.first("move")
+    if turn.failed:
+        return False  # it ended elsewhere
     return move is None or move.by in (None, "strategy", EITHER)
 
 

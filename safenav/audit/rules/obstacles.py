@@ -59,7 +59,7 @@ def backtrack(now: Situation) -> Iterator[Said]:
     for backtrack in backtracks:
         if not violations:
             yield turn.robot, f"{turn.robot} backs up, but no obstacle was in its way", backtrack
-        if move is not None and move.to != backtrack.to:
+        if move is not None and move.to != backtrack.to and not turn.failed:
             back, to = now.show(backtrack.to), now.show(move.to)
             yield turn.robot, f"{turn.robot} backs up to {back} but then moves to {to}", move
 

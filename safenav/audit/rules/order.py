@@ -150,5 +150,7 @@ def _begins_on_its_target(record: Line, now: Situation) -> bool:
     put = [line for line in turn.all("operator") if line.region is not None]
     if any(line.robot == name for line in (*turn.all("synthesis"), *turn.all("objective"), *put)):
         return True
+    if now.has_failed(name):
+        return True  # a step has ended there, elsewhere than commanded
     told = now.header.coordination == "assignable"
     return told and turn.objectives[name] != now.objectives[name]

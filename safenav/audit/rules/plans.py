@@ -101,7 +101,7 @@ class _Running:
         robot, places = move.robot, self.plan.robots[move.robot]
         entered = move.to if move.toward is None else move.toward
         there = [place for place, _ in places[self.at[robot] + 1 :][:1]]
-        if now.has_failed(robot) and move.to not in there:
+        if now.has_failed(robot) and (move.to not in there or not now.live):
             self.bound.discard(robot)
             return ""  # its step has failed
         if entered == now.region[robot]:

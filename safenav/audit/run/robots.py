@@ -58,7 +58,8 @@ class Robots:
         self.under_way: dict[str, Line] = {}
         """Live: the step of each robot that has not ended."""
         self.ended: dict[str, Line] = {}
-        """Live: the end of each robot's step that its next move shows."""
+        """The end of each robot's last step: live until its next move shows it; in ticks the move,
+        until its next turn, if the robot ended elsewhere than commanded."""
         self.lost: dict[str, frozenset[int]] = {}
         """Live: the regions in one of which each robot is whose step ended nobody knows where."""
         self.acting: dict[str, Line] = {}
@@ -129,8 +130,8 @@ class Robots:
         return float(round(min(battery.capacity, max(0, charge)), DECIMALS))
 
     def has_failed(self, robot: str) -> bool:
-        """Return whether the step that a robot ends by its next move ends otherwise than it
-        should."""
+        """Return whether the step that a robot ends by its next move (in ticks: the move that it
+        has just made) ends otherwise than it should."""
         return robot in self.ended and self.ended[robot].result != "arrived"
 
     def repeats_inputs(self, record: Line) -> bool:

@@ -59,6 +59,13 @@ class Situation(State):
         origin = self.region[robot], self.toward[robot] is not None, self.progress[robot]
         self.turn = Turn(record.tick, robot, record.line, self.objectives, *origin)
 
+    def ends_step(self, move: Line) -> None:
+        """In ticks, before the rules judge a move: note if it ends where it should not."""
+        if move.result is None:
+            self.ended.pop(move.robot, None)
+        else:
+            self.ended[move.robot] = move
+
     def ends_wait(self, record: Line) -> bool:
         """Return whether a line ends a wait: any change by a user, the scenario or the world does,
         the time until which the team waits, and the tick after a robot failed or was charged."""
@@ -126,8 +133,9 @@ class Situation(State):
                     self.signals[robot] = record.signal
                 self._wait_here(robot)
                 self.turn.failed = self.has_failed(robot)
-                self.ended.pop(robot, None)
-                if not self.live:
+                if self.live:
+                    self.ended.pop(robot, None)
+                else:
                     self._perform(robot, {})
             case "belief":
                 self.beliefs[robot, record.of] = record

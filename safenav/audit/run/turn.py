@@ -63,7 +63,7 @@ class Turn:
     ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the turn
     began, ``objectives`` those of the whole team. ``final``: only the outcome comes after it.
     ``torn``: the run was interrupted, or the trace breaks off, so lines may be missing here.
-    ``failed``: in a live run, a step has failed in this turn."""
+    ``failed``: a step has failed in this turn, or ended elsewhere than commanded."""
 
     tick: int
     robot: str | None

@@ -56,8 +56,11 @@ class Actions(Struct):
         if not robot.asked and not self._must_not_sweep(robot):
             robot.asked = True
             here = self.world.start(robot.robot, robot.pose, robot.pose)  # as before any action
-            event = self._done_by(robot) if isinstance(here, Arrived) else None
-            robot.acted = event if event is not None and event.found else None
+            if not isinstance(here, Arrived):
+                robot.moved = here  # its stay in this turn ends there
+                return True
+            event = self._done_by(robot)
+            robot.acted = event if event.found else None
             return robot.acted is not None
         return any(obstacle not in robot.acts_on for obstacle in self._within_reach(robot)[0])
 

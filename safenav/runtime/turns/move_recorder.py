@@ -63,7 +63,8 @@ class MoveRecorder:
         """Record the end of a step, which began at ``start``. ``step``: None if its strategy began
         it in an earlier tick."""
         if not self._state.live:
-            self._move(robot, start, step)
+            strayed = vocabulary.MoveEnd.ELSEWHERE if isinstance(event, Elsewhere) else None
+            self._move(robot, start, step, result=strayed)
             return
         result, reason, regions = vocabulary.MoveEnd.ARRIVED, None, None
         match event:
@@ -117,12 +118,13 @@ class MoveRecorder:
         start: Region,
         step: DecidedStep | None,
         toward: Region | None = None,
+        result: vocabulary.MoveEnd | None = None,
     ) -> None:
         """The line of a robot's turn in a tick."""
         by, shown = (None, None) if step is None else (step.by, tuple(sorted(step.shown)) or None)
         way = start, *robot.pose.place, toward
         self._state.emit(
-            records.Move(self._state.tick, robot.name, *way, by, self._signal(robot), shown)
+            records.Move(self._state.tick, robot.name, *way, by, self._signal(robot), shown, result)
         )
         self._beliefs(robot)
 

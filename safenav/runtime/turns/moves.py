@@ -51,7 +51,10 @@ class Moves(Struct, frozen=True):
         robot.transit, robot.recalls = step, self._remembers_after(robot, step)
         robot.stood.clear()
         self.relocation.traffic.set_out()
-        event = self.world.start(robot.robot, robot.pose, step.pose)
+        event, robot.moved = (
+            robot.moved or self.world.start(robot.robot, robot.pose, step.pose),
+            None,
+        )
         if event is not None and not self.state.live:
             yield from self._arrive(robot, step, event, step)
             return
