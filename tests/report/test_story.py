@@ -144,3 +144,18 @@ def test_rounds_of_the_objective_of_an_input_are_not_told() -> None:
         "quad reaches 7 [1, 1]",
         "quad reaches 10 [1, 4], round 1 done",
     ]
+
+
+@pytest.mark.parametrize("restarts", [True, False], ids=["a door", "a battery"])
+def test_rounds_that_restart_are_told_once(restarts: bool) -> None:
+    """Rounds are counted from the last resolution on, but a flat battery interrupts them only."""
+    battery = "catalogue: {obstacles: {cell: {action: push, blocks: []}}}\nflat: cell\n"
+    kind = "door" if restarts else "cell"
+    text = ROOM.replace("door", kind) + battery
+    first, second = (records.Goal(tick, "quad", 0, 7, 1) for tick in (4, 9))
+    opened = records.Resolved(5, f"{kind}@9", "digit", 8, False, True)
+    gone = records.Gone(6, f"{kind}@9", vocabulary.ChangeCause.WORLD)
+    said = told(first, opened, opened, gone, second, text=text)
+    done = "quad reaches 7 [1, 1], round 1 done"
+    kept = [line[11:] for line in said if "round" in line]
+    assert kept == ([done, "rounds restart", done] if restarts else [done])

@@ -76,6 +76,7 @@ class Story:
         self._syntheses: list[records.Synthesis] = []
         begun = {} if scenario.begun is None else scenario.begun.robots
         self._rounds = {name: done.rounds for name, done in begun.items()}
+        self._told_rounds = False
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
         self._own = {r.name: r.objective for r in scenario.robots}
         self._stops: set[str] = set()
@@ -164,9 +165,18 @@ class Story:
         else:
             self._barred.pop(region, None)
         self._say(event)
+        if isinstance(event, records.Resolved):
+            self._restart(event)
         if isinstance(event, records.Resolved | records.Gone):
-            self._rounds.clear()  # they are counted from the last resolution on
             self._map()
+
+    def _restart(self, event: records.Resolved) -> None:
+        """Rounds are counted from the last resolution on."""
+        if self._scenario.restarts_rounds(event.obstacle):
+            if self._told_rounds:
+                self._line(event.tick, "rounds restart")
+            self._rounds.clear()
+            self._told_rounds = False
 
     def _goal(self, event: records.Goal) -> None:
         """Print each completed round once, but none of robots that wait, help, charge, or make
@@ -178,6 +188,7 @@ class Story:
             if event.robot in self._modes:  # the rounds of an input's objective do not count
                 formulas, shown = False, replace(event, round=0)
             self._line(event.tick, self._wording.goal(shown, formulas=formulas))
+            self._told_rounds = True
         self._rounds[event.robot] = event.round
 
     def _inputs(self, event: records.Inputs) -> None:
