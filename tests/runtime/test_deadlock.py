@@ -151,3 +151,17 @@ def test_only_one_out_of_service_can_help(clock: str) -> None:
         clock: {clock}
         """)
     assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "out_of_service")
+
+
+def test_nobody_shuts_in_one_out_of_service(clock: str) -> None:
+    """``a`` waited face to face with ``b`` in a corridor where neither can turn round."""
+    completed(f"""
+        map: {{grid: ["###########", "#..####...#", "#.........#", "#..####...#", "###########"]}}
+        catalogue: {{robots: {{car: {{mobility: heading, layer: ground, capabilities: []}}}}}}
+        robots:
+          a: {{model: car, start: [2, 1], heading: west, objective: {{visit: [[2, 8], [2, 1]]}}}}
+          b: {{model: car, start: [2, 6], heading: west, objective: {{visit: [[1, 1], [1, 8]]}}}}
+        changes: [{{at: 1, robot: b, service: out}}, {{at: 40, robot: b, service: back}}]
+        clock: {clock}
+        until: {{rounds: 1}}
+        """)

@@ -1,13 +1,16 @@
 """Irreversible moves: each needs a plan for the whole mission from there.
 
 A plan certifies the moves that it makes, so results are kept; and the last plan serves again
-wherever the team can return to it.
+wherever the team can return to it. Robots out of service may come back, so a move must not rule out
+a plan for the team with all of them either.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
+
+from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.sweeping import taken
@@ -21,10 +24,12 @@ from safenav.world.poses import Mask, region_mask
 
 
 class ContinuationPlans:
-    """The moves of a team that are known to leave the mission possible, and its last plan."""
+    """The moves of a team that are known to leave the mission possible, and its last plan.
+    ``in_service``: for the team as if every robot were in service."""
 
-    def __init__(self, state: TeamState, searches: Searches) -> None:
+    def __init__(self, state: TeamState, searches: Searches, *, in_service: bool = False) -> None:
         self._state = state
+        self._all = in_service
         self._searches = searches
         self._last: tuple[Course, Sequence[JointState]] | None = None
         self._known: dict[tuple[JointState, int, int], bool] = {}
@@ -38,9 +43,14 @@ class ContinuationPlans:
 
     def allow(self, name: str, pose: Pose) -> bool:
         """Whether a robot may make a move that it may not be able to undo: it can come back with
-        all others where they are, or there is a plan for the whole mission from there."""
+        all others where they are, or there is a plan for the whole mission from there (or there is
+        none, with every robot in service, without the move either)."""
+        if self._all and not self._state.out_of_service:
+            return True
         return all(
-            self._returns(floor, index, step) or self._continues(floor, index, step)
+            self._returns(floor, index, step)
+            or self._continues(floor, index, step)
+            or (self._all and not self._continues(floor, index, floor.poses[index]))
             for floor, index, step in self._steps(name, pose)
         )
 
@@ -54,7 +64,8 @@ class ContinuationPlans:
     def _steps(self, name: str, pose: Pose) -> list[tuple[Floor, int, int]]:
         """The poses (with their memory, by number) to which a move leads; none where moves can
         always be undone. With each the floor, and the index of the robot there."""
-        floor = self._searches.remembered(self._searches.floor())
+        searches = self._searches
+        floor = searches.in_service() if self._all else searches.remembered(searches.floor())
         index = floor.index(name)
         member = floor.problem.members[index]
         if not member.turns or not floor.problem.interferes(index):
@@ -74,8 +85,12 @@ class ContinuationPlans:
     def _continues(self, floor: Floor, index: int, number: int) -> bool:
         """Whether there is a plan for the whole mission with a robot in a pose."""
         poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
-        problem = self._searches.problem(floor, poses=poses)
-        course, start = problem.course, problem.start
+        course, own = self._searches.course(floor), self._searches.own_of_charging()
+        if self._all:
+            course = replace(course, excused=frozenset())
+            own |= dict.fromkeys(self._searches.cut_off(floor))
+        problem = self._searches.problem(floor, course, poses)
+        start = problem.start
         self._concern(course)
         key = (start, index, number)
         known = self._known.get(key)
@@ -84,7 +99,6 @@ class ContinuationPlans:
             if answer is None and self._work.done:
                 return False
             if answer is None:
-                own = self._searches.own_of_charging()
                 search = self._searches.search(problem, own, work=self._work)
                 answer = search.run(*budgets.CERTIFICATE)
             known = isinstance(answer, Found)

@@ -62,6 +62,7 @@ class Traffic:
         self.thinking = BackgroundSearch(stop)
         self.searches = searches = Searches(state, self.thinking)
         self._certificates = certificates = ContinuationPlans(state, searches)
+        self._in_service = ContinuationPlans(state, searches, in_service=True)
         self.occasions = PlanTriggers(state, searches, clock)
         self.search = PlanSearch(state, searches, certificates)
         self.resolving = ResolutionPlans(state, searches, self.search)
@@ -72,7 +73,12 @@ class Traffic:
         if self.plan.active or self.wanted is not None:
             return None
         notes, spent = self.state.last_settled.notes, (self.search.failures, self.search.spent)
-        tried = *spent, self.occasions.tried.total(), self._certificates.known
+        tried = (
+            *spent,
+            self.occasions.tried.total(),
+            self._certificates.known,
+            self._in_service.known,
+        )
         return self.occasions.watch.ages(self.state.tick), tried, notes.cleared, notes.hurried
 
     def given_up(self) -> frozenset[str]:
@@ -154,7 +160,8 @@ class Traffic:
     def certified(self, name: str, pose: Pose) -> bool:
         """Whether a robot may make a move that it may not be able to undo."""
         if not self.plan.active:
-            return self._certificates.allow(name, pose)
+            plans = self._certificates, self._in_service
+            return all(each.allow(name, pose) for each in plans)
         return self._certificates.undone(name, pose, self.plan.ahead(name))
 
     def _hurry(self, occasion: PlanTrigger) -> bool:

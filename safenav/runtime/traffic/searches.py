@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.snapshot import awaited_by, moved_on
+from safenav.runtime.coordination.snapshot import awaited_by, floor_of, moved_on
 from safenav.runtime.duties.settlement import settle
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.resolution.problem import BudgetExhaustedError, Floor, Problem, Stages
@@ -54,6 +54,7 @@ class Searches:
         self._aims: dict[str, Milestones] = {}
         self._remembering: dict[bool, tuple[Problem, _Graphs, Problem]] = {}
         self._hopeless: Problem | None = None
+        self._in_service: tuple[Floor, Floor] | None = None
         robots = state.scenario.robots
         sweeps = state.scenario.sweeping and len(robots) > 1
         self.sharing = frozenset(r.name for r in robots if sweeps or state.rivals(r))
@@ -72,6 +73,14 @@ class Searches:
     def floor(self) -> Floor:
         """Return the problem as it was settled last, with every robot at its current pose."""
         return moved_on(self._state.last_settled.floor, self._state)
+
+    def in_service(self) -> Floor:
+        """Return the same problem as if every robot were in service."""
+        settled = self._state.last_settled.floor
+        if self._in_service is None or self._in_service[0] is not settled:
+            found = floor_of(self._state, hopeful=True)
+            self._in_service = settled, found if found.gates == settled.gates else settled
+        return moved_on(self._in_service[1], self._state)
 
     def remembered(self, floor: Floor) -> Floor:
         """Return the problem with formula memory added to poses, within a size limit."""
