@@ -58,6 +58,7 @@ class ProgressBar:
     def __init__(self, scenario: Scenario, display: Any = None) -> None:
         self._wanted = scenario.until.rounds * len(scenario.robots)
         self._each = scenario.until.rounds
+        self._restarts = scenario.restarts_rounds
         begun = {} if scenario.begun is None else scenario.begun.robots
         self._rounds = {
             r.name: begun[r.name].rounds if r.name in begun else 0 for r in scenario.robots
@@ -70,6 +71,8 @@ class ProgressBar:
         match record:
             case records.Goal():
                 self._rounds[record.robot] = record.round
+            case records.Resolved() if self._restarts(record.obstacle):
+                self._rounds = dict.fromkeys(self._rounds, 0)
             case records.Synthesis():
                 self._syntheses += 1
             case _:
