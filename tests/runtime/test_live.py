@@ -331,6 +331,23 @@ def test_a_robot_that_may_be_where_another_stands_closes_that_when_it_has_left()
     assert "collision" in run.broken and "request" not in run.broken
 
 
+def test_a_robot_may_be_lost_where_another_that_is_lost_no_longer_is() -> None:
+    """The report of robot a does not name the region from which it set out; that of b does."""
+    begun: dict[str, int] = {}
+
+    def lost(world: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
+        if not isinstance(event, Arrived):
+            return [event]
+        begun.setdefault(event.robot, world.last[event.robot].region)
+        there = world._poses["a"].region if event.robot == "a" else begun["a"]
+        return [Lost(event.at, event.robot, frozenset({there}), command=event.command)]
+
+    run = play_faulty(lost)
+    first, second = run.all("arrive", result="lost")
+    assert second["regions"] == [first["at"]]
+    assert "collision" not in run.broken
+
+
 @pytest.mark.parametrize(
     ("extra", "closed"),
     [("never_together: [{robots: [a, b, q], in: [[2, 1], [2, 5]]}]\n", True), ("", False)],

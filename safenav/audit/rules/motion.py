@@ -168,10 +168,11 @@ def collision(record: Line, now: Situation) -> Iterator[Said]:
     """Robots in conflict never share a region, at any moment; one in transit occupies two regions,
     a lost one all that it may be in. Robots that would change places do share one, as they move one
     after the other (D 4, Layers)."""
-    robot, regions = record.robot, taken(record)
+    robot = record.robot
     for other in now.rivals(robot):
-        for region in sorted((regions | now.lost.get(robot, set())) & now.may_have(other)):
-            sure = region in regions & now.taken_by(other)
+        own, theirs = _held(record, other, now)
+        for region in sorted(own & theirs):
+            sure = region in taken(record) & now.taken_by(other)
             are = "are both" if sure else "may both be"
             yield f"{robot} and {other} {are} at {now.show(region)}"
 
@@ -182,11 +183,21 @@ def never_together(record: Line, now: Situation) -> Iterator[Said]:
     for the first to its arrival outside (D 4)."""
     if not now.header.never_together:
         return
-    robot, regions = record.robot, taken(record) | now.lost.get(record.robot, set())
+    robot = record.robot
     for other in now.region.keys() - {robot}:
         for zone in now.zones(robot, other):
-            if regions & zone and now.may_have(other) & zone:
+            if all(regions & zone for regions in _held(record, other, now)):
                 yield f"{robot} and {other} are together in {sorted(zone)}"
+
+
+def _held(move: Line, other: str, now: Situation) -> tuple[set[int], set[int]]:
+    """Return the regions that two robots keep free of each other after a move of one. A lost robot
+    keeps others out of the region from which it set out, too; another that is lost there, by a
+    report that names it, does not share it with one whose report excludes it."""
+    own, theirs = now.lost.get(move.robot), now.lost.get(other)
+    if own:
+        return set(own), set(theirs or now.taken_by(other))
+    return taken(move), now.may_have(other)
 
 
 _IS = {
