@@ -1,8 +1,8 @@
-"""The lines of a live run, expanded: each pass gives every robot the move that it has in lockstep.
+"""Expansion of a live run into passes, in which every robot gets one move, as in lockstep.
 
 A robot that departs is in transit from then on, one that arrives ends its step, all others stay or
-remain in transit. So one ``Situation`` serves both kinds of runs. The lines of the trace all stay,
-in their order; only moves come in between, with the number of the line that shows them.
+remain in transit. So one ``Situation`` serves both kinds of runs. All lines of the trace keep their
+order; only moves are inserted, with the number of the line that implies them.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from safenav.audit.lines import Line, Made
 from safenav.audit.run.state import State
 
 MOST_SILENT = 1000
-"""Passes without a line that are expanded in a row: no run has as many, a damaged file may."""
+"""Limit on consecutive passes without a line: no run reaches it, a damaged file may."""
 
 EITHER = "either"
-"""Decides that a robot stays which gets a strategy in this pass: that, or the one before."""
+"""Source of the decision to stay if the robot gets a strategy in this pass: the new strategy or the
+previous one."""
 
 _DECIDES = ("violation", "backtrack", "depart", "arrive")
 """Lines before the move of a robot's turn, or in its place."""
@@ -25,15 +26,15 @@ _ASIDE = ("discovered", "late", "plan_end")
 
 
 def _ends_pass(record: Line) -> bool:
-    """Return whether a line comes when all robots have had their turns in a pass."""
+    """Return whether a line ends a pass: it comes after the turns of all robots."""
     reached = record.type == "plan_end" and record.reason == "reached"
     completed = record.type == "outcome" and record.outcome == "completed"
     return reached or completed or record.type == "plan"
 
 
 def _set_aside(records: Sequence[Line]) -> set[int]:
-    """The numbers of the lines of requests that are set aside, and of those right before them,
-    which may be served since: that is decided when all robots have had their turns."""
+    """Return the line numbers of requests that are set aside, and of the requests immediately
+    before them, which may be served by now. Both are decided after the turns of all robots."""
     found, asked = set[int](), list[Line]()
     for record in records:
         asked = [*asked, record] if record.type == "request" else []
@@ -43,7 +44,8 @@ def _set_aside(records: Sequence[Line]) -> set[int]:
 
 
 class Passes:
-    """``now``: the state of the run, in which each line has its effect before the next."""
+    """Expands a trace. ``now``: the state of the run; each line takes effect before the next
+    one."""
 
     def __init__(self, now: State) -> None:
         self._now, self._names = now, [*now.header.robots]
@@ -51,13 +53,14 @@ class Passes:
         self._busy: dict[str, tuple[int, ...]] = {}
         self._tick = 0
         self._due = 0
-        """Index of the robot whose move is the next of the pass."""
+        """Index of the robot that moves next in the pass."""
         self._open: Line | None = None
-        """The move of the robot whose turn it is, as far as its lines have shown by now."""
+        """The move of the robot whose turn it is, as far as its lines determine it so far."""
         self._departed = False
         self._begun: set[str] = set()
         self._fresh: set[str] = set()
-        """Robots with a strategy of this pass: no line tells whether they stay before or by it."""
+        """Robots that get a strategy in this pass: no line states whether they stay before it or by
+        it."""
 
     def expand(self, records: Iterable[Line]) -> Iterator[Line]:
         """Yield the lines with the moves between them."""
@@ -74,7 +77,7 @@ class Passes:
             over = _ends_pass(record) and not self._resumes(record)
             if (over or record.line in aside) and begun:
                 yield from self._others(record)
-            if record.type in ("act", "depart") and record.robot in self._by:  # held no more
+            if record.type in ("act", "depart") and record.robot in self._by:  # no longer held
                 self._by[record.robot] = "stay"
             robot = self._owner(record)
             if robot is not None:
@@ -89,12 +92,13 @@ class Passes:
         yield from self._moved()
 
     def _resumes(self, record: Line) -> bool:
-        """Return whether a plan is that of the run before: it begins before the first turn."""
+        """Return whether a plan continues that of the earlier run: it begins before the first
+        turn."""
         first = self._tick == 1 and not self._due and self._open is None
         return record.type == "plan" and self._now.begun.plan is not None and first
 
     def _owner(self, record: Line) -> str | None:
-        """The robot whose turn has come by this line; None if it may be in any turn."""
+        """Return the robot whose turn this line belongs to; None if it may belong to any turn."""
         name = getattr(record, "robot", None)
         if record.type not in (*_DECIDES, *_FOLLOWS, "hold") or name not in self._by:
             return None
@@ -107,7 +111,7 @@ class Passes:
         return str(name) if ahead else None
 
     def _turn_of(self, robot: str, record: Line) -> Iterator[Line]:
-        """Let the robots before it move, and begin its turn."""
+        """Complete the turns of earlier robots, and begin the turn of this one."""
         if self._open is not None and self._open.robot == robot:
             return
         yield from self._moved()
@@ -124,13 +128,13 @@ class Passes:
         self._fresh.clear()
 
     def _others(self, record: Line) -> Iterator[Line]:
-        """The moves that are left of a pass."""
+        """Yield the remaining moves of a pass."""
         yield from self._moved()
         while self._due < len(self._names):
             yield self._stay(record)
 
     def _stay(self, record: Line) -> Line:
-        """The move of the robot that is next, if no line tells another."""
+        """Return the move of the next robot if no line shows a different one: it stays."""
         name = self._names[self._due]
         self._due += 1
         self._begun.clear()
@@ -143,7 +147,7 @@ class Passes:
         return Made(type="move", **about, **where, by=by, busy=self._busy.get(name))
 
     def _moved(self) -> Iterator[Line]:
-        """The turn's move, as soon as it is certain."""
+        """Yield the move of the current turn, which no further line can change."""
         if self._open is None:
             return
         move, self._open = self._open, None

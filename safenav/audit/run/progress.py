@@ -1,7 +1,8 @@
-"""A robot's progress: with its own objective, and with the one in force as far as goals show it.
+"""A robot's progress in its own objective, and in the objective in force as far as goals show it.
 
 A new strategy may begin the objective at any of its targets, since the format does not state that
-memory survives a resynthesis. So after each the next goal is unknown until one is met."""
+memory survives a resynthesis. So the next goal is unknown until the new strategy meets one.
+"""
 
 from __future__ import annotations
 
@@ -13,17 +14,18 @@ from safenav.audit.lines import Line, Made, Objective
 
 
 class Progress(NamedTuple):
-    """The goals of the robot's own objective, and those of the objective in force.
+    """Progress in the robot's own objective and in the objective in force.
 
     Own: ``goals`` since the last resolution; ``turn``, the target that was next when these began to
-    be counted (None: the robot had met none); ``ahead``, the targets met of an objective that ends,
-    whatever the robot did meanwhile; ``kept``, turn and ahead of the one that it resumes after an
-    input.
+    be counted (None: the robot had met none); ``ahead``, how many targets of a terminating
+    objective are met, despite interruptions; ``kept``, ``turn`` and ``ahead`` of the objective that
+    it resumes after an input.
 
     In force, since ``reset_line``: ``awaited``, the index of the next target in their order, None
     while unknown; ``covered``, the targets met in this round in any order, meaningful only if
-    ``fresh`` (the beginning of the round was seen); ``last_round`` of the last goal, None if there
-    was none."""
+    ``fresh`` (the start of the round was observed); ``last_round``, the round of the last goal,
+    None before the first goal.
+    """
 
     goals: tuple[Line, ...] = ()
     turn: int | None = None
@@ -37,10 +39,10 @@ class Progress(NamedTuple):
 
     @classmethod
     def begun(cls, own: Objective, start: int, done: Line | None) -> Progress:
-        """Return the progress before the first move: a robot begins with its first target unless
-        the robot is in it at the start (whether that counts is the strategy's decision).
-        ``done``: before this run continued another; a strict objective may then begin with another
-        target where the robot stands on one."""
+        """Return the progress before the first move. A robot begins with its first target unless it
+        starts there: the strategy then decides whether that counts. ``done``: progress in the run
+        that this one continues; a strict objective may then begin with another target if the robot
+        stands on one."""
         shape = shape_of(own.kind)
         in_order = shape.in_turn and not shape.strict
         if done is None:
@@ -59,30 +61,30 @@ class Progress(NamedTuple):
 
     @property
     def rounds(self) -> int:
-        """Return the rounds of the robot's own objective, counted by its goals."""
+        """Return the completed rounds of the robot's own objective."""
         return self.goals[-1].round if self.goals else 0
 
     @property
     def met(self) -> list[int]:
-        """The targets that were met in the present round of the own objective: the goal that
-        completes a round is the last of that, not the first of the next."""
+        """Return the targets met in the present round of the own objective. The goal that completes
+        a round belongs to that round."""
         done = self.rounds
         met = [goal.goal for goal in self.goals if goal.round == done]
         return met[1:] if done else met
 
     def next(self, own: Objective) -> int | None:
-        """Return the target of the own objective whose turn it is; None if none was ever met."""
+        """Return the next target of the own objective; None if it has never met one."""
         count = len(own.targets)
         return (self.goals[-1].goal + 1) % count if self.goals and count else self.turn
 
     def reset(self, line: int) -> Progress:
-        """The robot gets another objective, or another strategy."""
+        """Return the progress after the robot gets a new objective or strategy."""
         after = self._replace(awaited=None, covered=frozenset(), fresh=False)
         return after._replace(reset_line=line, last_round=None)
 
     def recounted(self, own: Objective) -> Progress:
-        """Something is resolved: rounds count from here, and a round in any order may restart. The
-        strategy continues, so the order of its targets is kept."""
+        """Return the progress after a resolution: rounds are counted again, and a round in any
+        order may restart. The strategy continues, so the next target is kept."""
         return self._replace(goals=(), turn=self.next(own), covered=frozenset(), fresh=False)
 
     def given(self, own: Objective, *, leaves: bool, resumes: bool) -> Progress:
@@ -96,8 +98,8 @@ class Progress(NamedTuple):
         return self._replace(goals=(), turn=turn, ahead=ahead, kept=kept)
 
     def reached(self, goal: Line, pursued: Objective, *, own: bool, sure: bool) -> Progress:
-        """The robot meets a target of the objective that it has pursued, which is its ``own`` one
-        or not. ``sure``: in this turn it had no other one, by which the target may be counted."""
+        """Return the progress after the robot meets a target. ``own``: of its own objective;
+        ``sure``: it had no other objective in this turn to which the target could belong."""
         after, shape, count = self, shape_of(pursued.kind), len(pursued.targets)
         if own:
             goals, ahead = (*self.goals, goal), self.ahead + (goal.goal == self.ahead)
@@ -115,8 +117,8 @@ class Progress(NamedTuple):
 
 
 def _goals_before(objective: Objective, done: Line) -> tuple[Line, ...]:
-    """Return goals as a trace would have them since the last resolution, for what a robot has
-    ``done`` of its own objective before the run continues."""
+    """Return the goals since the last resolution that a trace would record for the progress
+    ``done`` of the earlier run."""
     shape, rounds = shape_of(objective.kind), done.rounds or 0
     count = len(objective.targets)
     if objective.kind == "ltl":

@@ -1,4 +1,4 @@
-"""The memories that robots' formulas may have, followed along a trace."""
+"""Possible memories of robots' formulas along a trace."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from safenav.audit.run.state import State
 
 
 class Memories:
-    """Holds the memories that robots' formulas may have: those with which they may begin, then
-    those after each step with which the formulas allow it."""
+    """Possible memories of robots' formulas: the initial ones, then after each step those that the
+    formulas allow."""
 
     def __init__(self, now: State) -> None:
         self.possible: dict[str, set[Row]] = {}
@@ -30,7 +30,7 @@ class Memories:
                 self.possible[robot] = known
 
     def line(self, record: Line, now: State) -> None:
-        """Follow a synthesis or a move, before it takes effect."""
+        """Process a synthesis or a move before it takes effect."""
         robot = record.robot
         if robot not in self.possible or now.own[robot].kind != "ltl":
             return
@@ -49,14 +49,14 @@ class Memories:
             if ahead is not None and record.to == now.toward[robot]:
                 self.possible[robot] = {ahead}
                 return
-            if now.live or here == there:  # it may have stayed by its strategy
+            if now.live or here == there:  # perhaps its strategy made it stay
                 self.possible[robot] |= self._after(robot, here, here, now)
             if here != there:
                 self.possible[robot] = self._after(robot, here, there, now) or self.possible[robot]
 
     def chosen(self, synthesis: Line, now: State) -> Row | None:
-        """Return what the formulas of a robot remember where a new strategy for them begins; None
-        if it is for something else, or they have not been followed."""
+        """Return the formula memory in the first node of a robot's new strategy; None if the
+        strategy is not for these formulas, or their memory is not tracked."""
         names = remembered(synthesis.robot, now)
         told = synthesis.memory if synthesis.node is not None else None
         if not told or names is None or synthesis.robot not in self.possible:
@@ -64,11 +64,13 @@ class Memories:
         return row_of(told, names) if synthesis.objective.kind == "ltl" else None
 
     def may_be(self, robot: str, told: Mapping[str, int], now: State) -> bool:
-        """Whether a robot's formulas may remember that; in transit, where it has set out."""
+        """Return whether a robot's formulas may have this memory; in transit, at its departure
+        pose."""
         return row_of(told, remembered(robot, now) or ()) in self.possible.get(robot, ())
 
     def may_become(self, robot: str, told: Mapping[str, int], now: State) -> bool:
-        """Whether a robot's formulas may remember that in its pose, which is ahead in transit."""
+        """Return whether a robot's formulas may have this memory in its pose; in transit, in its
+        destination pose."""
         if now.toward[robot] is None:
             return self.may_be(robot, told, now)
         row = row_of(told, remembered(robot, now) or ())
@@ -87,8 +89,8 @@ class Memories:
 
 
 def remembered(robot: str, now: State) -> tuple[str, ...] | None:
-    """Return the names of what a robot's formulas remember; None if that is nothing, or they are
-    not read here."""
+    """Return the names of the memory of a robot's formulas; None if they have none, or the auditor
+    cannot evaluate them."""
     if now.own[robot].kind != "ltl":
         return None
     try:
@@ -99,5 +101,5 @@ def remembered(robot: str, now: State) -> tuple[str, ...] | None:
 
 
 def row_of(memory: Mapping[str, int], names: Iterable[str]) -> Row:
-    """The values of a memory, in the order of its names."""
+    """Return the values of a memory in the order of its names."""
     return tuple(int(memory.get(name, -1)) for name in names)

@@ -1,4 +1,4 @@
-"""The robots at a line of the trace: where they are, what they pursue, what they do."""
+"""The robots at a line of the trace: poses, objectives and actions."""
 
 from __future__ import annotations
 
@@ -91,23 +91,24 @@ class Robots:
         return {self.region[robot]} if toward is None else {self.region[robot], toward}
 
     def may_have(self, robot: str) -> set[int]:
-        """Return the regions that a robot occupies, or of which it may occupy one."""
+        """Return the regions that a robot occupies or, if it is lost, may occupy."""
         taken, lost = self.taken_by(robot), self.lost.get(robot)
         return taken | lost if lost else taken
 
     def exclude_lost_position(self, gone: Obstacle) -> None:
-        """Note that a lost robot is not where an operator has resolved what stood for it."""
+        """Exclude a region of a lost robot: an operator has resolved the obstacle that represented
+        it there."""
         self.lost = {
             robot: regions - {gone.region} if gone.type == f"lost_{robot}" else regions
             for robot, regions in self.lost.items()
         }
 
     def entered(self, move: Line) -> set[int]:
-        """Return the regions that a robot occupies after a move, and did not before."""
+        """Return the regions that a robot occupies after a move but not before it."""
         return taken(move) - self.taken_by(move.robot)
 
     def charge_after(self, move: Line) -> float:
-        """Return a robot's charge after a move, below 0 if it does not suffice."""
+        """Return a robot's charge after a move; negative if it does not suffice."""
         charge, battery = self.charge[move.robot], self.header.robots[move.robot].battery
         if move.to != move.from_:
             return float(charge - battery.move)
@@ -122,7 +123,8 @@ class Robots:
         return tick <= 1 and robot in (self.begun.had or ())
 
     def charge_at(self, robot: str, t: float) -> float:
-        """Live: return a robot's charge at a time; where it stands, time takes or gives it."""
+        """Live: return a robot's charge at a time. While it stands, time consumes or restores
+        charge."""
         charge, battery = self.charge[robot], self.header.robots[robot].battery
         charges = self.region[robot] in (self.header.chargers or ())
         rate = battery.charge if charges else -battery.stay
@@ -130,8 +132,8 @@ class Robots:
         return float(round(min(battery.capacity, max(0, charge)), DECIMALS))
 
     def has_failed(self, robot: str) -> bool:
-        """Return whether the step that a robot ends by its next move (in ticks: the move that it
-        has just made) ends otherwise than it should."""
+        """Return whether the step that a robot's next move ends (in ticks: the move that it just
+        made) has failed or ends elsewhere than commanded."""
         return robot in self.ended and self.ended[robot].result != "arrived"
 
     def repeats_inputs(self, record: Line) -> bool:
@@ -139,11 +141,11 @@ class Robots:
         return record.type == "inputs" and dict(record.values) == self.inputs
 
     def zones(self, one: str, other: str) -> list[frozenset[int]]:
-        """Return the sets of regions in which two robots are never together."""
+        """Return the sets of regions that two robots must never occupy together."""
         return self._zones.get((one, other), [])
 
     def rivals(self, robot: str) -> list[str]:
-        """Return the robots with which one must never share a region."""
+        """Return the robots with which this one must never share a region."""
         return self._rivals[robot]
 
     def conflict(self, one: str, other: str) -> bool:
@@ -155,24 +157,25 @@ class Robots:
         return other in listed[0] or one in listed[1]
 
     def alternates(self, robot: str) -> bool:
-        """Return whether the robot was synthesized for its objective as plain alternation."""
+        """Return whether the robot's strategy was synthesized for its objective as plain
+        alternation."""
         return self.form.get((robot, self.objectives[robot])) == "alternation"
 
     def show(self, region: int) -> str:
         return self.grid.show(region)
 
     def is_away(self, robot: str) -> bool:
-        """Whether an input keeps a robot from its objective, be it with an equal one."""
+        """Return whether an input replaces a robot's objective, even by an equal one."""
         listed = self.header.robots[robot].when or ()
         return any(self.inputs.get(each.input) for each in listed)
 
     def is_to_return(self, robot: str) -> bool:
-        """Whether a robot gets its objective back in this tick, from which inputs had kept it."""
+        """Return whether a robot resumes in this tick the objective that inputs had replaced."""
         listed = self.header.robots[robot].when or ()
         own, due = self.own[robot], self.due(robot)
         return not self.is_away(robot) and own != due and any(w.objective == own for w in listed)
 
     def due(self, robot: str) -> Objective:
-        """Return the objective that the inputs give to a robot now."""
+        """Return the objective that the inputs assign to a robot now."""
         listed = self.header.robots[robot].when or ()
         return next((w.objective for w in listed if self.inputs.get(w.input)), self.base[robot])

@@ -1,7 +1,8 @@
 """The state of the run at a trace line, replayed from the lines before it alone.
 
-Rules examine a situation before a line takes effect, and again when a turn is over. After a broken
-rule the situation follows the trace, so that one fault is not reported forever."""
+Rules examine a situation before a line takes effect, and again at the end of a turn. After a broken
+rule the situation follows the trace, so that one fault is not reported repeatedly.
+"""
 
 from __future__ import annotations
 
@@ -28,19 +29,19 @@ WITHOUT_EFFECT = ("failed", "nothing")
 _CHANGES = (
     *("violation", "resolved", "gone", "appeared", "blocked", "reopened", "service", "objective"),
 )
-"""Records after which an obstacle that was set aside may be served again."""
+"""Records after which a request that was set aside may be served again."""
 
 
 class Situation(State):
-    """The state as of some line, and the effects of lines on it."""
+    """The state after a trace line, and the effects of lines on it."""
 
     def __init__(self, header: Line, records: Iterable[Line]) -> None:
         super().__init__(header, records)
         self.memories = Memories(self)
 
     def starts_turn(self, record: Line) -> bool:
-        """Return whether a new turn begins with this line: its violation, or else its move (or, in
-        a trace that is wrong, a backtrack from nothing)."""
+        """Return whether a new turn begins with this line: a violation, else a move (or, in an
+        invalid trace, a backtrack without a violation)."""
         turn = self.turn
         if record.type == "violation":
             return not self._also_lost_in(record)
@@ -49,7 +50,8 @@ class Situation(State):
         return turn.robot != record.robot or turn.first("move") is not None
 
     def _also_lost_in(self, violation: Line) -> bool:
-        """Return whether the lost robot whose turn it is may be in one more region."""
+        """Return whether the violation adds a region to those in which the lost robot may be,
+        within its turn."""
         robot, turn = violation.robot, self.turn
         again = turn.robot == robot and turn.first("move") is None
         return again and self.obstacles[violation.obstacle].type == f"lost_{robot}"
@@ -68,7 +70,7 @@ class Situation(State):
 
     def ends_wait(self, record: Line) -> bool:
         """Return whether a line ends a wait: any change by a user, the scenario or the world does,
-        the time until which the team waits, and the tick after a robot failed or was charged."""
+        as do the end of the waiting time and the tick after a robot failed or was charged."""
         if (wait := self.waits) is None:
             return False
         told = is_of_scenario(record) or is_of_user(record)
@@ -97,7 +99,7 @@ class Situation(State):
         self._follow_objectives(robot, record)
 
     def _follow_robot(self, robot: Any, record: Line) -> None:
-        """Note where robots are, and what they do there."""
+        """Update the robots' poses and actions."""
         match record.type:
             case "hold":
                 waits = record.why == "synthesis"
@@ -149,7 +151,7 @@ class Situation(State):
                     self._asks_for(robot)
 
     def _follow_obstacle(self, name: Any, robot: Any, record: Line) -> None:
-        """Note what becomes of an obstacle, and of the request for it."""
+        """Update an obstacle and the request for it."""
         match record.type:
             case "violation":
                 self.discovered.add(name)
@@ -157,12 +159,12 @@ class Situation(State):
                     requesters = self.requests.setdefault(name, {})
                     requesters.pop(robot, None)
                     requesters[robot] = self.region[robot]
-                if self.external and self.status[name].away:  # a door has fallen shut again
+                if self.external and self.status[name].away:  # a door has closed again
                     self._begin(name)
             case "discovered":
                 found = record.obstacle
                 self.introduced.add(found.name)
-                if self.external and found.from_ is None:  # nobody knows what was done to it before
+                if self.external and found.from_ is None:  # earlier actions on it are unknown
                     self._begin(found.name)
             case "appeared" | "gone":
                 self.permanent.discard(name)
@@ -206,7 +208,7 @@ class Situation(State):
                 self.given_up.pop(name, None)  # that is decided
 
     def _follow_objectives(self, robot: Any, record: Line) -> None:
-        """Note what robots pursue, for whom, and how far they are with it."""
+        """Update the robots' objectives, whom they help, and their progress."""
         match record.type:
             case "waiting":
                 self.waits, self.fails_in = record, None
@@ -222,7 +224,7 @@ class Situation(State):
                 turns = {"leaves": by_input and away, "resumes": by_input and not away}
                 self.progress[robot] = self.progress[robot].given(self.own[robot], **turns)
                 self.own[robot] = record.objective
-                if not record.at_once:  # it may go where it has gone for its charge before
+                if not record.at_once:  # until then it may head for its charger
                     self.stop[robot] = self.objectives[robot].targets
                 if record.at_once:
                     self.objectives = {**self.objectives, robot: record.objective}
@@ -270,7 +272,7 @@ class Situation(State):
         self.region[robot], self.heading[robot], self.toward[robot] = at, heading, toward
 
     def _charged(self, record: Line) -> None:
-        """Note what a line means for the charge of its robot."""
+        """Update the charge of a line's robot."""
         robot, battery = record.robot, self.header.robots[record.robot].battery
         match record.type:
             case "move" if not self.live:
@@ -289,7 +291,7 @@ class Situation(State):
                 self.stands[robot] = record.t or 0.0
 
     def _begin(self, obstacle: str) -> None:
-        """Let an obstacle be there with no need met."""
+        """Make an obstacle present with all needs unmet."""
         self.status[obstacle] = Status.UNRESOLVED
         self.open[obstacle] = self.opened(obstacle)
 
@@ -300,7 +302,8 @@ class Situation(State):
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
 
     def _asks_for(self, robot: str) -> None:
-        """Note that a robot whose charge is used up asks for the obstacle that appeared there."""
+        """Record that a robot with an empty battery requests the obstacle that appeared in its
+        region."""
         here = self.region[robot]
         for record in self.turn.all("appeared")[-1:]:
             flat = self.obstacles[record.obstacle]
@@ -309,24 +312,25 @@ class Situation(State):
                 self.requests[flat.name] = {robot: here}
 
     def _wait_here(self, robot: str) -> None:
-        """Note that a robot that encounters an obstacle waits where it has backed up to."""
+        """Record that a robot that encountered an obstacle waits in the region to which it has
+        backed up."""
         violation, toward = self.turn.first("violation"), self.toward[robot]
         if violation is not None and robot in self.requests.get(violation.obstacle, ()):
             here = self.region[robot] if toward is None else toward
             self.requests[violation.obstacle][robot] = here
 
     def _perform(self, robot: str, results: Mapping[str, str], act: Line | None = None) -> None:
-        """Note what the robot does where it stands: its part in the needs that are next, unless its
-        result was none; an action that fails has only the effects that it names. A need that is met
-        gives way to the next. Loads are taken last, by type, region and number; live, those of the
-        ``act``."""
+        """Apply the robot's action where it stands: its part in the next needs, except where the
+        result names no effect. A failed action has only the effects that it names. After a met need
+        the next one applies. Loads are taken last, by type, region and number; in a live run, those
+        of the ``act``."""
         failed, found = "failed" in results.values(), list[str]()
         for name, obstacle in self.obstacles.items():
             if results.get(name, "failed" if failed else None) in WITHOUT_EFFECT:
                 continue
             if act is not None and name not in results and self.resolves_alone(name):
-                continue  # it may have come since the action began
-            # Needs of an obstacle that no scenario lists count from its discovery on.
+                continue  # it may have appeared after the action began
+            # Needs of an obstacle that the scenario does not list count from its discovery.
             counted = name in self.introduced or len(obstacle.all_needs) == 1
             waits = obstacle.sweeps and self.must_not_sweep(robot, name)
             unmet = self.status[name].unmet
@@ -335,14 +339,14 @@ class Situation(State):
         for name in found:
             self._perform_at(robot, name, put_down=True)
         for name in sorted(filter(self.takes, found), key=lambda name: self.open[name].order):
-            # Whether robots take a load as a whole is their choice, which the line ``met`` tells.
+            # Robots choose whether to take a load as a whole; the line ``met`` records that.
             whole = self.need(name).robots == 1 or self.need(name).together
             asked = self._is_next(robot, name) if act is None else name in act.obstacles
             if not whole and name in self.requests and asked:
                 self._perform_at(robot, name)
 
     def _take(self, record: Line) -> None:
-        """Note that robots take a load as a whole, and what the robot then does with it there."""
+        """Apply the taking of a load as a whole, and the robot's further actions on it there."""
         name, stage = record.obstacle, record.need
         if name not in self.open or self.open[name].stage != stage or not self.takes(name):
             return
@@ -362,8 +366,8 @@ class Situation(State):
                 return
 
     def _meet(self, name: str, group: frozenset[str]) -> bool:
-        """Note that a group meets the next need of an obstacle. Return whether that gives way to
-        another one: the last one stays."""
+        """Record that a group meets the next need of an obstacle; return whether another need
+        follows."""
         one = self.open[name]
         self.turn.met[name, one.stage] = group
         if len(one.left) == 1:
@@ -373,7 +377,8 @@ class Situation(State):
         return True
 
     def restarts(self, resolved: Line) -> bool:
-        """Return whether rounds count from a resolution on: not from that of a battery."""
+        """Return whether a resolution restarts the count of rounds; that of an empty battery does
+        not."""
         return (
             self.header.flat is None or self.obstacles[resolved.obstacle].type != self.header.flat
         )
@@ -386,26 +391,26 @@ class Situation(State):
                 self._reset(robot, line)
 
     def _reset(self, robot: str, line: int) -> None:
-        """A robot has another objective or strategy."""
+        """Reset the progress of a robot with a new objective or strategy."""
         self.progress[robot] = self.progress[robot].reset(line)
 
     def _perhaps_changed(self, helpers: Iterable[str], line: int) -> None:
-        """Helpers whose duty reads as their own objective may have turned to one or the other."""
+        """Reset helpers whose duty equals their own objective: they may now pursue either."""
         for robot in helpers:
             if self.objectives[robot] == self.own[robot]:
                 self._reset(robot, line)
 
     def _rests(self, robot: str) -> None:
-        """A robot out of service gets another objective only if it helped: others have its duty."""
+        """Relieve a robot out of service of its duty: others take it over."""
         if robot in self.out:
             self.helping = {name: who - {robot} for name, who in self.helping.items()}
 
     def _fit_again(self, *, robot: str = "", obstacle: str = "") -> None:
-        """A robot may act again on all, or all robots on an obstacle."""
+        """Let a robot act on all obstacles again, or all robots on one obstacle."""
         self.barred = {pair for pair in self.barred if robot != pair[0] and obstacle != pair[1]}
 
     def _drop(self, record: Line) -> None:
-        """Remove an entry from the stack, even if it is not exactly the one that the line names."""
+        """Remove an entry from the stack, even if it differs from the one that the line names."""
         found = [e for e in self.stack if e.obstacle == record.obstacle] or self.stack
         dropped = self.entry_of(record) or (found[-1] if found else None)
         if dropped is not None:

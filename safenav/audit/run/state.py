@@ -1,4 +1,4 @@
-"""The obstacles, the requests and the stack as rules query them."""
+"""Obstacles, requests and the objective stack, as queried by the rules."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from safenav.audit.run.turn import StackEntry, Status, Turn, helpers_of
 
 
 class State(Robots):
-    """The state at some line. Only ``situation`` changes it."""
+    """The state at a trace line. Only ``situation`` changes it."""
 
     def __init__(self, header: Line, records: Iterable[Line]) -> None:
         super().__init__(header)
@@ -54,7 +54,7 @@ class State(Robots):
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
     def _list(self, records: Iterable[Line]) -> None:
-        """Take the obstacles of the header, and those that lines describe."""
+        """Add the obstacles of the header, and those that lines describe."""
         robots, begun = self.header.robots, self.begun
         first = [Obstacle.of(told, robots) for told in self.header.obstacles]
         found = [record.obstacle for record in records if record.type == "discovered"]
@@ -89,8 +89,8 @@ class State(Robots):
         """The obstacles that sweep regions."""
 
     def opened(self, obstacle: str) -> OpenObstacle:
-        """Return an obstacle that is present from now on, at the stage that it had reached
-        before."""
+        """Return the open needs of an obstacle that becomes present, at the stage that it had
+        reached before."""
         found = self.obstacles[obstacle].opened()
         for group in self.met_before.pop(obstacle, ()):
             found = found.advanced(group)
@@ -101,23 +101,22 @@ class State(Robots):
         return self._at.get(region, [])
 
     def resolves_alone(self, obstacle: str) -> bool:
-        """Return whether one action resolves an obstacle: there is no result for a part of one."""
+        """Return whether a single action resolves an obstacle, so that no partial result exists."""
         left = self.obstacles[obstacle].all_needs[self.open[obstacle].stage :]
         return len(left) == 1 and left[0].robots == 1
 
     def capable(self, obstacle: str) -> set[str]:
-        """Return the robots that have the action which the obstacle needs next, and what the same
-        robots must do after it: only those of the need before it where it takes the same."""
+        """Return the robots that can fulfil the obstacle's next need, and the later needs that the
+        same robots must fulfil; if the need before it required the same robots, only those."""
         return {*self.need(obstacle).able}
 
     def takes(self, obstacle: str) -> bool:
-        """Return whether the robots that meet the obstacle's next need carry a load from then
-        on."""
+        """Return whether the robots that fulfil the obstacle's next need then carry a load."""
         return self.open[obstacle].takes()
 
     def carriers(self, obstacle: str) -> frozenset[str]:
-        """Return the robots that carry a load: they have taken it, or had a part in taking it, and
-        have not put it down in this turn."""
+        """Return the robots that carry a load: they have taken it, or taken part in that, and have
+        not put it down in this turn."""
         last = obstacle, len(self.obstacles[obstacle].all_needs) - 1
         there = self.status[obstacle].unmet
         there = there and last not in self.turn.met
@@ -128,8 +127,8 @@ class State(Robots):
         return [name for name in self.obstacles if robot in self.carriers(name)]
 
     def is_full(self, robot: str) -> bool:
-        """Return whether a robot carries as many loads as it can; traces of earlier versions do not
-        limit them."""
+        """Return whether a robot carries as many loads as it can; traces of earlier versions set no
+        limit."""
         most = self.header.robots[robot].carries
         return most is not None and len(self.loads(robot)) >= most
 
@@ -138,20 +137,20 @@ class State(Robots):
         return self.open[obstacle].left[0]
 
     def too_few(self, obstacle: str) -> list[bool]:
-        """Return for each unmet need whether fewer robots have its action, and what the same robots
-        must do after it, than it takes."""
+        """Return for each unmet need whether too few robots can fulfil it and the later needs that
+        the same robots must fulfil."""
         left = self.obstacles[obstacle].all_needs[self.open[obstacle].stage :]
         return [len(need.able) < need.robots for need in left]
 
     def swept_with(self, obstacle: str, robots: Collection[str]) -> list[str]:
-        """Return the robots, other than these, that are or may be lost where the resolution of an
-        obstacle sweeps."""
+        """Return the other robots that are, or if lost may be, in a region that the resolution of
+        an obstacle sweeps."""
         sweeps = {*(self.obstacles[obstacle].sweeps or ())}
         return [name for name in self.region if name not in robots and sweeps & self.may_have(name)]
 
     def must_not_sweep(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot that could resolve an obstacle must wait: the team does not know
-        of it yet, or another robot is where that sweeps."""
+        """Return whether a robot that could resolve an obstacle must wait: the team has not
+        discovered it, or another robot is in a region that the resolution sweeps."""
         return obstacle not in self.discovered or bool(self.swept_with(obstacle, {robot}))
 
     def resolving(self, obstacle: str) -> set[str]:
@@ -169,14 +168,14 @@ class State(Robots):
 
     def blocked_by(self, obstacle: str) -> set[str]:
         """Return the robots that must not enter the obstacle's region now: those that it stops,
-        except one that resolves it by entering, as long as it may yet be resolved."""
+        except robots that resolve it by entering, as long as it can be resolved."""
         stopped = self.stopped_by(obstacle)
         if self.status[obstacle] is not Status.UNRESOLVED:
             return stopped
         return {name for name in stopped if not self.open[obstacle].entered_by(name)}
 
     def is_cut_short(self) -> bool:
-        """Return whether the run ended within this turn, so that the rest of it never happened."""
+        """Return whether the run ended within this turn, which is therefore incomplete."""
         if not self.turn.final:
             return False
         endings = ("completed", "tick_limit")
@@ -187,13 +186,14 @@ class State(Robots):
         return any(entry.obstacle == obstacle for entry in self.stack)
 
     def entry_of(self, record: Line) -> StackEntry | None:
-        """Return the entry that a pop drops: that of its request, wherever it is in the stack."""
+        """Return the entry that a pop removes: that of its request, at any position in the
+        stack."""
         why = (record.obstacle, record.requester, helpers_of(record))
         entries = reversed(self.stack)
         return next((e for e in entries if (e.obstacle, e.requester, e.helpers) == why), None)
 
     def standing(self, obstacle: str) -> set[str]:
-        """Return the robots that have the action that the obstacle needs next and stand where it is
+        """Return the robots that can perform the obstacle's next action and stand where it is
         performed."""
         regions = self.need(obstacle).regions
         able = self.capable(obstacle) - self.under_way.keys()
@@ -204,8 +204,8 @@ class State(Robots):
         return {n for n in there if n in carriers or self._may_take(n, obstacle)}
 
     def _may_take(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot has room for a load that is not left to others: while acts are in
-        force and no joint plan is, the robots of its act take it, or, if it has none, those
+        """Return whether a robot has room for a load, and may take it. While acts without a joint
+        plan are in force, only the robots of the load's act may; if it has none, only robots
         without an act."""
         acts = self._acts_to_come()
         if self.is_full(robot) or not acts:
@@ -226,8 +226,8 @@ class State(Robots):
         return [act for act in acts if self.open[act.obstacle].stage <= act.need]
 
     def _is_next(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot's acts let it have its part in a load now: none of those before
-        it is done elsewhere."""
+        """Return whether a robot's acts allow its part in a load now: it performs no earlier act
+        elsewhere."""
         mine = [act for act in self._acts_to_come() if robot in act.robots]
         if not mine:
             return True
@@ -240,8 +240,8 @@ class State(Robots):
         return False
 
     def takers(self, robot: str, obstacle: str) -> frozenset[str] | None:
-        """Return all robots that take a load together if one does so in its turn; None if it
-        cannot."""
+        """Return all robots that take a load with this one in its turn; None if it cannot take
+        it."""
         need, there = self.need(obstacle), self.standing(obstacle)
         whole = self.takes(obstacle) and (need.robots == 1 or need.together)
         known = obstacle in self.requests and self.status[obstacle] is Status.UNRESOLVED
@@ -250,8 +250,8 @@ class State(Robots):
         return frozenset(there if need.together else [robot])
 
     def meets_without_line(self, robot: str, obstacle: str) -> frozenset[str] | None:
-        """Return the robots that meet the next need of an obstacle, not its last, if an action of
-        one of them is over immediately: a live run has no lines for that."""
+        """Return the robots that fulfil the next need of an obstacle, not its last one, if the
+        action of one of them takes no time: a live run records no lines for that."""
         last = len(self.open[obstacle].left) == 1
         if not self.live or last or self.takes(obstacle) or robot in self.acting:
             return None

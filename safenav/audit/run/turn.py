@@ -1,4 +1,4 @@
-"""A turn of a robot, and what rules compare about it: obstacles' status, entries of the stack."""
+"""A robot's turn, the status of obstacles, and entries of the objective stack."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Status(Enum):
 
     @property
     def stays(self) -> bool:
-        """Whether the team plans around it from now on."""
+        """Return whether the team plans around it from now on."""
         return self in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
 
     @property
@@ -34,19 +34,18 @@ class Status(Enum):
 
     @property
     def away(self) -> bool:
-        """Whether it is not there, or no longer."""
+        """Return whether it is absent, or resolved."""
         return self in (Status.ABSENT, Status.RESOLVED)
 
 
 FINAL = ("untraversable", "operator")
-"""Reasons for which an obstacle stays, whatever the robots do."""
+"""Reasons for which an obstacle is permanent."""
 
 
 @dataclass(frozen=True)
 class StackEntry:
-    """An entry of the objective stack: helpers, requester and obstacle; ``before``: the objectives
-    that it stores, those before the push; ``helped``: the obstacle that each robot helped with by
-    them."""
+    """An entry of the objective stack: helpers, requester and obstacle; ``before``: the stored
+    objectives, from before the push; ``helped``: the obstacle with which each robot then helped."""
 
     obstacle: str | None
     requester: str | None
@@ -58,12 +57,13 @@ class StackEntry:
 
 @dataclass
 class Turn:
-    """One robot's turn, or (robot None) what happens before the first.
+    """One robot's turn or, if ``robot`` is None, the lines before the first turn.
 
-    ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the turn
-    began, ``objectives`` those of the whole team. ``final``: only the outcome comes after it.
-    ``torn``: the run was interrupted, or the trace breaks off, so lines may be missing here.
-    ``failed``: a step has failed in this turn, or ended elsewhere than commanded."""
+    ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's at the start
+    of the turn, ``objectives`` those of the whole team. ``final``: only the outcome follows.
+    ``torn``: the run was interrupted or the trace is truncated, so lines may be missing.
+    ``failed``: a step has failed in this turn, or ended elsewhere than commanded.
+    """
 
     tick: int
     robot: str | None
@@ -77,7 +77,7 @@ class Turn:
     torn: bool = False
     failed: bool = False
     advanced: set[str] = field(default_factory=set)
-    """Obstacles of which a need was met in this turn, as far as that follows from the moves."""
+    """Obstacles of which a need was met in this turn, as far as the moves imply it."""
     met: dict[tuple[str, int], frozenset[str]] = field(default_factory=dict)
     """The needs of obstacles that were met in this turn, with the robots that met them; for the
     last need of each, the robots that could have met it."""
@@ -85,13 +85,13 @@ class Turn:
     _kinds: dict[str, list[Line]] = field(default_factory=dict)
 
     def add(self, record: Line) -> None:
-        """Take the next line of the turn."""
+        """Add the next line of the turn."""
         self.records.append(record)
         self._kinds.setdefault(record.type, []).append(record)
 
     @property
     def is_plain(self) -> bool:
-        """Whether the robot has made a move, and nothing else has happened."""
+        """Return whether the turn consists only of the robot's move."""
         return len(self.records) == 1 and self.records[0].type == "move"
 
     def all(self, kind: str) -> list[Line]:
@@ -102,8 +102,7 @@ class Turn:
         return found[0] if found else None
 
     def is_refused(self, request: Line) -> bool:
-        """Whether a robot has no strategy for a request: the line after it says so, if there is
-        one."""
+        """Return whether a robot has no strategy for a request, as the next line states, if any."""
         after = next((line for line in self.records if line.line > request.line), None)
         if after is None:
             return self.torn
@@ -116,39 +115,39 @@ def helpers_of(record: Line) -> tuple[str, ...]:
 
 
 def moment(record: Line) -> float:
-    """Return the tick of a line; in a live run its seconds."""
+    """Return the tick of a line; in a live run, its time in seconds."""
     return float(record.tick if record.t is None else record.t)
 
 
 def is_over(wait: Line, record: Line) -> bool:
-    """Return whether the event that the team waits for (line ``waiting``) is due by the time of a
-    line. The team then decides again, even if nothing has changed."""
+    """Return whether the waiting time of the team (line ``waiting``) has ended by the time of a
+    line. The team then decides again, even without a change."""
     if wait.t is not None and record.t is None:
-        return False  # a move between the lines of a live run, whose time is that of the next one
+        return False  # an inserted move of a live run has the time of the next line
     return wait.until is not None and wait.until <= moment(record)
 
 
 def is_of_user(record: Line) -> bool:
-    """Return whether a line is of what somebody does who watches the run; live, a robot's service
-    and objective change with a line of the operator before."""
+    """Return whether a line records an intervention by a user. In a live run a line of the operator
+    precedes changes of a robot's service and objective."""
     told = getattr(record, "cause", None) == "user" or bool(getattr(record, "user", None))
     after = record.t is not None and record.type in ("service", "objective")
     return record.type == "operator" or (told and not after)
 
 
 SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")
-"""Lines of what the scenario itself changes."""
+"""Lines that record changes by the scenario."""
 
 
 def is_of_scenario(record: Line) -> bool:
-    """Return whether a line is of what the scenario or the world changes by itself: no robot that
-    fails, has used up its charge or is charged, and no user."""
+    """Return whether a line records a change by the scenario or the world, rather than by a user, a
+    failure or a battery."""
     told = record.type in SCENARIO_CHANGES and not fails(record)
     return told and getattr(record, "cause", None) not in ("battery", "user")
 
 
 def fails(record: Line) -> bool:
-    """Return whether a robot fails, has used up its charge, or is charged again."""
+    """Return whether a robot fails, has an empty battery, or is charged again."""
     return record.type == "service" and record.cause in ("battery", "world")
 
 

@@ -1,8 +1,9 @@
-"""Lower bounds on the times of resolutions and rounds: the only proof that a promise is lost.
+"""Lower bounds on the times of resolutions and rounds: the only proof that a deadline cannot be
+met.
 
 A relaxation (h_max): robots do not collide, are never busy, and each obstacle opens at its own
-earliest time. Turn ``tick * n + i`` is that of robot ``i`` of ``n`` in a tick; a step that is begun
-in tick t and takes d ticks ends in the turn of tick t + d - 1.
+earliest time. Turn ``tick * n + i`` is that of robot ``i`` of ``n`` in a tick; a step that begins
+in tick t and takes d ticks ends in the robot's turn of tick t + d - 1.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ NEVER = 1 << 40
 
 
 class BoundRobot(Struct, frozen=True, eq=False):
-    """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
-    step. ``walls``: the poses that are closed to it permanently. ``leaves``: the pose from which a
-    robot in transit departed; it can act there until it arrives, in tick ``until`` at the latest.
-    ``room``: the most loads that it can carry, which bounds ignore; ``unloaded``: the turn to come
-    in which it puts one down, having had no room before."""
+    """State of a robot: in ``pose`` from the end of tick ``ready`` on; ``ticks``: duration of its
+    fastest step. ``walls``: the poses that are closed to it permanently. ``leaves``: the pose from
+    which a robot in transit departed; it can act there until it arrives, in tick ``until`` at the
+    latest. ``room``: the number of loads that it can carry, which bounds ignore; ``unloaded``: the
+    future turn in which it puts one down, having been full before."""
 
     graph: PoseGraph
     pose: int
@@ -37,9 +38,8 @@ class BoundRobot(Struct, frozen=True, eq=False):
 
 
 class BoundObstacle(Struct, frozen=True):
-    """An open obstacle, as far as it is resolved. ``met``: the turns to come in which the last
-    needs before its stage are met. ``sequential``: the robots of a later need set out when the one
-    before it is met."""
+    """State of an open obstacle. ``met``: the future turns in which the last needs before its stage
+    are met. ``sequential``: the robots of a later need set out when the one before it is met."""
 
     gate: OpenObstacle
     stage: Stage = Stage()
@@ -55,17 +55,17 @@ class BoundObstacle(Struct, frozen=True):
         return self.gate.needs[self.stage.need]
 
     def open_to(self, robot: int) -> bool:
-        """Whether a robot may have its part in the next need, and has not had it."""
+        """Return whether a robot may still take part in the next need."""
         group = self.stage.group
         return robot not in self.stage.done and (group is None or robot in group)
 
     @property
     def takes(self) -> bool:
-        """Whether the robots that meet the next need carry a load from then on."""
+        """Return whether the robots that fulfil the next need then carry a load."""
         return self.gate.takes(self.stage)
 
     def turns(self, now: int) -> list[int]:
-        """The turns of the needs before its stage."""
+        """Return the turns of the needs before its stage."""
         return [*[now] * (self.stage.need - len(self.met)), *self.met]
 
 
@@ -86,11 +86,11 @@ Times = tuple[tuple[int, ...], ...]
 
 
 Fields = dict[tuple[object, ...], "ReachByTick"]
-"""Where robots can be by tick, as computed before."""
+"""Cache of the poses that robots can reach by tick."""
 
 
 def known(moment: BoundMoment) -> Times:
-    """The turns of the needs that are met; NEVER for the others."""
+    """Return the turns of the needs that are met; NEVER for the others."""
     return tuple(
         (*one.turns(moment.now), *(NEVER,) * (len(one.gate.needs) - one.stage.need))
         for one in moment.opens
@@ -98,8 +98,8 @@ def known(moment: BoundMoment) -> Times:
 
 
 def earliest(moment: BoundMoment, fields: Fields | None = None) -> Times:
-    """The least fixpoint from above: each obstacle's needs at their earliest, if the others are
-    met at theirs. ``fields``: a memory for several questions about the same robots."""
+    """Return the earliest turns of all needs: the fixpoint in which each obstacle opens as early as
+    the times of the others allow. ``fields``: a cache for several calls with the same robots."""
     times, fields = known(moment), {} if fields is None else fields
     while True:
         spreads = [Spread(moment, i, times, fields) for i in range(moment.count)]
@@ -113,23 +113,23 @@ def earliest(moment: BoundMoment, fields: Fields | None = None) -> Times:
 
 
 def tick_of(turn: int, count: int) -> int | None:
-    """The tick of a turn; None for never."""
+    """Return the tick of a turn; None for NEVER."""
     return None if turn >= NEVER else turn // count
 
 
 def own_turn(turn: int, robot: int, count: int) -> int:
-    """The first turn of a robot from that one on."""
+    """Return the robot's first turn at or after a turn."""
     return turn + (robot - turn) % count
 
 
 def still(turn: int, robot: int, count: int, ticks: int) -> int:
-    """The tick after which a robot may set out, and yet be in a turn where it was: until it has
-    arrived elsewhere, it acts there, and others may count it in."""
+    """Return the tick after which a robot may depart and in a given turn still count as where it
+    was: until it arrives elsewhere it can act there, also in a group."""
     return (turn - robot) // count + 1 - ticks
 
 
 class Spread:
-    """The poses of a robot by tick, obstacles being open from their ``times`` on."""
+    """Computes the poses of a robot by tick if obstacles open at their ``times``."""
 
     def __init__(
         self, moment: BoundMoment, robot: int, times: Times, fields: Fields | None = None
@@ -144,8 +144,9 @@ class Spread:
                 self._gates.append((self.walker.graph.poses_on(1 << one.gate.region), first))
 
     def field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
-        """Its poses by tick, if it may be in those of ``seeds`` from the end of their ticks on."""
-        begun = min(seeds) + 1  # what is open then never stopped it
+        """Return its poses by tick if it may be in those of ``seeds`` from the end of their ticks
+        on."""
+        begun = min(seeds) + 1  # obstacles that are open then have never stopped it
         gates = [gate for gate in self._gates if gate[1] > begun]
         key = (self.robot, *sorted(seeds.items()), None, *gates)
         found = self._fields.get(key)
@@ -170,8 +171,8 @@ class Spread:
         return ReachByTick(first, masks)
 
     def counted(self, field: ReachByTick, goal: Mask) -> dict[int, Mask]:
-        """The poses of ``goal`` in which it may have had a turn by the end of each tick: staying
-        there or arriving, not where it only begins at that tick."""
+        """Return the poses of ``goal`` in which it may have had a turn by the end of each tick: by
+        staying or arriving there, not by starting there at that tick."""
         graph, d = self.walker.graph, self.walker.ticks
         found: dict[int, Mask] = {}
         before = 0
@@ -193,8 +194,8 @@ class Spread:
         return closed
 
     def leaving(self, part: OpenNeed, since: int) -> int:
-        """The first turn from ``since`` on in which it can have its part in a need where it set
-        out, before it arrives; NEVER if there is none."""
+        """Return the first turn from ``since`` on in which it can take part in a need at its
+        departure pose, before it arrives; NEVER if there is none."""
         walker = self.walker
         if walker.leaves is None or not part.regions >> walker.leaves % walker.graph.size & 1:
             return NEVER
@@ -206,24 +207,24 @@ class Spread:
 
 
 class ReachByTick:
-    """Poses of a robot by tick: they only grow, since waiting is always allowed."""
+    """Reachable poses of a robot by tick; the sets only grow, since waiting is always allowed."""
 
     def __init__(self, first: int, masks: Sequence[Mask]) -> None:
         self.first, self.masks = first, masks
 
     def at(self, tick: int) -> Mask:
-        """The poses in which it may be at the end of a tick from the first one on."""
+        """Return the poses in which it may be at the end of a tick."""
         return self.masks[min(tick - self.first, len(self.masks) - 1)]
 
     def contact(self, goal: Mask) -> int:
-        """The first tick at whose end it may be in a pose of ``goal``."""
+        """Return the first tick at whose end it may be in a pose of ``goal``."""
         for k, mask in enumerate(self.masks):
             if mask & goal:
                 return self.first + k
         return NEVER
 
     def arrivals(self, goal: Mask) -> list[tuple[int, int]]:
-        """The poses of ``goal``, each with the first tick at whose end it may be there."""
+        """Return the poses of ``goal``, each with the first tick at whose end it may be there."""
         found, seen = [], 0
         for k, mask in enumerate(self.masks):
             fresh = mask & goal & ~seen
@@ -233,7 +234,8 @@ class ReachByTick:
         return found
 
     def on(self, goal: Mask, since: int) -> dict[int, Mask]:
-        """The poses of ``goal`` by tick, those before tick ``since`` at that one."""
+        """Return the poses of ``goal`` by tick; those from before tick ``since`` count for that
+        tick."""
         found: dict[int, Mask] = {}
         before = 0
         for k, mask in enumerate(self.masks):
@@ -244,7 +246,8 @@ class ReachByTick:
 
 
 def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
-    """The turn after which an obstacle no longer stops a robot; None if it does not now."""
+    """Return the turn after which an obstacle no longer stops a robot; None if it does not stop it
+    now."""
     first = one.stage.need - len(one.met)
     for number in range(first, len(one.gate.needs)):
         if robot not in one.gate.closed_to[number]:
@@ -253,7 +256,8 @@ def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
 
 
 def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -> list[int]:
-    """The earliest turn of each need, met one after the other; those that are met: now."""
+    """Return the earliest turn of each need, in sequence; for needs that are already met, the
+    present turn."""
     found = one.turns(moment.now)
     previous: Mapping[int, ReachByTick] = {}
     before = moment.now + 1
@@ -291,9 +295,9 @@ def _field(
     since: tuple[int, int],
     previous: Mapping[int, ReachByTick],
 ) -> ReachByTick | None:
-    """Where a robot may be when it has its part in a need; None if it cannot have one. ``since``:
-    the turns from which the need before and this one can be met; ``previous``: where robots were
-    when they had their part in that before."""
+    """Return where a robot may be when it takes part in a need; None if it cannot. ``since``: the
+    turns from which the previous need and this one can be met; ``previous``: where robots were when
+    they took part in the previous need."""
     robot, walker, first = spread.robot, spread.walker, number == one.stage.need
     begun, before = since
     if first and not one.open_to(robot):
@@ -305,7 +309,7 @@ def _field(
         return spread.field(_when_met(spread, robot, before, previous, former))
     if robot not in previous:
         return None
-    # alone, it may have left long before that is met
+    # alone, it may have left long before the need is met
     part_at = before if former.together else own_turn(begun, robot, spread.count)
     left = still(part_at, robot, spread.count, walker.ticks)
     had = previous[robot].on(walker.graph.poses_on(former.regions), left)
@@ -316,7 +320,7 @@ def _field(
 
 
 def _meets(spread: Spread, field: ReachByTick, part: OpenNeed, before: int) -> int:
-    """The first turn, from ``before`` on, in which a robot can have its part in a need."""
+    """Return the first turn, from ``before`` on, in which a robot can take part in a need."""
     tick = field.contact(spread.walker.graph.poses_on(part.regions))
     if tick >= NEVER:
         return NEVER
@@ -327,20 +331,20 @@ def _meets(spread: Spread, field: ReachByTick, part: OpenNeed, before: int) -> i
 def _when_met(
     spread: Spread, robot: int, turn: int, fields: Mapping[int, ReachByTick], need: OpenNeed
 ) -> dict[int, Mask]:
-    """Where a robot may be, by tick, once a need is met in a turn: where it was before, or where it
-    had its part in that."""
+    """Return where a robot may be, by tick, once a need is met in a turn: where it was before, or
+    where it took part in the need."""
     walker = spread.walker
     first = max(walker.ready, (turn - robot) // spread.count)
     had = fields[robot].on(walker.graph.poses_on(need.regions), first) if robot in fields else {}
-    alone = need.together or need.robots == 1  # else it may have left since
+    alone = need.together or need.robots == 1  # otherwise it may have left since then
     if had and alone and len(fields) == need.robots:
-        return had  # it had its part: no other robot could
+        return had  # it took part: no other robot could
     return {first: 1 << walker.pose | had.pop(first, 0), **had}
 
 
 def rounds_done(moment: BoundMoment, robot: int, times: Times, goals: Iterable[Mask]) -> int:
-    """The earliest tick at whose end a robot can have met ``goals`` one after the other, each in a
-    turn of its own; NEVER if it cannot."""
+    """Return the earliest tick at whose end a robot can have met ``goals`` in sequence, each in a
+    separate turn; NEVER if it cannot."""
     spread = Spread(moment, robot, times)
     seeds, walker = spread.start(), spread.walker
     arrives = walker.leaves is not None
@@ -348,7 +352,7 @@ def rounds_done(moment: BoundMoment, robot: int, times: Times, goals: Iterable[M
         field = spread.field(seeds)
         met = spread.counted(field, goal)
         if arrives and goal >> walker.pose & 1:
-            met = {walker.ready: 1 << walker.pose, **met}  # it arrives in its target
+            met = {walker.ready: 1 << walker.pose, **met}  # it arrives at its target
         arrives = False
         if not met:
             return NEVER

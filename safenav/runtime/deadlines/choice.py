@@ -19,11 +19,11 @@ from safenav.world.poses import Mask
 
 
 class Dues(Struct, frozen=True):
-    """The deadlines. ``by``: the tick of each obstacle (by number); ``mission``: whether the
-    mission is, too; ``now``: the last turn that is over; ``ready``: the tick at whose end each
-    robot is where it stands, or arrives; ``leaves``: where those in transit by steps of a fixed
-    length set out. ``suspected``: for each robot the regions in which there may be an obstacle
-    that it must keep out of (none: nothing is suspected)."""
+    """The deadlines. ``by``: the last tick for each obstacle (by number); ``mission``: whether the
+    mission has a deadline; ``now``: the last completed turn; ``ready``: the tick at whose end each
+    robot is in its pose, or arrives there; ``leaves``: departure poses of robots in transit by
+    steps of fixed duration. ``suspected``: for each robot the regions that may hold an obstacle
+    that it must not enter (empty: no suspects)."""
 
     by: Mapping[int, int]
     mission: bool
@@ -34,11 +34,11 @@ class Dues(Struct, frozen=True):
 
 
 class InTime(Struct, frozen=True):
-    """``acts`` in the order of their turns; ``steps``: the same, as coordination has them;
-    ``beyond``: obstacles that no order of acts resolves by their tick, each as soon as possible.
-    ``spent``: the search for all of them has used up its budget; the acts are for the most urgent
-    ones. ``around``: whether the
-    robots keep out of what is suspected, since only that is in time whatever stands there."""
+    """``acts`` in the order of their turns; ``steps``: the same in the form of coordination;
+    ``beyond``: obstacles that no order of acts resolves by their deadline, to be resolved as soon
+    as possible. ``spent``: the search for all obstacles has exhausted its budget; the acts are for
+    the most urgent ones. ``around``: whether the robots avoid suspected obstacles, since only that
+    is in time if these are present."""
 
     acts: Acts = ()
     steps: Plan = ()
@@ -48,8 +48,8 @@ class InTime(Struct, frozen=True):
     around: bool = False
 
     def takers(self, floor: Floor) -> dict[str, frozenset[str]]:
-        """Robots that may take each load that is to be taken next: those of its act; of a load
-        without an act, those that have none."""
+        """Return the robots that may take each load whose taking is due next: those of its act; for
+        a load without an act, the robots without an act."""
         if not self.acts:
             return {}
         found, idle = dict[str, frozenset[str]](), frozenset(floor.names)
@@ -66,8 +66,8 @@ class InTime(Struct, frozen=True):
         return found
 
     def keeps(self, gate: int, need: int, tick: int, dues: Dues) -> bool:
-        """Whether all that is due is resolved in time if that need is met in a tick, and the acts
-        after it come as much later than chosen."""
+        """Return whether all deadlines are met if a need is met in a given tick, and later acts are
+        delayed by the same amount."""
         acts = [act for act in self.acts if (act.gate, act.need) == (gate, need)]
         due = (self.ends.keys() & dues.by.keys()) - self.beyond
         if not acts or not due:
@@ -79,8 +79,8 @@ class InTime(Struct, frozen=True):
         return any(floor.index(robot) in act.group for act in self.acts)
 
     def next_at(self, floor: Floor, robot: str, region: Region) -> list[str] | None:
-        """The obstacles on which a robot acts next in its region, before it acts elsewhere; None if
-        it has no act."""
+        """Return the obstacles on which a robot acts in its region before it acts elsewhere; None
+        if it has no act."""
         mine = [act for act in self.acts if floor.index(robot) in act.group]
         found: list[str] = []
         for act in mine:
@@ -91,9 +91,10 @@ class InTime(Struct, frozen=True):
 
 
 def choose(solver: Solver, floor: Floor, served: frozenset[int], dues: Dues) -> InTime:
-    """Acts that resolve the ``served`` obstacles that are due, in time where possible. What is
-    suspected counts as absent if the robots' ways do not lead there or nothing else is in time;
-    else all of it counts as standing: no other plan is in time whatever turns up."""
+    """Choose acts that resolve the ``served`` obstacles with deadlines, in time where possible.
+    Suspected obstacles count as absent if the robots' paths do not lead there, or only such a plan
+    is in time; otherwise they count as present: only such a plan is in time whatever the robots
+    discover."""
     moment = moment_on(floor, dues)
     hopeful = _choose(solver, floor, served, dues, moment)
     if not any(dues.suspected) or not hopeful.acts or hopeful.beyond:
@@ -105,7 +106,7 @@ def choose(solver: Solver, floor: Floor, served: frozenset[int], dues: Dues) -> 
     standing = replace(moment, walkers=tuple(walkers))
     if not leads_through(moment, hopeful.acts, dues.suspected):
         return hopeful
-    known = possible(standing, hopeful.acts)  # by other ways that take no longer
+    known = possible(standing, hopeful.acts)  # by other paths that take no longer
     careful = hopeful if known else _choose(solver, floor, served, dues, standing)
     crowded = any(floor.problem.interferes(i) for act in careful.acts for i in act.group)
     if careful.spent or careful.beyond or crowded:
@@ -142,8 +143,8 @@ def _choose(
 
 
 def _kept(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[int]]:
-    """Acts that resolve all obstacles by their turns, or as many as are found the most urgent
-    first, and the others as soon as that leaves it. Raises BudgetExhaustedError."""
+    """Return acts that resolve all obstacles by their turns; failing that, the most urgent ones by
+    theirs, and the others as early as these allow. Raises BudgetExhaustedError."""
     found = search.in_time(last)
     if found is not None:
         return found, frozenset()
@@ -162,8 +163,8 @@ def _kept(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[i
 
 
 def _most_urgent(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[int]]:
-    """Acts that resolve obstacles by their turns, added one by one, the most urgent first, each
-    with a budget of its own; and the obstacles that are left."""
+    """Return acts that resolve obstacles by their turns, added one by one in order of urgency, each
+    with a separate budget; and the remaining obstacles."""
     kept: dict[int, int] = {}
     acts: Acts = ()
     for gate, turn in last.items():
@@ -178,7 +179,8 @@ def _most_urgent(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, froz
 def _all_soon(
     search: Scheduler, acts: Acts, last: Mapping[int, int], served: frozenset[int]
 ) -> Acts:
-    """Rounds restart with each resolution: the last one as early as the search finds."""
+    """Return acts with the last resolution as early as the search finds: rounds restart with each
+    resolution."""
     turn = NEVER
     try:
         while True:
@@ -192,7 +194,7 @@ def _all_soon(
 
 
 def moment_on(floor: Floor, dues: Dues) -> BoundMoment:
-    """The floor as the search sees it; steps of a drawn length take the most."""
+    """Return the state for the search; steps of random duration take their maximum."""
     problem = floor.problem
     walkers = []
     robots = zip(problem.members, floor.poses, dues.ready, dues.leaves, strict=True)
@@ -215,8 +217,8 @@ def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:
 
 
 def spot_of(floor: Floor, robot: int, pose: int) -> Mask:
-    """The pose in which a robot is to act, so that it is in time for its next act; where it may
-    have to let others by, any in that region."""
+    """Return the poses in which a robot must act so that it is in time for its next act; if it may
+    have to let others pass, all poses of that region."""
     if floor.problem.interferes(robot):
         graph = floor.problem.members[robot].graph
         return graph.poses_on(1 << pose % graph.size)
@@ -224,8 +226,8 @@ def spot_of(floor: Floor, robot: int, pose: int) -> Mask:
 
 
 def steps_of(floor: Floor, acts: Acts) -> Plan:
-    """A step for each need, with all robots that have a part in it; a robot that acts again later
-    does so exactly where the search had it act."""
+    """Return one step per need, with all robots that take part in it. A robot that acts again later
+    does so in exactly the pose that the search chose."""
     found: dict[tuple[int, int], Step] = {}
     for number, act in enumerate(acts):
         regions = floor.problem.gates[act.gate].needs[act.need].regions

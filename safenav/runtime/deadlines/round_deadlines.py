@@ -1,8 +1,9 @@
 """Rounds of at most N ticks, forever, by one robot alone: exact, and without a counter.
 
 K is the greatest set of poses of the last target from which another round of at most N ticks leads
-back into K; the robot keeps the promise iff it gets into K with its first round in time. A strategy
-that meets each target only in the poses of the best rounds does so: its legs are shortest paths.
+back into K; the robot meets the deadline forever iff its first round leads into K in time. A
+strategy that meets each target only in the poses of the best rounds does so: its legs are shortest
+paths.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ Costs = Mapping[int, int]
 
 class Walk(Struct, frozen=True, eq=False):
     """A robot's rounds: its ``targets`` as pose masks, met in turn, inside ``allowed`` poses;
-    ``ticks`` of each step; where it starts and the target that is next there. ``places``: the only
-    poses in which each target may be entered while it is next (none: any); ``strict``: the other
-    targets are not touched on the way (the paper's patrol)."""
+    ``ticks`` of each step; its start and the next target there. ``places``: the only poses in which
+    each target may be entered while it is next (none: any); ``strict``: the other targets are not
+    touched on the way (the paper's patrol)."""
 
     graph: PoseGraph
     targets: tuple[Mask, ...]
@@ -35,7 +36,7 @@ class Walk(Struct, frozen=True, eq=False):
 
 
 def least_within(walk: Walk) -> int | None:
-    """The least N such that every round can take at most N ticks; None if there is none."""
+    """Return the least N such that every round can take at most N ticks; None if there is none."""
     costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
     values = sorted({*begin.values(), *(c for row in costs.values() for c in row.values())})
     low, high = 0, len(values)
@@ -63,9 +64,9 @@ def best_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
 
 
 def next_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
-    """For each target the poses in which to meet it in the present round alone, so that each round
-    from there on can be in time, too; None if that is not possible. Exact: what can be promised
-    at all is kept by asking again after each round."""
+    """Return for each target the poses in which to meet it in the present round only, so that all
+    later rounds can also be in time; None if that is impossible. Exact: a new call after each round
+    keeps every deadline that can be kept."""
     costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
     kept = _kept(costs, begin, most)
 
@@ -79,12 +80,13 @@ def next_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
             continue
         for places in (narrow, _widened(walk, narrow)):
             if least_within(replace(walk, places=places)) is not None:
-                return places  # a strategy can do something of the kind forever
+                return places  # a strategy can repeat such rounds forever
     return None
 
 
 def _widened(walk: Walk, narrow: tuple[Mask, ...]) -> tuple[Mask, ...]:
-    """The same places, and all in which shortest legs from where the robot starts do not end."""
+    """Return the same places, extended by all poses in which shortest legs from the robot's start
+    do not end."""
     found, at = list(narrow), walk.start
     for index in range(walk.first, len(narrow)):
         (leg,) = _meet(replace(walk, places=narrow), {at: 0}, index).values()
@@ -95,8 +97,8 @@ def _widened(walk: Walk, narrow: tuple[Mask, ...]) -> tuple[Mask, ...]:
 
 
 def _traced(walk: Walk, start: int, first: int, last: int) -> tuple[Mask, ...]:
-    """The pose of each target on a fastest way from ``start`` to ``last`` through the targets from
-    number ``first`` on; all poses of the others."""
+    """Return the pose of each target on a fastest path from ``start`` to ``last`` through the
+    targets from number ``first`` on; for earlier targets all poses."""
     places = list(walk.places or walk.targets)
     legs: list[Costs] = [{start: 0}]
     for index in range(first, len(walk.targets)):
@@ -110,14 +112,14 @@ def _traced(walk: Walk, start: int, first: int, last: int) -> tuple[Mask, ...]:
 
 
 def keep(walk: Walk, places: tuple[Mask, ...], most: int) -> bool:
-    """Whether shortest legs to these places alone keep every round, a target's other poses being
-    closed while it is next."""
+    """Return whether shortest legs to these places keep every round in time if a target's other
+    poses are closed while it is next."""
     least = least_within(replace(walk, places=places))
     return least is not None and least <= most
 
 
 def _kept(costs: Mapping[int, Costs], begin: Costs, most: int) -> set[int]:
-    """K, if the first round leads into it in time; else nothing."""
+    """Return K if the first round leads into it in time, else the empty set."""
     kept = set(costs)
     while True:
         after = {p for p in kept if any(c <= most and q in kept for q, c in costs[p].items())}
@@ -128,7 +130,7 @@ def _kept(costs: Mapping[int, Costs], begin: Costs, most: int) -> set[int]:
 
 
 def _rounds(walk: Walk) -> dict[int, Costs]:
-    """The ticks of the fastest round between poses of the last target."""
+    """Return the ticks of the fastest round between poses of the last target."""
     return {
         pose: found
         for pose in bits((walk.places or walk.targets)[-1] & walk.allowed)
@@ -137,15 +139,17 @@ def _rounds(walk: Walk) -> dict[int, Costs]:
 
 
 def _leg(walk: Walk, at: Costs, first: int) -> Costs:
-    """The ticks to each pose of the last target through the targets from number ``first`` on."""
+    """Return the ticks to each pose of the last target through the targets from number ``first``
+    on."""
     for index in range(first, len(walk.targets)):
         at = _meet(walk, at, index)
     return at
 
 
 def _meet(walk: Walk, at: Costs, index: int) -> dict[int, int]:
-    """The ticks to each pose of a target, met in a later tick than the one before it: by steps, or
-    by a tick's stay. A target is met where it is entered first: no path leads through it."""
+    """Return the ticks to each pose of a target that is met in a later tick than the previous one:
+    by steps, or by staying for a tick. A target is met in the pose in which it is entered: no path
+    leads through it."""
     if not at:
         return {}
     graph, goal, allowed = walk.graph, walk.targets[index] & walk.allowed, walk.allowed

@@ -1,9 +1,9 @@
-"""Search for the next acts, so that requests are resolved in time: exact but for collisions.
+"""Search for acts that resolve requests in time: exact except for collisions.
 
 A search over acts in the order of their turns; between two acts each robot takes the fastest path.
-Whatever a node leads to, no obstacle opens before its lower bound (``bound``): nodes beyond a due
-turn are left out. Resolving more never delays anything, so a robot may act or not where it passes;
-loads it takes only as the acts say (docs/scenario.md, Loads).
+Below a node no obstacle opens before its lower bound (``bound``): nodes beyond a due turn are
+pruned. Further resolutions delay nothing, so a robot may act wherever it passes; it takes loads
+only as the acts require (docs/scenario.md, Loads).
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from safenav.runtime.resolution.problem import BudgetExhaustedError
 from safenav.world.poses import Mask
 
 BUDGET = 300
-"""Nodes of all searches from one moment; the campaigns needed 111 at most for one of them."""
+"""Nodes of all searches from one state; in campaigns a single search needed at most 111."""
 
 
 class TimedAct(Struct, frozen=True):
-    """``group`` does its part in a need of an open obstacle, in a turn, each robot in its pose;
-    ``came``: the tick at whose end it is there (None: it is leaving that pose, and not elsewhere
-    before that turn is over)."""
+    """The robots of ``group`` take part in a need of an open obstacle in a turn, each in its pose;
+    ``came``: the tick at whose end it is there (None: it has departed from that pose, and arrives
+    elsewhere only after that turn)."""
 
     turn: int
     gate: int
@@ -47,10 +47,10 @@ class Spot(Struct, frozen=True):
 
 
 class Scheduler(Struct, eq=False):
-    """Searches from one moment. ``conflicts``: the robots that never share a region with each;
-    ``barred``: for each obstacle the robots that cannot serve it; ``allowed``: whether the team can
-    continue after some acts; ``stays``: robots set out for the next act when one is over, as they
-    do in a run; ``budget``: nodes, by default ``BUDGET``."""
+    """Searches from one state. ``conflicts``: for each robot those with which it never shares a
+    region; ``barred``: for each obstacle the robots that cannot serve it; ``allowed``: whether the
+    team can continue after some acts; ``stays``: robots depart for the next act only when one is
+    over, as in a run; ``budget``: nodes, by default ``BUDGET``."""
 
     moment: bound.BoundMoment
     conflicts: Sequence[frozenset[int]]
@@ -62,8 +62,8 @@ class Scheduler(Struct, eq=False):
     _nodes: int = 0
 
     def soonest(self, gate: int, due: Mapping[int, int] | None = None) -> tuple[int, Acts]:
-        """The first turn in which an obstacle can be resolved (NEVER: none) with those of ``due``
-        resolved by theirs, and the acts. Raises BudgetExhaustedError."""
+        """Return the first turn in which an obstacle can be resolved (NEVER if none) while those of
+        ``due`` are resolved by theirs, and the acts. Raises BudgetExhaustedError."""
         found: Acts = ()
         turn = bound.NEVER
         while True:
@@ -73,12 +73,12 @@ class Scheduler(Struct, eq=False):
             turn, found = max(act.turn for act in better if act.gate == gate), better
 
     def begin_again(self) -> None:
-        """Search on with the whole budget."""
+        """Restore the whole budget."""
         self._nodes = 0
 
     def in_time(self, due: Mapping[int, int]) -> Acts | None:
-        """Acts that resolve each obstacle of ``due`` by its turn; None if there are none. Raises
-        BudgetExhaustedError."""
+        """Return acts that resolve each obstacle of ``due`` by its turn; None if there are none.
+        Raises BudgetExhaustedError."""
         return self._search(self.moment, (), due, set())
 
     def _search(
@@ -108,7 +108,7 @@ class Scheduler(Struct, eq=False):
         return None
 
     def _acts(self, moment: bound.BoundMoment) -> Iterator[TimedAct]:
-        """The acts that can come next, at their earliest."""
+        """Yield the possible next acts, each at its earliest turn."""
         spreads = [
             bound.Spread(moment, i, bound.known(moment), self._fields) for i in range(moment.count)
         ]
@@ -140,7 +140,7 @@ class Scheduler(Struct, eq=False):
                 yield from acts[:1] if self._idle_after(moment, robot, gate) else acts
 
     def _able(self, moment: bound.BoundMoment, gate: int) -> list[int]:
-        """The robots that can have a part in the next need of an obstacle, and have not had it."""
+        """Return the robots that can still take part in the next need of an obstacle."""
         one, out = moment.opens[gate], self.barred[gate] if self.barred else frozenset[int]()
         out |= _full(moment) if one.takes else frozenset()
         skills = one.gate.skills[one.stage.need]
@@ -184,8 +184,8 @@ class Scheduler(Struct, eq=False):
             yield from found[:1] if all(self._idle_after(moment, i, gate) for i in group) else found
 
     def _idle_after(self, moment: bound.BoundMoment, robot: int, gate: int) -> bool:
-        """Whether a robot can do nothing for anything else that is open: where it stands then does
-        not matter."""
+        """Return whether a robot can do nothing for other open obstacles, so that its later
+        position does not matter."""
         skills = moment.walkers[robot].capabilities
         return not any(
             actions <= skills
@@ -195,13 +195,14 @@ class Scheduler(Struct, eq=False):
 
 
 def _full(moment: bound.BoundMoment) -> frozenset[int]:
-    """The robots that carry as many loads as they can."""
+    """Return the robots that carry as many loads as they can."""
     loads = [robot for one in moment.opens for robot in one.gate.carriers(one.stage)]
     return frozenset(i for i, w in enumerate(moment.walkers) if loads.count(i) >= w.room)
 
 
 def possible(moment: bound.BoundMoment, acts: Acts) -> bool:
-    """Whether robots can keep to acts that another moment of the same robots has given."""
+    """Return whether robots can keep to acts that were chosen in another state of the same
+    robots."""
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
             spread = bound.Spread(moment, robot, bound.known(moment))
@@ -212,8 +213,8 @@ def possible(moment: bound.BoundMoment, acts: Acts) -> bool:
 
 
 def leads_through(moment: bound.BoundMoment, acts: Acts, regions: Sequence[Mask]) -> bool:
-    """Whether a fastest path of a robot to the region of one of its acts leads through ``regions``
-    (for each robot), other than where it stands. Strategies go there with any heading."""
+    """Return whether a fastest path of a robot to the region of one of its acts enters ``regions``
+    (given for each robot). Strategies may arrive there with any heading."""
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
             if came is None:
@@ -223,7 +224,7 @@ def leads_through(moment: bound.BoundMoment, acts: Acts, regions: Sequence[Mask]
             field = spread.field(spread.start())
             shut = walker.graph.poses_on(regions[robot]) & ~(1 << walker.pose)
             there = walker.graph.poses_on(1 << pose % walker.graph.size)
-            on_time = {came: there}  # from where it still arrives in time, by tick
+            on_time = {came: there}  # the poses from which it still arrives in time, by tick
             for tick in reversed(range(field.first, came + 1)):
                 after = on_time.get(tick + walker.ticks, 0)
                 here = on_time.get(tick + 1, 0) | walker.graph.backward(after)
@@ -235,14 +236,14 @@ def leads_through(moment: bound.BoundMoment, acts: Acts, regions: Sequence[Mask]
 
 
 def _since(moment: bound.BoundMoment, gate: int) -> int:
-    """The first turn in which the next need of an obstacle can be met."""
+    """Return the first turn in which the next need of an obstacle can be met."""
     one = moment.opens[gate]
     return one.met[-1] if one.met else moment.now + 1
 
 
 def _after(moment: bound.BoundMoment, act: TimedAct, *, stays: bool) -> bound.BoundMoment:
-    """The moment after an act; a robot may have set out by then (unless it ``stays``), and arrives
-    later."""
+    """Return the state after an act; a robot may already have departed (unless it ``stays``) and
+    arrive later."""
     walkers, opens, count = list(moment.walkers), list(moment.opens), moment.count
     one, full = opens[act.gate], _full(moment)
     for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):

@@ -1,10 +1,10 @@
-"""The best and the worst time from the request for an obstacle to its resolution, before any run.
+"""Best and worst times from the request for an obstacle to its resolution, computed before any run.
 
-Over all poses of a requester beside the obstacle and all poses of those who can help, as their own
-strategies visit them: once with this obstacle alone, once with all others standing and known, which
-is the worst that may turn up. At best steps are fast, and some needs were met before the request;
-at worst steps are slow, and have just begun. The times are the lower bounds of ``bound``: for one
-obstacle that one robot resolves they are exact but for collisions.
+They are taken over all poses of a requester beside the obstacle, and all poses that the helpers'
+own strategies visit: once with this obstacle alone, once with all others present and known, which
+is the worst case. At best steps are fast, and some needs were met before the request; at worst
+steps are slow, and have just begun. The times are the lower bounds of ``bound``: for one obstacle
+that one robot resolves they are exact except for collisions.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ MOST_MOMENTS = 2_000
 SECONDS = 0.25
 """Seconds for one obstacle; moments not examined by then are left out, and reported so."""
 ALL_SECONDS = 4.0
-"""Seconds for all obstacles together: those that take less leave their share to the next ones."""
+"""Seconds for all obstacles together: unused shares go to the next ones."""
 
 
 class Times(Struct, frozen=True):
     """Ticks from the tick of the request to that of the resolution, at ``best`` and at ``worst``
     (None: never), the poses at the worst moment, the requester first, and the ``bids`` of robots
     with the next action there: the ticks of their way (None: none leads there), of which the first
-    may be that of the request. ``whole``: all moments were compared; ``nearest``: no other robots
-    than the nearest help, though they lose poses by that."""
+    may be that of the request. ``whole``: all states were compared; ``nearest``: only the nearest
+    robots help, although this costs them poses."""
 
     best: int | None
     worst: int | None
@@ -52,7 +52,7 @@ class Times(Struct, frozen=True):
 
 
 class Worst(Struct, frozen=True):
-    """The times of an obstacle, alone and with all ``others`` standing (None: there are none)."""
+    """The times of an obstacle, alone and with all ``others`` present (None: there are none)."""
 
     obstacle: Obstacle
     limit: int | None
@@ -61,7 +61,8 @@ class Worst(Struct, frozen=True):
 
 
 def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
-    """The poses that a strategy visits; without a listed one all that its robot gets to."""
+    """Return the poses that a strategy visits; without an explicit strategy, all that its robot can
+    reach."""
     if isinstance(strategy, Strategy):
         found = {pose_of(strategy.values(node)) for node in range(len(strategy.states))}
         return sorted(found, key=lambda pose: (pose.region, pose.heading or 0))
@@ -75,8 +76,9 @@ def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
 def worst_cases(
     scenario: Scenario, poses: Mapping[str, Sequence[Pose]], never: Collection[str] = ()
 ) -> list[Worst]:
-    """The times of each obstacle that is listed or suspected and that some robot can meet from its
-    ``poses``. ``never``: those that are known not to be resolved, which the bounds may not show."""
+    """Return the times of each listed or suspected obstacle that some robot can encounter from its
+    ``poses``. ``never``: obstacles that are known to remain unresolved, which the bounds may not
+    show."""
     listed = (*(scenario.suspects or ()), *scenario.obstacles)  # if both: with its deadline
     known = list({o.name: o for o in listed if o.appears is None and o.goes is None}.values())
     found, ends = [], monotonic() + ALL_SECONDS
@@ -97,7 +99,7 @@ def worst_cases(
 
 
 def _share(ends: float, left: int) -> float:
-    """When the next of the ``left`` comparisons has to end, if all are to end by ``ends``."""
+    """Return when the next of the ``left`` comparisons must end so that all end by ``ends``."""
     now = monotonic()
     return now + min(SECONDS, max(ends - now, 0.0) / left)
 
@@ -177,8 +179,8 @@ def _begun(
     opens: tuple[bound.BoundObstacle, ...],
     requester: int,
 ) -> Iterator[tuple[bound.BoundObstacle, ...]]:
-    """Yield the obstacles as they may be when the first one is requested: robots also meet its
-    needs as they pass, but take no load before."""
+    """Yield the possible states of the obstacles when the first one is requested: robots may have
+    met some of its needs in passing, but take no load before the request."""
     first, *rest = opens
     for number, need in enumerate(first.gate.needs):
         if not need.same and requester in first.gate.closed_to[number]:
@@ -253,7 +255,8 @@ def _farthest(
 def _one_by_one(
     pools: Mapping[str, Sequence[Pose]], fixed: Mapping[str, Pose]
 ) -> Iterator[dict[str, Pose]]:
-    """All helpers where they are ``fixed``, then each pose of each, the others being there."""
+    """Yield the ``fixed`` poses of all helpers, then each pose of each helper with the others
+    fixed."""
     here = {name: fixed[name] for name in pools}
     yield here
     for name, places in pools.items():
@@ -269,8 +272,9 @@ def _resolved_after(
     *,
     slow: Collection[str] | None = None,
 ) -> int | None:
-    """The ticks from a request in tick 1 to the first tick in which it can be met. ``slow``: steps
-    take as long as they can, and these robots, but for the requester, have just begun one."""
+    """Return the ticks from a request in tick 1 to the first tick in which it can be resolved.
+    ``slow``: steps take their maximum, and these robots, except the requester, have just begun
+    one."""
     walkers = []
     for index, robot in enumerate(scenario.robots):
         graph = graph_of(robot, scenario.map)

@@ -1,4 +1,5 @@
-"""The charge of each robot in a run: charging stops, and robots with an empty battery."""
+"""Batteries during a run: each robot's charge and charging stops, and robots with an empty
+battery."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits, region_mask
 
 _SEARCHED = 4_000
-"""Maximum number of poses for the search of a sufficient capacity: below a second."""
+"""Maximum number of poses for the search for a sufficient capacity, which then takes under a
+second."""
 
 
 _SWAP = 6
@@ -32,14 +34,15 @@ _SWAP = 6
 
 
 class Batteries:
-    """Keeps ``RobotState.charge`` as moves change it, and decides each robot's next stop
-    (``RobotState.stop``). ``world``: where a flat robot becomes an obstacle, if simulated."""
+    """Updates ``RobotState.charge`` after moves, and decides each robot's next stop
+    (``RobotState.stop``). ``world``: the simulated world, if any, to which an obstacle is added for
+    a robot with an empty battery."""
 
     def __init__(
         self, team: TeamState, relocation: Relocation, world: SimulatedWorld | None
     ) -> None:
         self.team, self.relocation, self.world = team, relocation, world
-        self._flat: dict[str, str] = {}  # the robot at which an obstacle appeared
+        self._flat: dict[str, str] = {}  # the robot that an obstacle represents
         self._charged: list[str] = []
         self._later: dict[str, None] = {}  # robots whose stop is not decided yet
         self._known: dict[str, tuple[object, Stops]] = {}
@@ -66,12 +69,13 @@ class Batteries:
 
     @property
     def returns(self) -> bool:
-        """Whether a robot returns to service in the next tick, since its battery was replaced."""
+        """Return whether a robot returns to service in the next tick because its battery was
+        replaced."""
         return bool(self._charged)
 
     def tick_begins(self) -> Iterator[Event]:
-        """Put robots back in service whose battery was replaced in the tick before; decide the
-        first stops. Live, charges become those of this moment."""
+        """Return robots to service whose battery was replaced in the previous tick; decide the
+        first stops. Live: update all charges to the present time."""
         begins = self.team.tick == 1
         if begins and self.team.scenario.begun is not None:
             yield from self._go_on_charging(self.team.scenario.begun)
@@ -81,7 +85,7 @@ class Batteries:
             if robot.charge != before or self._makes_room(robot):  # before its next step
                 yield from self.turn_ends(robot)
         for robot in self.team.robots.values() if begins else ():
-            if robot.too_flat or not self.team.has_had_turn(robot):  # what it has met counts first
+            if robot.too_flat or not self.team.has_had_turn(robot):  # count its targets first
                 yield from self.turn_ends(robot)
         later, self._later = self._later, {}
         for name in later:
@@ -94,15 +98,15 @@ class Batteries:
             yield from self.relocation.serve(robot, active=True, cause=ChangeCause.BATTERY)
 
     def _go_on_charging(self, begun: Begun) -> Iterator[Event]:
-        """Let the robots stay at their chargers that charged there in the run before."""
+        """Let robots that were charging in the earlier run stay at their chargers."""
         for name in begun.charging:
             self.team.robots[name].stop = self.team.robots[name].pose
         if begun.charging:
             yield Unsettled(Reason.CHARGE)
 
     def turn_ends(self, robot: RobotState, *, completes: bool = False) -> Iterator[Event]:
-        """Decide what a robot does next for its charge. ``completes``: the mission is completed as
-        it stands, so that a stop is decided when the next tick begins, if there is one."""
+        """Decide the next stop of a robot after its turn. ``completes``: the mission is completed
+        in this state, so the stop is decided at the start of the next tick, if there is one."""
         battery, scenario = robot.robot.model.battery, self.team.scenario
         if battery is None or robot.charge is None or robot.transit is not None or not robot.active:
             return
@@ -111,7 +115,7 @@ class Batteries:
         on_charger = robot.pose.region in scenario.chargers
         if robot.too_flat and not on_charger:
             yield from self._runs_flat(robot)
-        elif completes or self._keeps_to_plan(robot):  # until that is over
+        elif completes or self._keeps_to_plan(robot):  # decided after that
             self._later[robot.name] = None
         elif scenario.chargers:
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
@@ -131,13 +135,14 @@ class Batteries:
         return takes <= (battery.capacity if on_charger else robot.charge)
 
     def stops(self, robot: RobotState) -> Stops | None:
-        """The stops of a robot on the known floor; None without a battery."""
+        """Return the charging stops of a robot on the known floor; None if it has no battery or its
+        objective is a formula."""
         return self._on_floor(robot, frozenset(self.team.knowledge.pending))
 
     def lasts_until(self, name: str, obstacle: str, *, had_turn: bool) -> int | None:
-        """The last tick in which an obstacle that cuts a robot off from its chargers can be
-        resolved before its charge is used up; None if it is not cut off, or waiting is free.
-        ``had_turn``: whether its charge is that of the end of this tick."""
+        """Return the last tick in which an obstacle that cuts a robot off from its chargers can be
+        resolved before the robot's charge is too low; None if it is not cut off, or waiting is
+        free. ``had_turn``: whether its charge already includes this tick."""
         robot = self.team.robots[name]
         battery, pending = robot.robot.model.battery, frozenset(self.team.knowledge.pending)
         if battery is None or robot.charge is None or not battery.stay:
@@ -157,8 +162,9 @@ class Batteries:
         return self.team.tick + int(charge - need) // battery.stay
 
     def times(self) -> Iterator[float]:
-        """Live: the times at which a charging robot has the charge for which it waits (at least
-        for a step), and at which the charge of an idle one falls to the next whole number."""
+        """Live: yield the times at which a charging robot reaches the charge for which it waits (at
+        least that of one step), and those at which the charge of an idle robot falls to the next
+        whole number."""
         for name, since in self._charges.since.items():
             robot, charge = self.team.robots[name], self._charges.charge[name]
             battery, rate = robot.robot.model.battery, self._charges.rate(name)
@@ -177,7 +183,7 @@ class Batteries:
                 yield since + ceil(left / rate * 10**SHARPNESS) / 10**SHARPNESS
 
     def _wanted(self, robot: RobotState) -> int:
-        """The charge with which a robot leaves its present charger."""
+        """Return the charge with which a robot leaves its present charger."""
         stops = self.stops(robot)
         assert stops is not None
         return self._leaves_with(robot, stops, stops.turn(robot.own.memory.index))
@@ -215,8 +221,8 @@ class Batteries:
         return found
 
     def _stop(self, robot: RobotState) -> Pose | None:
-        """Return the next stop of a robot for its charge, or the charger at which it stays; None:
-        it pursues its own objective."""
+        """Return the next charging stop of a robot, or the charger at which it stays; None if it
+        continues with its objective."""
         stops = self.stops(robot)
         assert stops is not None
         assert robot.charge is not None
@@ -242,7 +248,7 @@ class Batteries:
             elif robot.charge < self._leaves_with(robot, stops, turn):
                 return stop
             elif (stops.targets[turn] & ~stops.chargers) >> there & 1:
-                return None  # its objective begins where it is met
+                return None  # its objective begins at a target that it already occupies
         away = (r.pose if r.stop is None else r.stop for r in others)
         taken = stops.graph.poses_on(region_mask(there.region for there in away))
         place = stops.next(pose, turn, robot.charge, kept, taken, helps=duty is not None)
@@ -252,12 +258,12 @@ class Batteries:
         return None if place is None else stops.graph.pose(place)
 
     def _waits_at(self, robot: RobotState, stops: Stops, chargers: Mask) -> int | None:
-        """The charger to which a waiting robot must return now, or at which it stays, since waiting
-        uses charge; None if it does not wait, or can wait longer in its pose."""
+        """Return the charger to which a waiting robot must return now, or at which it stays, since
+        waiting uses charge; None if it does not wait, or can still wait in its pose."""
         battery, charge = stops.battery, robot.charge
         pose = stops.graph.number(robot.pose)
         assert charge is not None
-        if not battery.stay or not self._is_cut_off(robot):  # by its charge alone: it tries
+        if not battery.stay or not self._is_cut_off(robot):  # only its charge is too low: it tries
             return None
         if stops.chargers >> pose & 1:
             return pose if robot.stop == robot.pose and not self._makes_room(robot) else None
@@ -280,8 +286,8 @@ class Batteries:
         return any(stop is not None and stop.region == here for stop in stops)
 
     def _queue(self, robot: RobotState, battery: Battery) -> int:
-        """The charge, at most half of its own, that a robot uses while the other waiting robots
-        charge."""
+        """Return the charge that a robot uses while the other waiting robots charge, at most half
+        of its capacity."""
         waiting = (other for other in self.team.in_conflict(robot.robot) if self._is_cut_off(other))
         batteries = (other.robot.model.battery for other in waiting)
         ticks = sum(ceil(one.capacity / one.charge) + _SWAP for one in batteries if one is not None)
@@ -297,7 +303,7 @@ class Batteries:
         return stops.need(pose, turn) >= NEVER and self._unhindered(robot).need(pose, turn) < NEVER
 
     def _unhindered(self, robot: RobotState) -> Stops:
-        """The stops of a robot with a battery on the floor without obstacles."""
+        """Return the charging stops of a robot on the floor without obstacles."""
         objective, (_, stops) = robot.own.objective, self._known[robot.name]
         free = self._free.get((robot.name, objective))
         if free is None:
@@ -307,14 +313,15 @@ class Batteries:
         return free
 
     def _duty(self, robot: RobotState) -> Duty | None:
-        """The present duty of a robot, or a later one for which it departs; None if it has none."""
+        """Return the present duty of a robot, or a later one for which it departs early; None if it
+        has none."""
         if self.team.settled is None:
             return None
         floor, found = self.team.settled.floor, self.team.settled.found
         return {**found.early, **found.duties}.get(floor.index(robot.name))
 
     def _hemmed_in(self, robot: RobotState) -> bool:
-        """Whether no order of moves brings a robot to its stop, as traffic has found."""
+        """Return whether a search has shown that no order of moves brings a robot to its stop."""
         settled = self.team.settled
         if settled is None:
             return False
@@ -332,8 +339,8 @@ class Batteries:
         return robot.stop is None and bool(targets) and all(target == {here} for target in targets)
 
     def _runs_flat(self, robot: RobotState) -> Iterator[Event]:
-        """Represent a flat robot by an obstacle, which it requests to resolve; without an obstacle
-        type the robot is out of service until the run ends."""
+        """Represent a robot with an empty battery by an obstacle, and request its resolution;
+        without an obstacle type for that the robot is out of service until the run ends."""
         kind, world, region = self.team.scenario.flat, self.world, robot.pose.region
         known = self.team.knowledge.obstacles
         there = known if world is None else {n: w.obstacle for n, w in world.works.open.items()}
@@ -341,7 +348,7 @@ class Batteries:
         if obstacle is None or any(
             one.region == region and (not one.ordered or one.name == obstacle.name)
             for one in there.values()
-        ):  # nothing can be brought here, or it was brought back, and nobody has come
+        ):  # the region holds another obstacle, or this one already, unresolved
             yield from self.relocation.serve(robot, active=False, cause=ChangeCause.BATTERY)
             return
         self._flat[obstacle.name] = robot.name
@@ -353,7 +360,8 @@ class Batteries:
 
 
 def least_charge(batteries: Batteries, robot: RobotState) -> int | None:
-    """The charge that a robot needs in its pose to continue forever; None if none suffices."""
+    """Return the charge that a robot needs in its pose to continue forever; None if none
+    suffices."""
     stops = batteries.stops(robot)
     if stops is None:
         return 0
@@ -363,8 +371,8 @@ def least_charge(batteries: Batteries, robot: RobotState) -> int | None:
 
 
 def least_capacity(batteries: Batteries, robot: RobotState) -> int | None:
-    """The capacity with which a fully charged robot could continue forever from its pose; None if
-    none suffices, or if the floor is too large for a search."""
+    """Return the least capacity with which a fully charged robot could continue forever from its
+    pose; None if none suffices, or the floor is too large for a search."""
     stops = batteries.stops(robot)
     if stops is None or stops.allowed.bit_count() > _SEARCHED:
         return None

@@ -1,8 +1,8 @@
-"""The charge of each robot with a battery, as the lines of a run change it (docs/batteries.md).
+"""The charge of each robot with a battery, derived from the records of a run (docs/batteries.md).
 
-In lockstep a tick without a step takes ``stay`` or gives ``charge``; live, each second in which a
-robot has no step under way does. Steps take ``move`` when they end, however long they have lasted,
-so that what a robot needs does not depend on durations.
+In lockstep each tick without a step consumes ``stay`` or restores ``charge``; in a live run, each
+second without one does. A step consumes ``move`` when it ends, whatever its duration, so that the
+charge that a robot needs does not depend on durations.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ SHARPNESS = 6
 
 
 class Charges:
-    """Charges that follow the lines of a run. ``since``: live, when each robot that stands began to
-    (seconds); ``charge`` is that of this time. ``had``: robots that had their turn of tick 1 in the
-    run that this one continues, with its charge."""
+    """Charges updated by the records of a run. ``since`` (live): the time in seconds since when
+    each robot has been standing; ``charge`` applies to that time. ``had``: robots that had their
+    turn of tick 1, with its change of charge, in the run that this one continues."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class Charges:
         self.since = dict.fromkeys(batteries if live else (), 0.0)
 
     def take(self, record: records.Record) -> None:
-        """Follow a line."""
+        """Update the charges by a record."""
         match record:
             case records.Move() if record.robot in self.charge and record.to != record.from_:
                 self._stepped(record.robot, record.to)
@@ -52,27 +52,27 @@ class Charges:
                 self._stepped(record.robot, record.at)
                 self.since[record.robot] = record.t or 0.0
             case records.Operator() if record.robot in self.since and record.region is not None:
-                assert record.robot is not None  # one that is lost on its way is in no region
+                assert record.robot is not None  # a robot lost in transit is in no region
                 charge = self.at(record.robot, record.t or 0.0)
                 self.stands(record.robot, record.region, record.t or 0.0, charge)
             case _:
                 pass
 
     def stands(self, robot: str, region: Region, now: float, charge: float | None = None) -> None:
-        """A robot is in a region with some charge, by default as much as it can hold."""
+        """Record that a robot stands in a region with some charge, by default a full battery."""
         self.charge[robot] = self.batteries[robot].capacity if charge is None else charge
         self.region[robot] = region
         if robot in self.since:
             self.since[robot] = now
 
     def at(self, robot: str, now: float) -> float:
-        """The charge of a robot at a time."""
+        """Return the charge of a robot at a time."""
         if robot not in self.since:
             return self.charge[robot]
         return self._after(robot, now - self.since[robot])
 
     def rate(self, robot: str) -> int:
-        """The gain of a robot that stands, per tick or second; negative: its loss."""
+        """Return the change of charge of a standing robot per tick or second."""
         battery, charges = self.batteries[robot], self.region[robot] in self.chargers
         return battery.charge if charges else -battery.stay
 
@@ -86,8 +86,8 @@ class Charges:
 
 
 class TracedCharges(Charges):
-    """The charges at the end of a trace, by its lines alone. ``flat``: by obstacle the robot whose
-    battery was empty when it appeared, until that is replaced."""
+    """The charges at the end of a trace, computed from its lines alone. ``flat``: for each obstacle
+    that represents a robot with an empty battery that robot, until the battery is replaced."""
 
     def __init__(self, header: records.Header) -> None:
         robots = header.scenario.robots
@@ -113,5 +113,5 @@ class TracedCharges(Charges):
             self.stands(robot, self.region[robot], self._time)
 
     def now(self, robot: str) -> int | None:
-        """The charge of a robot at the last line, whole units; None without a battery."""
+        """Return the charge of a robot at the last line in whole units; None without a battery."""
         return int(self.at(robot, self._time)) if robot in self.charge else None
