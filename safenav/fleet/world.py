@@ -31,11 +31,12 @@ from safenav.world.moves import Pose
 class FleetWorld(FleetSteps):
     """World of a fleet behind a transport. Open it before the mission; always close it."""
 
-    # The protocol
-
     @property
     def idle(self) -> bool:
+        """Whether no command is open."""
         return all(body.task is None for body in self._bodies.values())
+
+    # The protocol
 
     @property
     def pauses(self) -> bool:

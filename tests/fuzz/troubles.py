@@ -62,10 +62,6 @@ class Troubled:
     def injected(self) -> Counter[str]:
         return self.nature.injected
 
-    @property
-    def idle(self) -> bool:
-        return self.nature.idle
-
     def now(self) -> float:
         return self.nature.now()
 
@@ -128,10 +124,6 @@ class Nature(LiveSimulation):
         self._robots = {robot.name: robot for robot in scenario.robots}
 
     # -- the protocol ------------------------------------------------------------------------
-
-    @property
-    def idle(self) -> bool:
-        return not self._untold
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         there = super().sense(robot, region)

@@ -81,9 +81,6 @@ class Floor:
     def now(self) -> float:
         return self.time
 
-    def idle(self) -> bool:
-        return not self.open
-
     def sense(self, robot: str, region: int) -> str | None:
         """What stands in a region, as a sensor has it."""
         there = next((n for n, o in self._standing().items() if o.region == region), None)

@@ -50,10 +50,6 @@ class Live(_Seen):
         super().__init__(scenario, floor)
         self._left = self._most = most_waits
 
-    @property
-    def idle(self) -> bool:
-        return bool(self.floor.idle())
-
     def now(self) -> float:
         return float(self.floor.now())
 

@@ -59,10 +59,6 @@ class Bare:
     def __init__(self) -> None:
         self.time, self.coming = 0.0, list[WorldEvent]()
 
-    @property
-    def idle(self) -> bool:
-        return not self.coming
-
     def now(self) -> float:
         return self.time
 

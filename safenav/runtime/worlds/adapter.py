@@ -70,10 +70,6 @@ class BlockingAdapter:
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
 
     @property
-    def idle(self) -> bool:
-        return not self._open
-
-    @property
     def left(self) -> tuple[tuple[str, int], ...]:
         """The ticks that steps under way still take."""
         return tuple((name, each[0] - self._tick) for name, each in self._open.items())

@@ -103,10 +103,6 @@ class World(Protocol):
     happened (else None), otherwise ``wait`` does. Results are checked; an event that cannot be true
     is a fatal failure of its robot."""
 
-    @property
-    def idle(self) -> bool:
-        """Whether no command is open."""
-
     def now(self) -> float:
         """Seconds on a monotonic clock."""
 

@@ -50,10 +50,6 @@ class LiveSimulation:
         self._turned: dict[str, tuple[dict[str, float], list[tuple[Work, tuple[str, ...]]]]] = {}
         """By robot: the headings before its action, and the robots that take part in each work."""
 
-    @property
-    def idle(self) -> bool:
-        return not self._coming
-
     def now(self) -> float:
         return self._now
 
