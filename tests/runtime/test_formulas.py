@@ -1,9 +1,12 @@
 """What raw formulas allow a robot: steps, places of goals, what it remembers."""
 
+import json
+
 import pytest
 from msgspec.structs import replace
 
 from runtime.played import completed, play
+from safenav.audit.check import check_trace
 from safenav.runtime.formulas import Formulas
 from safenav.scenario.objective import Ltl
 from safenav.world.map import Heading, RegionMap
@@ -207,3 +210,29 @@ def test_a_helper_with_formulas_waits_for_the_other(left: int, waits: bool) -> N
     run = completed(BEAM % (left, left))
     met = run.one("resolved")["tick"]
     assert ({*run.path("b")[2 : met - 1]} == {1}) is waits
+
+
+def test_where_formulas_forbid_to_wait_is_noted(clock: str) -> None:
+    """``b`` could open the gate, but the formulas of ``a`` forbid it to wait for that at 6."""
+    run = play(f"""
+        clock: {clock}
+        map: {{grid: ["#####", "#...#", "#...#", "#####"]}}
+        catalogue:
+          robots:
+            bird: {{mobility: free, layer: air, capabilities: []}}
+            cart: {{mobility: free, layer: ground, capabilities: [push]}}
+          obstacles: {{gate: {{action: push, blocks: [bird]}}}}
+        robots:
+          a:
+            model: bird
+            start: 6
+            objective: {{ltl: {{liveness: "region = 8", safety: "region' != 6"}}}}
+          b: {{model: cart, start: 13, objective: {{hold: 13}}}}
+        obstacles: [{{type: gate, region: 7}}, {{type: gate, region: 11}}]
+        until: {{rounds: 1}}
+        """)
+    assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "unrealizable")
+    (note,) = check_trace(map(json.dumps, run.records)).notes
+    assert note.explanation == "not judged: whether a could go where its formulas let it stay"
+    run.records[:] = [line for line in run.records if line.get("verdict") != "unrealizable"]
+    assert "but that is not proven" in run.findings

@@ -80,6 +80,9 @@ class ProofRule(Rule):
                     own = "formulas" if now.own[among[0]].kind == "ltl" else "literal objective"
                     what = f"whether others or inputs can keep {among[0]} from its {own} forever"
                     yield self.not_judged(record, among[0], f"{what} (a bundle proves it)")
+                elif bound := [name for name in lost if _must_leave(name, now)]:
+                    what = f"whether {bound[0]} could go where its formulas let it stay"
+                    yield self.not_judged(record, bound[0], what)
                 else:
                     yield None, "an operator is needed, but that is not proven"
                 return
@@ -171,6 +174,15 @@ def _is_a_game(name: str, now: Situation) -> bool:
     hears = own.kind == "ltl" and bool(json.loads(own.body).get("inputs"))
     others = (other for other in now.header.robots if other != name)
     return hears or any(now.conflict(name, o) or now.zones(name, o) for o in others)
+
+
+def _must_leave(name: str, now: Situation) -> bool:
+    """Return whether the formulas of a robot forbid it to stay where it is: it cannot wait there
+    for what others could still resolve."""
+    own = now.own.get(name)
+    if own is None or not (own.kind == "ltl" or own.always):
+        return False
+    return not rules_of(own).allows(now.pose(name), now.pose(name))
 
 
 def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str]:
