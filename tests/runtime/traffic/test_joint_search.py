@@ -16,6 +16,7 @@ from safenav.runtime.traffic.joint_search.execution import (
     required_counts,
     schedule,
 )
+from safenav.runtime.traffic.joint_search.local import local_plan
 from safenav.runtime.traffic.joint_search.search import Search, Variant
 from safenav.runtime.traffic.joint_search.states import (
     BudgetExhausted,
@@ -100,6 +101,31 @@ def test_rounds_restart_with_resolutions_but_of_batteries(restarts: bool, end: t
     completed, resolved = Course(floor.problem, 1).completed, floor.problem.resolved
     found = search(floor, goal=lambda one: resolved(0, one.stages) and completed(one)).run()
     assert isinstance(found, end)
+
+
+@pytest.mark.parametrize(
+    ("grid", "bots", "end"),
+    [
+        pytest.param(SWAP, {"a": Bot("6", [8, 6]), "b": Bot("8", [6, 8])}, (8, 12), id="a niche"),
+        pytest.param(
+            RING,
+            {"a": Bot("6", [8]), "b": Bot("7", [7]), "c": Bot("11", [11])},
+            (8, 13, 11),
+            id="one makes way",
+        ),
+        pytest.param(TUBE, {"a": Bot("7", [10]), "b": Bot("9", [7])}, None, id="no way"),
+        pytest.param(TUBE, {"a": Bot("7", [7]), "b": Bot("9", [9])}, None, id="all are there"),
+    ],
+)
+def test_few_others_move_for_one_robot(
+    grid: list[str], bots: dict[str, Bot], end: tuple[int, ...] | None
+) -> None:
+    """The last resort of a large team: one robot reaches its goal, the others may not."""
+    floor = Floor(grid, bots)
+    found = local_plan(search(floor))
+    assert (found and found.states[-1].poses) == end
+    if found is not None:
+        play(floor, found, random.Random(0))
 
 
 HALVES = ["#########", "#...#...#", "#...#...#", "#.......#", "#...#...#", "#########"]
