@@ -1,1 +1,1 @@
-"""Traffic on a shared floor: joint plans, their execution, and when one is needed."""
+"""Traffic on a shared floor: triggers, search and execution of joint plans."""

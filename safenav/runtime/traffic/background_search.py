@@ -1,10 +1,11 @@
-"""Searches in a thread, for worlds in which time passes meanwhile: a mission hears its world, its
-operator and its signals while a plan is searched.
+"""Searches in a thread, for worlds with a running clock: a mission receives events, interventions
+and signals during the search for a plan.
 
-Nobody begins a step until the answer is there but robots that can undo it alone. A plan begins
-where the robots were when its search began. Steps since then, undone last one first, lead back
-there: what was free for a robot's step is free for the step back. So they precede the plan, which
-is shortened as a whole before it is executed (docs/coordination.md, A live run).
+Until the result is available only robots that can undo their steps alone begin new ones. A plan
+starts from the poses at the start of its search. Undoing the steps since then in reverse order
+leads back there: what was free for a robot's step is free for the step back. So these reversed
+steps precede the plan, and the whole is shortened before execution (docs/coordination.md, A live
+run).
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ Answer = TypeVar("Answer")
 
 
 class Unknown(Exception):  # noqa: N818 - it is not an error
-    """The answer is not there yet: ask again."""
+    """The result is not available yet: ask again later."""
 
 
 class BackgroundSearch:
-    """One search at a time. ``background``: whether in a thread; asking for an answer that is not
-    there raises Unknown."""
+    """Runs one search at a time. ``background``: whether in a thread; asking before the result is
+    available then raises Unknown."""
 
     def __init__(self, stop: Stop) -> None:
         self.background = False
@@ -45,13 +46,13 @@ class BackgroundSearch:
         self._told = False
 
     def check(self) -> None:
-        """Raises RunEnded if the run must end now, and Unknown in a search that nobody awaits."""
+        """Raise RunEnded if the run must end now, and Unknown in an abandoned search."""
         self._stop.check()
         if self._abandoned and get_ident() == self._thread:
             raise Unknown
 
     def fresh(self) -> bool:
-        """Whether an answer has come, once."""
+        """Return whether a result has become available; True only once per result."""
         come = not self._told and self._asked is not None and self._asked[1].done()
         self._told |= come
         return come
@@ -81,7 +82,7 @@ class BackgroundSearch:
         return found
 
     def close(self) -> None:
-        """Abandon what is searched."""
+        """Abandon the running search."""
         self._abandoned = True
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
@@ -92,9 +93,9 @@ class BackgroundSearch:
 
 
 class PendingSearch(Struct):
-    """A search that is not over. ``floor``: where it begins; ``moment``: all that it depends on;
-    ``team``: that part of it which no step changes; ``poses``: the joint poses since then, one step
-    of one robot after the other; ``free``: the robots that may take such steps."""
+    """A running search. ``floor``: its start; ``moment``: the key of everything that it depends on;
+    ``team``: the part of that key which steps do not change; ``poses``: the joint poses since its
+    start, which differ by one step of one robot; ``free``: the robots that may take such steps."""
 
     floor: Floor
     moment: Hashable
@@ -104,15 +105,15 @@ class PendingSearch(Struct):
 
     @property
     def moved(self) -> bool:
-        """Whether a robot has set out since the search began."""
+        """Return whether a robot has departed since the search began."""
         return len(self.poses) > 1
 
     def serves(self, floor: Floor, team: Hashable) -> bool:
-        """Whether the answer will be of use from here."""
+        """Return whether the result will apply to the present state."""
         return self.team == team and self.poses[-1] == floor.poses
 
     def may_go_on(self, name: str) -> bool:
-        """Whether a robot may take another step."""
+        """Return whether a robot may take another step during the search."""
         return name in self.free and len(self.poses) <= budgets.LONGEST
 
     def set_out(self, poses: tuple[int, ...]) -> None:
@@ -123,8 +124,8 @@ class PendingSearch(Struct):
     def from_here(
         self, course: Course, counts: Sequence[Count], states: Sequence[JointState]
     ) -> list[JointState] | None:
-        """A plan that was found, from where the robots are now; None if it leads elsewhere by now.
-        ``counts``: the goals that each has met by now."""
+        """Return the found plan, preceded by the steps back to its start; None if it no longer
+        leads to the same result. ``counts``: each robot's progress."""
         if not self.moved:
             return list(states)
         back = [*reversed(self.poses), *(state.poses for state in states[1:])]
@@ -135,8 +136,8 @@ class PendingSearch(Struct):
 
 
 def free_to_go_on(floor: Floor, robots: Collection[RobotState]) -> frozenset[str]:
-    """The robots whose steps can be undone whatever they remember, carry or owe: without headings,
-    formulas and batteries."""
+    """Return the robots whose steps can always be undone: those without headings, formulas and
+    batteries."""
     problem = floor.problem
     if remembering(problem) or problem.sweeping:
         return frozenset()

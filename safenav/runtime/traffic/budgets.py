@@ -27,8 +27,8 @@ the chain of a certificate, and fewer failures end the run.
 """
 
 ROUNDS_FIRST = 4
-"""Rounds of search for the first plan; every fourth failure adds one: a team that moves on for a
-while often has it easier, so each effort is made four times before a larger one."""
+"""Rounds of search for the first plan; every fourth failure adds one: after some further moves the
+search is often easier, so each effort is made four times before a larger one."""
 MOST_FAILURES = 24
 MOST_FAILURES_HINDERED = 6
 """The same with a robot out of service, which no search can move: the end is then no verdict."""
@@ -37,13 +37,14 @@ MOST_WORK = 1_000_000
 at ``search_limit`` then. Some 220,000 a second were measured: about 5 s of the processor. No plan
 of ``benchmarks/teams.py --bars``, with up to 50 robots, takes more than 31,000."""
 LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
-"""After which spent searches a few robots are examined: the first, and now and then."""
+"""Numbers of exhausted searches after which a few robots are examined: the first, and occasionally
+later ones."""
 ROUNDS_AHEAD = 2
 """Rounds of the mission beyond those of the fastest robot: enough to serve all robots."""
 
 FIRST_BUDGET = 200
-"""Budget of each variant in the first two rounds; doubled from then on. One deep search makes plans
-of thousands of steps where 38 suffice."""
+"""Budget of each variant in the first two rounds; doubled from then on. A single deep search yields
+plans of thousands of steps where 38 suffice."""
 ROUNDS_OF_SEARCH = 7
 MOST_FOR_AN_ORDER = 800
 """Budget of one random priority order: a good one needs few states, a bad one any number."""
@@ -77,19 +78,19 @@ CERTIFICATE_WORK = 600_000
 without a search until there is a joint plan."""
 CERTIFICATES_KEPT = 10_000
 REJOIN_PLACES = 3
-"""Places of the last plan to which the way back may lead: those that most robots are in."""
+"""Number of states of the last plan to which a return is tried: those with most robots in place."""
 
 SHORTENING_ROUNDS = 3
 SHORTENING_LAYERS = 20_000
 """Layers of the search for one robot's path: a tick and a number of steps each."""
 
 AIM_NODES = 20_000
-"""Nodes of a strategy that are searched for the next thing that a robot remembers."""
+"""Nodes of a strategy that are searched for the next change of a robot's memory."""
 REMEMBERED_STATES = 4_000
 """Poses with a formula's memory; with more, plans are made over poses alone."""
 
 AT_ONCE = 0.02
-"""Live: seconds in which most searches have ended; others are heard of when they have."""
+"""Live: seconds within which most searches end; results of others are fetched later."""
 LONGEST = 60
 """Live: steps that robots which can undo them take meanwhile; then they wait for the answer."""
 

@@ -1,8 +1,8 @@
-"""Irreversible moves: each needs a plan for the whole mission from there.
+"""Irreversible moves: each requires a plan for the whole mission from its destination.
 
-A plan certifies the moves that it makes, so results are kept; and the last plan serves again
-wherever the team can return to it. Robots out of service may come back, so a move must not rule out
-a plan for the team with all of them either.
+A plan certifies its own moves, so results are cached; and the last plan is reused wherever the team
+can return to it. Robots out of service may come back, so a move must not rule out a plan for the
+team with all of them either.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from safenav.world.poses import Mask, region_mask
 
 
 class ContinuationPlans:
-    """The moves of a team that are known to leave the mission possible, and its last plan.
+    """Moves of a team that are known to leave the mission feasible, and its last plan.
     ``in_service``: for the team as if every robot were in service."""
 
     def __init__(self, state: TeamState, searches: Searches, *, in_service: bool = False) -> None:
@@ -38,13 +38,13 @@ class ContinuationPlans:
 
     @property
     def known(self) -> tuple[int, int]:
-        """Changes with what has been found."""
+        """Key that changes with new results."""
         return len(self._known), id(self._last)
 
     def allow(self, name: str, pose: Pose) -> bool:
-        """Whether a robot may make a move that it may not be able to undo: it can come back with
-        all others where they are, or there is a plan for the whole mission from there (or there is
-        none, with every robot in service, without the move either)."""
+        """Return whether a robot may make a move that may be irreversible: it can return while all
+        others stand, or a plan for the whole mission exists from there (or, with every robot in
+        service, none exists without the move either)."""
         if self._all and not self._state.out_of_service:
             return True
         return all(
@@ -55,15 +55,15 @@ class ContinuationPlans:
         )
 
     def undone(self, name: str, pose: Pose, ahead: Mask) -> bool:
-        """Whether a robot that has left the joint plan, which the others still follow, can come
-        back from a move without entering what they have ``ahead``. If all such moves are undone,
-        the last one first, the rest of the plan is the certificate again."""
+        """Return whether a robot that has left the joint plan early can return from a move without
+        entering the regions that the others have ``ahead``. After undoing all such moves in reverse
+        order, the rest of the plan is the certificate again."""
         steps = self._steps(name, pose)
         return all(self._returns(floor, index, step, ahead) for floor, index, step in steps)
 
     def _steps(self, name: str, pose: Pose) -> list[tuple[Floor, int, int]]:
-        """The poses (with their memory, by number) to which a move leads; none where moves can
-        always be undone. With each the floor, and the index of the robot there."""
+        """Return the poses (with memory, by number) to which a move leads, each with the floor and
+        the robot's index there; empty where moves can always be undone."""
         searches = self._searches
         floor = searches.in_service() if self._all else searches.remembered(searches.floor())
         index = floor.index(name)
@@ -76,14 +76,14 @@ class ContinuationPlans:
         return [(floor, index, step) for step in steps]
 
     def _returns(self, floor: Floor, index: int, number: int, ahead: Mask = 0) -> bool:
-        """Whether a robot can come back from a pose with all others where they are."""
+        """Return whether a robot can return from a pose while all others stand."""
         graph = floor.problem.members[index].graph
         shut = region_mask(taken(self._state, self._state.scenario.robots[index])) | ahead
         allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(shut)
         return graph.returns(number, floor.poses[index], allowed)
 
     def _continues(self, floor: Floor, index: int, number: int) -> bool:
-        """Whether there is a plan for the whole mission with a robot in a pose."""
+        """Return whether a plan for the whole mission exists with a robot in a pose."""
         poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
         course, own = self._searches.course(floor), self._searches.own_of_charging()
         if self._all:
@@ -110,7 +110,8 @@ class ContinuationPlans:
         return known
 
     def again(self, course: Course, start: JointState) -> Found | None:
-        """The last plan for all of this mission, if the team can return to it."""
+        """Return the last plan for this whole mission, preceded by a return to it; None if there is
+        none."""
         if self._last is None:
             return None
         of, states = self._last
@@ -129,7 +130,7 @@ class ContinuationPlans:
                     self._known[after, index, pose] = True
 
     def _concern(self, course: Course) -> None:
-        """Forget results of another problem or mission."""
+        """Discard results of another problem or mission."""
         of, self._about = self._about, course
         same = of is not None and of.problem is course.problem and of.rounds == course.rounds
         if not (of and same and _mission(of) == _mission(course)):
@@ -160,7 +161,7 @@ def rejoined(
 
 
 def _return(course: Course, start: JointState, poses: tuple[int, ...]) -> list[JointState] | None:
-    """The states on the way to joint poses, one robot moving after the other."""
+    """Return the states on the way to joint poses, with one robot moving after the other."""
     states = [start]
     while states[-1].poses != poses:
         before = len(states)

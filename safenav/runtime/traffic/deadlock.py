@@ -1,8 +1,8 @@
 """Proofs of deadlock: no order of moves lets every robot complete, whatever is resolved.
 
-The joint states of a small team are exhausted by the search for a plan. Those of a large one never
-are. But two or three robots that cannot complete even with all other robots and all open obstacles
-away never will: both only take away what they can do.
+The search for a plan can exhaust the joint states of a small team, but not those of a large one.
+However, two or three robots that cannot complete without all other robots and all open obstacles
+can never complete: both only restrict their moves.
 """
 
 from __future__ import annotations
@@ -34,10 +34,9 @@ def deadlock_of_few(
     stopping: Callable[[], None],
     work: Effort | None = None,
 ) -> tuple[Floor, Course, Exhausted] | None:
-    """Return a few robots of a larger team that cannot complete, as a floor of their own, and what
-    they can reach: those that never move again, or any two or three; None if none are found.
-    ``among``: the robots to examine. Robots out of service are not among them: they stand still
-    only until they are back."""
+    """Return a few robots of a larger team that cannot complete, as a separate floor, with their
+    reachable states: immobile robots, or any two or three; None if none are found. ``among``: the
+    robots to examine, none of them out of service, since these may return."""
     whole = Course(floor.problem, rounds)
     now = whole.begun(floor.poses, tuple(counts), floor.stages)
     stuck = ImmobileRobots(whole).cannot_complete(now)
@@ -81,7 +80,7 @@ def _groups(floor: Floor, among: Collection[int], size: int) -> Iterator[tuple[i
 
 
 def _only(floor: Floor, group: tuple[int, ...]) -> Floor:
-    """The floor with these robots alone, and without open obstacles."""
+    """Return the floor with these robots alone, and without open obstacles."""
     problem = floor.problem
     conflicts = tuple(
         frozenset(k for k, other in enumerate(group) if other in problem.conflicts[i])
@@ -98,9 +97,9 @@ def _only(floor: Floor, group: tuple[int, ...]) -> Floor:
 
 
 def meets_the_rest_alone(floor: Floor, robot: RobotState, *, returns: bool) -> bool:
-    """Whether a robot meets each target that is left of an objective that ends with its last one,
-    with all others and all open obstacles away. ``returns``: it can leave that one and come back,
-    as assignable goals demand."""
+    """Return whether a robot can meet all remaining targets of a terminating objective without all
+    others and all open obstacles. ``returns``: it must also be able to leave the last target and
+    return, as assignable goals require."""
     index = floor.index(robot.name)
     member, here = floor.problem.members[index], 1 << floor.poses[index]
     graph = member.graph
@@ -113,7 +112,8 @@ def meets_the_rest_alone(floor: Floor, robot: RobotState, *, returns: bool) -> b
 
 
 def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted) -> RunEnded:
-    """The end of a run in which no order of moves of the robots of ``floor`` completes."""
+    """Return the end of a run in which no order of moves of the robots of ``floor`` completes the
+    mission."""
     label = state.scenario.map.label
     robots = [state.robots[n] for n in floor.names if state.rivals(state.robots[n].robot)]
     words = (

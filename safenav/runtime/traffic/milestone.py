@@ -1,8 +1,8 @@
 """Milestones of robots whose goals do not follow from poses alone.
 
-Formulas may remember: "be at the dock again after having seen the shelf". Joint plans know poses
-only, so they would take the robot to the dock. Its strategy knows better: the shortest of its own
-paths on which a goal is met, up to the first step on it that changes the robot's memory.
+Formulas may have memory: "be at the dock again after having seen the shelf". Joint plans over poses
+alone would take the robot to the dock. Its strategy supplies the milestone: the end of the shortest
+of its paths on which a goal is met, up to the first step that changes the memory.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ Row = tuple[int, ...]
 
 
 class Milestones:
-    """Milestones of a robot with formulas by one strategy of its own. Results are kept. ``inputs``:
-    of the environment, whichever of them the formulas name."""
+    """Milestones of a robot with formulas, by one of its strategies. Results are cached.
+    ``inputs``: of the environment, whichever of them the formulas name."""
 
     def __init__(self, strategy: Strategy, objective: Ltl, inputs: Collection[str]) -> None:
         self.strategy = strategy
@@ -64,14 +64,14 @@ class Milestones:
 
     @cached_method
     def _goals_of(self, before: Row, after: Row) -> frozenset[int]:
-        """The goals that a step between such nodes meets."""
+        """Return the goals that a step between two nodes meets."""
         one = dict(zip(self._names, before, strict=True))
         other = dict(zip(self._names, after, strict=True))
         return frozenset(i for i, goal in enumerate(self._goals) if goal(one, other))
 
     def _milestone(self, way: list[int]) -> Pose | None:
-        """The first pose of a way that is not the present one and where something is remembered,
-        or the goal is met."""
+        """Return the first pose of a path, other than the present one, where the memory changes or
+        the goal is met."""
         rows = [self._rows[node] for node in way]
         here = self._pose(rows[0])
         for step, (before, after) in enumerate(pairwise(rows)):

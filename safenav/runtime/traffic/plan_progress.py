@@ -1,4 +1,5 @@
-"""The team on its joint plan: the next pose of each robot, and what robots still need for the rest.
+"""Progress of the team on its joint plan: each robot's next pose, and the regions and charge still
+needed.
 
 Robots follow a plan up to the first resolution, or until each robot with goal poses has reached
 them once; live often to its end.
@@ -55,14 +56,15 @@ class PlanProgress:
         return floor.problem.members[index].graph.pose(number)
 
     def _has_met(self, floor: Floor, index: int, due: Count) -> bool:
-        """Whether a robot has met what is due, or cannot by waiting: it does something else or is
-        out of service, its goals are steps, or nothing that it still has to meet is here."""
+        """Return whether a robot has met what is due, or cannot meet it by waiting: it has another
+        assignment or is out of service, its goals are steps, or none of its remaining targets is
+        here."""
         name, graph = floor.names[index], floor.problem.members[index].graph
         robot = self.state.robots[name]
         formulas = formulas_of(robot.robot, self.state.scenario.map)
         if robot.assignment.role is not Role.OWN or (formulas and not formulas.met_by_staying):
             return True
-        if not robot.active:  # its member has no targets of its own objective
+        if not robot.active:  # its member of the problem has no targets
             return True
         if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
             return True
@@ -74,14 +76,14 @@ class PlanProgress:
             self.execution.arrived(self._index(name))
 
     def released(self, name: str) -> bool:
-        """Live: whether a robot has completed its part of the plan, and may leave it before the
-        others: ``ahead`` is closed to it, and irreversible moves must be ``certified``."""
+        """Live: return whether a robot has completed its part of the plan, and may leave the
+        plan before the others: ``ahead`` is closed to it, and irreversible moves must be
+        ``certified``."""
         return self.execution is not None and self.execution.done(self._index(name))
 
     def goes_on_without(self, robot: RobotState) -> bool:
-        """Whether the plan only moves robots that wait neither for this one, nor for any that do,
-        directly or through others. In lockstep every robot stays while a plan lasts, so it must
-        stand on a charger."""
+        """Return whether the plan only moves robots that do not wait for this one, directly or
+        indirectly. In lockstep every robot stays during a plan, so it must stand on a charger."""
         if self.execution is None or self.execution.finished:
             return False
         if not self.state.live and robot.pose.region not in self.state.scenario.chargers:
@@ -91,8 +93,8 @@ class PlanProgress:
         return all(self.execution.done(self._index(name)) for name in near)
 
     def takes(self, robot: RobotState) -> int | None:
-        """The charge that a robot needs for the remaining plan, up to its next charger or to the
-        end with its need there; None if the plan no longer moves it."""
+        """Return the charge that a robot needs for the remaining plan, up to its next charger, or
+        up to the end including its need there; None if the plan no longer moves it."""
         index, stops = self._index(robot.name), self.state.stops(robot)
         if self.execution is None or stops is None or self.execution.done(index):
             return None
@@ -109,12 +111,12 @@ class PlanProgress:
         return on_charger and robot.charge < takes <= battery.capacity
 
     def follows(self, name: str) -> bool:
-        """Whether a robot has followed its helper by a plan, and waits there for the next
+        """Return whether a robot has followed its helper by a plan, and waits there for the next
         decision."""
         return name in self.state.last_settled.notes.followers
 
     def ahead(self, name: str) -> Mask:
-        """The regions that robots in conflict with this one still need for the plan."""
+        """Return the regions that robots in conflict with this one still need for the plan."""
         if self.execution is None:
             return 0
         floor = self.state.last_settled.floor
@@ -124,7 +126,7 @@ class PlanProgress:
     def changes_nothing(
         self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count]
     ) -> bool:
-        """Whether a plan moves no robot, and lets none wait for a goal that it has yet to meet."""
+        """Return whether a plan moves no robot, and none has to wait for a goal."""
         if len({state.poses for state in states}) > 1:
             return False
         dues = enumerate(execution.required_counts(states, counts))
@@ -133,7 +135,7 @@ class PlanProgress:
     def begin(
         self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count], reason: str
     ) -> None:
-        """Begin to follow a plan. Robots on their way go to where it begins."""
+        """Begin to follow a plan. Robots in transit continue to its start."""
         poses = [plain_poses(floor.problem, state.poses) for state in states]
         under_way = {}
         for index, robot in enumerate(self.state.robots.values()):

@@ -1,5 +1,5 @@
-"""The search for a joint plan from where the team stands: what is searched for in which order, with
-the last resorts (the table in ``budgets``)."""
+"""The search for a joint plan from the present state: the sequence of searches and last resorts
+(table in ``budgets``)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class PlanSearch(Struct):
     """Searches for plans. ``starved``: the robot that the plan is for; ``failures``: searches in a
     row with an exhausted budget, ``used``: their work, ``work``: the rest for the present one;
     ``spent``: all such searches; ``hopeless``: the served obstacles that no plan for the mission
-    resolves, as the last one has shown."""
+    resolves, by the last search."""
 
     state: TeamState
     searches: Searches
@@ -51,17 +51,18 @@ class PlanSearch(Struct):
 
     @property
     def hindered(self) -> bool:
-        """Whether a robot out of service shares its floor, and plans are for the whole mission."""
+        """Return whether a robot out of service shares its floor, and plans are for the whole
+        mission."""
         out = not self.searches.sharing.isdisjoint(self.state.out_of_service)
         return out and self.searches.turning
 
     def search_of(self, problem: SearchProblem, goals: Goals | None = None) -> Search:
-        """A search within the rest of the work."""
+        """Return a search limited by the remaining work."""
         return self.searches.search(problem, goals, work=self.work)
 
     def sought(self, plain: Floor, floor: Floor, helping: bool) -> tuple[SearchProblem, Answer]:
-        """Search for a plan, the last resorts included; return also where it begins. Raises
-        RunEnded as ``_check_small_groups``."""
+        """Search for a plan, including the last resorts; return it with the problem that gives its
+        start. Raises RunEnded as ``_check_small_groups``."""
         self.work = Effort(budgets.MOST_WORK - self.used)
         problem = self.searches.problem(floor)
         if self.state.live and problem.start.stages != floor.stages:
@@ -72,7 +73,7 @@ class PlanSearch(Struct):
                 if isinstance(answer, Exhausted) and (proof := self._proof(plain)) is not None:
                     return proof
                 self.searches.give_up(plain)
-            # the strategies' own ways are not all that there are
+            # other paths exist beside those of the strategies
             problem, search, answer = self._searched(self.searches.problem(plain), helping)
         exhausted, floor = isinstance(answer, Exhausted), problem.floor
         if (exhausted or self.hopeless) and any(m.any_first for m in floor.problem.members):
@@ -95,9 +96,9 @@ class PlanSearch(Struct):
         return problem, answer
 
     def _repeatable(self, problem: SearchProblem, found: Found) -> Found:
-        """A plan at whose end the rounds can restart, as they do if a robot on its way resolves an
-        obstacle that no robot knew: then they can from each state of the plan. The one that was
-        found, if it is so or no other one is found."""
+        """Return a plan at whose end the rounds can restart, as they do if a robot resolves an
+        undiscovered obstacle in passing: then they can restart from each state of the plan. Return
+        the plan that was found if it has this property, or no other plan is found."""
         if not self.searches.turning or self._can_restart(problem, found.states[-1]):
             return found
         search = self.search_of(problem)
@@ -108,14 +109,14 @@ class PlanSearch(Struct):
         return answer if isinstance(answer, Found) else found
 
     def _can_restart(self, problem: SearchProblem, state: JointState) -> bool:
-        """Whether no search has shown that the rounds cannot restart in a state."""
+        """Return whether the rounds may be able to restart in a state: no search refutes it."""
         counts = tuple((index, 0, 0) for index, _, _ in state.counts)
         begun = problem.course.begun(state.poses, counts, state.stages)
         return not self.search_of(problem.at(begun)).refuted()
 
     def _proof(self, plain: Floor) -> tuple[SearchProblem, Answer] | None:
-        """The search that proves that no order of moves completes the mission with what the
-        robots' formulas remember; None if one may."""
+        """Return the problem and proof that no order of moves completes the mission with the
+        robots' formula memory; None without such a proof."""
         floor = self.searches.everything(plain)
         if floor is None:
             return None
@@ -125,8 +126,8 @@ class PlanSearch(Struct):
         return (problem, answer) if isinstance(answer, Exhausted) else None
 
     def _left_well(self, problem: SearchProblem, found: Found, helping: bool) -> Found:
-        """A plan that takes no more charge of a robot than it has, and at whose end each may stay,
-        if that is not so for the one that was found and another one is found; else that one."""
+        """Return a plan for which each robot's charge suffices, and at whose end each robot may
+        stay: the plan that was found, if it has these properties or no other plan does."""
         charged = self.searches.charged(problem)
         begun, lasts = charged.start, charged.course.lasts
         stays = self.searches.stays(problem.floor)
@@ -153,23 +154,24 @@ class PlanSearch(Struct):
         return self._leg_first(problem, leg) or found
 
     def _leg_first(self, problem: SearchProblem, leg: Answer) -> Found | None:
-        """A plan that begins with a leg, and continues all through the mission. None if none is
-        found soon."""
+        """Return a plan that begins with a leg and continues through the whole mission; None if
+        none is found soon."""
         whole = self.continued(problem, leg.states) if isinstance(leg, Found) else None
         if isinstance(leg, Found) and whole is not None:
             self._leg_end = len(leg.states)
         return whole
 
     def continued(self, problem: SearchProblem, states: Sequence[JointState]) -> Found | None:
-        """Moves, and a plan for the rest of the mission after them; None if none is found soon."""
+        """Return moves followed by a plan for the rest of the mission; None if none is found
+        soon."""
         own = self.searches.own_of_charging()
         rest = self.search_of(problem.at(states[-1]), own).run(1)
         return Found((*states, *rest.states[1:])) if isinstance(rest, Found) else None
 
     def leg(self, problem: SearchProblem) -> list[JointState] | None:
-        """Return moves that bring at least the starving robot to its target: formulas may
-        remember, so that a plan for all assumes goals as met that are not. None if there are no
-        such moves, or the team could not continue after them."""
+        """Return moves that bring at least the starving robot to its target: because of formula
+        memory a plan for all may assume goals met that are not. None if there are no such moves, or
+        the team could not continue after them."""
         answer = self._leg_of_starved(problem)
         if isinstance(answer, Exhausted):
             if self.charges(self.state.robots[self.starved]):  # another stop may do
@@ -184,8 +186,8 @@ class PlanSearch(Struct):
         return list(answer.states)
 
     def _only_out_hinder(self, floor: Floor) -> None:
-        """No order of moves brings the starving robot to its target while some are out of service:
-        others may be served without the obstacle that it is to resolve."""
+        """Record that no order of moves brings the starving robot to its target while some are out
+        of service: others may be served without the obstacle that it was to resolve."""
         assignment = self.state.robots[self.starved].assignment
         if assignment.role is Role.OWN:
             self.state.last_settled.notes.hemmed_in |= {floor.index(self.starved)}
@@ -193,8 +195,8 @@ class PlanSearch(Struct):
             self.hopeless = self._with_those_after({floor.gates.index(assignment.obstacle)})
 
     def _with_those_after(self, gates: Set[int]) -> frozenset[int]:
-        """Some obstacles, and the served ones that cannot be resolved without them: they close the
-        way, or are the loads of a robot."""
+        """Return these obstacles with all served ones that cannot be resolved without them: they
+        block the path, or are loads that a robot carries."""
         floor, hopeless, kept = self.searches.floor(), {*gates}, frozenset[int]()
         everybody = frozenset(range(len(floor.names)))
         left = [
@@ -233,8 +235,8 @@ class PlanSearch(Struct):
     def cut(
         self, problem: SearchProblem, states: Sequence[JointState], helping: bool
     ) -> list[JointState]:
-        """The plan up to the first resolution; where it does not lead through the mission, until
-        each has counted once."""
+        """Return the plan up to the first resolution or, if it is not followed through the mission,
+        until each robot has counted a goal."""
         found, through = [], self._through_the_mission(helping)
         for state in states:
             found.append(state)
@@ -245,9 +247,9 @@ class PlanSearch(Struct):
         return found
 
     def _through_the_mission(self, helping: bool) -> bool:
-        """Live: whether all of a plan is followed. It delays only those that wait for others by its
-        order, and where robots share a narrow floor they would soon starve again. Helpers, robots
-        out of service, batteries and inputs of formulas change what comes next."""
+        """Live: return whether the whole plan is followed. It delays only robots that wait for
+        others by its order, and on a narrow floor robots would soon starve again. Not with helpers,
+        robots out of service, batteries or formulas, which change what follows."""
         return (
             self.state.live
             and not helping
@@ -266,13 +268,13 @@ class PlanSearch(Struct):
         return not helping and self._each_has_counted(problem, state)
 
     def charges(self, robot: RobotState) -> bool:
-        """Whether it is the robot that starves, on its way to a charger."""
+        """Return whether this is the starving robot, on its way to a charger."""
         starves = robot.name == self.starved and robot.active
         return starves and robot.assignment.role is Role.CHARGES
 
     def _each_has_counted(self, problem: SearchProblem, state: JointState) -> bool:
-        """Whether each robot with goal poses has reached them once; of those that go to a charger
-        only the one that starves."""
+        """Return whether each robot with goal poses has reached them once; of the robots that go to
+        a charger only the starving one counts."""
         course, before = problem.course, problem.start.counts
         for index, robot in enumerate(self.state.robots.values()):
             if self.charges(robot) and not self._at_stop(course, state, index, robot):
@@ -310,7 +312,7 @@ class PlanSearch(Struct):
                 problem, search, answer = self._without_hopeless(problem)
             if turning or not isinstance(answer, BudgetExhausted):
                 return problem, search, answer
-        # Everything can be undone: a plan that serves those that want something is safe.
+        # All moves can be undone: a plan to the present goals alone is safe.
         search.goal = partial(self.leg_done, problem, helping=helping)
         answer = search.run(self._rounds, 0)
         if isinstance(answer, Found) and self._through_the_mission(helping):
@@ -327,7 +329,8 @@ class PlanSearch(Struct):
         return problem, search, answer
 
     def _with_further_legs(self, problem: SearchProblem, found: Found) -> Found:
-        """A plan on which each robot counts once, continued as far as that is easily found."""
+        """Return a plan on which each robot counts a goal once, with further legs as long as these
+        are easily found."""
         states = list(found.states)
         while not problem.course.completed(here := states[-1]) and here.stages == states[0].stages:
             leg = problem.at(here)
@@ -340,8 +343,8 @@ class PlanSearch(Struct):
         return Found(tuple(states))
 
     def turned(self, problem: SearchProblem, states: Sequence[JointState]) -> dict[str, int]:
-        """The robots that begin with another target than the one whose turn it is in a plan, up to
-        its first resolution, each with the number of that target."""
+        """Return the robots that in a plan, up to its first resolution, begin with another target
+        than their next one, each with the number of that target."""
         found, floor = dict[str, int](), problem.floor
         if not problem.course.any_first:
             return found
@@ -357,8 +360,8 @@ class PlanSearch(Struct):
         return {n: k for n, k in found.items() if k != before[floor.index(n)][0]}
 
     def _without_hopeless(self, problem: SearchProblem) -> tuple[SearchProblem, Search, Answer]:
-        """Search for a plan for the mission where none resolves all that is served: for as many
-        obstacles as one resolves together, those that are served first before the others."""
+        """Search for a plan for the mission if none resolves all served obstacles: for as many
+        obstacles as possible, in the order in which they are served."""
 
         def serving(gates: frozenset[int]) -> tuple[SearchProblem, Search, Answer]:
             less = replace(problem, course=problem.course.serving(gates))
@@ -377,8 +380,8 @@ class PlanSearch(Struct):
 
     @property
     def _rounds(self) -> int:
-        """Rounds of the next search. A team that moves on for a while often has it easier, so
-        each effort is made four times before a larger one."""
+        """Return the rounds of the next search. After some further moves the search is often
+        easier, so each effort is made four times before a larger one."""
         return budgets.ROUNDS_FIRST + self.failures // 4
 
     def _check_small_groups(self, floor: Floor, course: Course) -> None:

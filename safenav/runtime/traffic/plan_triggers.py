@@ -48,11 +48,12 @@ class PlanTriggers:
         self._clock = clock
 
     def next(self) -> PlanTrigger | None:
-        """The most urgent trigger after a tick."""
+        """Return the most urgent trigger after a tick."""
         return self._due() or self._clearing() or self._starving()
 
     def stuck(self, *, all_still: bool) -> PlanTrigger | None:
-        """Live: robots wait only for robots that wait. ``all_still``: no robot has a command."""
+        """Live: return a trigger if robots wait only for waiting robots. ``all_still``: no robot
+        has a command."""
         robots = self.state.robots
         waits = {}
         for name, robot in robots.items():
@@ -74,7 +75,7 @@ class PlanTriggers:
                 continue
             if not 0 < self._distance(floor, name) < FAR:
                 continue
-            # The same again is worth it only while the budgets grow, and somebody must move first.
+            # A repetition only helps while budgets grow, and some robot must move first.
             key = floor.poses, floor.stages, tuple(robot.active for robot in robots.values())
             self.tried[key] += 1
             if self.tried[key] > (
@@ -85,7 +86,7 @@ class PlanTriggers:
         return None
 
     def frees(self, name: str) -> bool:
-        """Whether a plan may help a robot that has no strategy from where it is."""
+        """Return whether a plan may help a robot that has no strategy from its pose."""
         floor = self._searches.aimed(self._searches.floor())
         possible = self.state.scenario.deadlock and name in self._searches.sharing
         if not possible or not 0 < self._distance(floor, name) < FAR:
@@ -95,8 +96,8 @@ class PlanTriggers:
         return self.tried[key] <= 4 * budgets.MOST_FAILURES
 
     def _due(self) -> PlanTrigger | None:
-        """Return an occasion if an obstacle is due by the last settlement and the robot that acts
-        next shares its floor; None if not, or if it has had a plan."""
+        """Return a trigger if by the last decision an obstacle has a deadline and the robot that
+        acts next shares its floor; None if not, or if a plan was already wanted for it."""
         settled = self.state.last_settled
         if settled.notes.hurried or settled.in_time is None:
             return None
@@ -109,8 +110,8 @@ class PlanTriggers:
         return PlanTrigger(f"{settled.floor.gates[step.gate]} is due", first, step.gate)
 
     def _clearing(self) -> PlanTrigger | None:
-        """With the requests as they were settled last a robot that waits for help stands in the
-        helper's way. None if none does, or a plan was wanted for that."""
+        """Return a trigger if by the last decision a robot that waits for help blocks its helper;
+        None if none does, or if a plan was already wanted for it."""
         settled = self.state.last_settled
         if settled.notes.cleared:
             return None
@@ -144,7 +145,8 @@ class PlanTriggers:
         return found
 
     def _distance(self, floor: Floor, name: str) -> int:
-        """Steps of a robot to its goal poses; FAR if it has none, or waits for a charger."""
+        """Return the steps of a robot to its goal poses; FAR if it has none, or waits for a
+        charger."""
         goal, index = self._searches.goal(floor, name), floor.index(name)
         if not goal or self._awaits_charger(self.state.robots[name]):
             return FAR
@@ -152,12 +154,14 @@ class PlanTriggers:
         far = floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]
         duty = self.state.last_settled.found.duties.get(index)
         if far == 0 and duty is not None and floor.problem.gates[duty.gate].sweeps:
-            return 1  # it stands where it is to act, but others where that sweeps
+            return (
+                1  # it stands where it must act, but others are in regions that the action sweeps
+            )
         return far
 
     def _runs_low(self, robot: RobotState, distance: int) -> bool:
-        """Whether a robot that waits uses charge that it needs for its next ``distance`` steps, or
-        to continue from here, with a few to spare."""
+        """Return whether a waiting robot uses charge that it needs, with a small reserve, for its
+        next ``distance`` steps or to continue from here."""
         battery, stops = robot.robot.model.battery, self.state.stops(robot)
         if battery is None or stops is None or not battery.stay or robot.charge is None:
             return False
@@ -171,8 +175,8 @@ class PlanTriggers:
         return robot.charge <= need + SPARE * battery.move
 
     def _awaits_charger(self, robot: RobotState) -> bool:
-        """Whether another robot charges at this one's charger: it leaves when it has charged, and a
-        plan would only let the two change places, each time with less charge."""
+        """Return whether another robot charges at this one's charger: it leaves when it has
+        charged, whereas a plan would only swap the two, each time with less charge."""
         return robot.stop is not None and any(
             each.active and each.transit is None and each.pose.region == each.stop.region
             for each in self.state.rivals(robot.robot)
@@ -188,7 +192,7 @@ class _Wait(Struct):
 
 class StarvationMonitor:
     """Counts ticks without progress. ``slowest``: ticks of the team's slowest step; ``waited``:
-    those for which robots had waited before the run."""
+    ticks that robots had waited before the run."""
 
     def __init__(self, slowest: int, waited: Mapping[str, int] | None = None) -> None:
         self.slowest = slowest
@@ -199,9 +203,9 @@ class StarvationMonitor:
     def look(
         self, robot: str, told: Hashable, distance: int, tick: float, hasty: bool = False
     ) -> bool:
-        """Whether a robot with the assignment ``told`` and ``distance`` remaining steps (FAR:
-        no path, or nowhere to go; its wait continues) starves. Call once per tick (in a live
-        run, of the duration of a step). ``hasty``: it cannot wait for long."""
+        """Whether a robot with the assignment ``told`` and ``distance`` remaining steps (FAR: no
+        path, or no goal; its wait continues) starves. Call once per tick (in a live run, a tick is
+        the duration of a step). ``hasty``: it cannot wait for long."""
         wait, before = self._waits.get(robot), self._waited.pop(robot, 0)
         if distance == 0:
             self._waits.pop(robot, None)
@@ -213,14 +217,15 @@ class StarvationMonitor:
         return tick - wait.since >= (self.slowest if hasty else self.patience)
 
     def ages(self, tick: float) -> Hashable:
-        """Return for each robot its target and the time that it has waited for it."""
+        """Return for each waiting robot its assignment, the distance, and how long it has
+        waited."""
         return tuple((n, w.told, w.nearest, tick - w.since) for n, w in self._waits.items())
 
     def forget(self, robot: str) -> None:
-        """Forget what a robot had waited before the run: it was for another target."""
+        """Discard the time that a robot had waited before the run: it was for another target."""
         self._waited.pop(robot, None)
 
     def begin_anew(self) -> None:
-        """Reset the patience of every robot: a plan was tried."""
+        """Reset the waits of all robots: a plan was tried."""
         self._waits.clear()
         self._waited.clear()

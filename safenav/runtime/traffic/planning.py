@@ -82,14 +82,14 @@ class Traffic:
         return self.occasions.watch.ages(self.state.tick), tried, notes.cleared, notes.hurried
 
     def given_up(self) -> frozenset[str]:
-        """The obstacles that, by a search since the last call, no joint state serves."""
+        """The obstacles that no joint state can serve, by a search since the last call."""
         notes = self.state.last_settled.notes
         found, notes.hopeless = notes.hopeless, frozenset()
         return found
 
     def holds(self, name: str) -> bool:
-        """Whether a robot stays until a requested plan is available, which must not begin in a
-        state to which the robot could not return alone."""
+        """Return whether a robot stays until a requested plan is available: the robot could not
+        return alone to the state in which the plan begins."""
         if self.wanted is None:
             return False
         return self._pending is None or not self._pending.may_go_on(name)
@@ -105,20 +105,20 @@ class Traffic:
         if self.plan.active or not self.state.scenario.deadlock or self._anybody_busy():
             return False
         if self.wanted is not None:
-            return False  # a plan is searched
+            return False  # a search for a plan is running
         occasion = self.occasions.stuck(all_still=all_still)
         if occasion is not None:
             self._plan(occasion)
         return self.plan.active
 
     def _anybody_busy(self) -> bool:
-        """Whether a robot acts, or waits for a strategy."""
+        """Return whether a robot acts, or waits for a strategy."""
         return any(r.acting is not None or r.held is not None for r in self.state.robots.values())
 
     def tick(self) -> vocabulary.PlanEndReason | None:
-        """Examine the team after a tick; return why the plan ends, if it does: it is finished, or
-        who acts next for what is due was chosen again. Raises RunEnded if no robot can continue, or
-        a budget is exhausted."""
+        """Examine the team after a tick; return the reason if the plan ends: it is finished, or the
+        acts for deadlines were chosen again. Raises RunEnded if no robot can continue, or a budget
+        is exhausted."""
         if self.plan.execution is not None:
             if self.plan.execution.finished:
                 return vocabulary.PlanEndReason.REACHED
@@ -130,7 +130,7 @@ class Traffic:
         if self.state.live:
             now = self.clock()
             if now == self._looked or self._anybody_busy():
-                return None  # nobody can have waited longer; or the others continue meanwhile
+                return None  # waits are unchanged; or the others continue meanwhile
             self._looked = now
         if self.wanted is None:
             self.wanted = self.occasions.next()
@@ -158,20 +158,20 @@ class Traffic:
         self.occasions.watch.begin_anew()
 
     def certified(self, name: str, pose: Pose) -> bool:
-        """Whether a robot may make a move that it may not be able to undo."""
+        """Return whether a robot may make a move that may be irreversible."""
         if not self.plan.active:
             plans = self._certificates, self._in_service
             return all(each.allow(name, pose) for each in plans)
         return self._certificates.undone(name, pose, self.plan.ahead(name))
 
     def _hurry(self, occasion: PlanTrigger) -> bool:
-        """Begin the quickest plan for a deadline, if the trigger has one and there is such a plan.
-        Return whether no other plan is to be made now."""
+        """Begin the quickest plan for a deadline, if the trigger has one and such a plan exists.
+        Return whether no other plan should be made now."""
         gate, reason = occasion.gate, occasion.reason
         if gate is None:
             return False
         if not self.state.last_settled.notes.hurried:
-            return True  # it is decided again since
+            return True  # the team has decided again since
         floor, self.search.starved = self.searches.floor(), occasion.robot
         states = self.resolving.quickest(floor, gate)
         careful = self.resolving.around_suspects(floor, gate, states)
@@ -204,7 +204,7 @@ class Traffic:
             return
         self.search.failures = self.search.used = 0
         if self._must_turn(problem, answer):
-            return  # their strategies begin with those, and another plan is made
+            return  # their new strategies begin with those targets, and another plan is made
         if self.searches.turning:
             self._certificates.keep(problem.course, answer.states)
         counts = self.searches.counts(floor)
@@ -243,7 +243,7 @@ class Traffic:
             self.stop.check()
             if not pending.moved:
                 raise
-            self._search_again(occasion)  # a proof is of where the robots are
+            self._search_again(occasion)  # a proof must concern the present state
             return None
         self._pending, self._all_wait = None, False
         if isinstance(found[-1], Exhausted) and pending.moved:
@@ -260,7 +260,7 @@ class Traffic:
             if not self.state.out_of_service:
                 raise deadlocked(self.state, problem.floor, problem.course, answer)
             self.search.hopeless = frozenset()
-            self.search.leg(problem)  # somebody in the way may come back
+            self.search.leg(problem)  # a robot in the way may return to service
             self._set_aside(problem.floor, self.search.hopeless)
             self._note_impasse(problem.floor)
             return
@@ -273,8 +273,8 @@ class Traffic:
             raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
 
     def _note_impasse(self, floor: Floor) -> None:
-        """No plan helps before a robot is back in service, nor have the others got anywhere by
-        themselves since they were in this state: only that robot can help any of them."""
+        """Record that no plan helps before a robot returns to service. If the others have been in
+        this state before, they make no progress by themselves: mark all as blocked."""
         notes, robots = self.state.last_settled.notes, self.state.robots.values()
         done = ((self.state.rounds_counted(r), r.own.memory.index, r.own.seen) for r in robots)
         now = floor.poses, tuple(done), tuple(robot.charge for robot in robots)
@@ -283,13 +283,14 @@ class Traffic:
         notes.impasses.add(now)
 
     def _set_aside(self, floor: Floor, gates: frozenset[int]) -> None:
-        """Make no plan now, and set these obstacles aside."""
+        """Defer planning, and set these obstacles aside."""
         hopeless = frozenset(floor.gates[gate] for gate in gates)
         self.state.last_settled.notes.hopeless = hopeless
         self.occasions.watch.begin_anew()
 
     def _must_turn(self, problem: SearchProblem, answer: Found) -> bool:
-        """Whether robots must first have strategies that begin with another target, by a plan."""
+        """Return whether robots first need strategies that begin with another target, as a plan
+        requires."""
         turned = self.search.turned(problem, answer.states)
         notes = self.state.last_settled.notes
         if not turned or notes.turned:
@@ -299,9 +300,9 @@ class Traffic:
         return True
 
     def proven(self, end: Conclusion) -> Conclusion:
-        """The conclusion if a robot has no strategy for the remaining targets of a ``once`` that it
-        could meet alone, with the proof that no order of moves completes it. Without a proof there
-        is no verdict. Other conclusions are unchanged."""
+        """Return the conclusion if a robot has no strategy for the remaining targets of a ``once``
+        that it could meet alone, with the proof that no order of moves completes it. Without a
+        proof the run ends without a verdict. Other conclusions are unchanged."""
         state = self.state
         robots = [state.robots[name] for name in end.stuck if end.proof is None]
         if end.outcome is not Outcome.OPERATOR_NEEDED or not end.unrealizable or not robots:
@@ -326,7 +327,7 @@ class Traffic:
         return replace(found, explanation=told, links=links, stuck=end.stuck, unrealizable=specs)
 
     def _search_from(self, here: Floor) -> PendingSearch:
-        """The running search, if it applies to the present state; else a new one."""
+        """Return the running search if it applies to the present state, else a new one."""
         if not self.thinking.background:
             return PendingSearch(here, None, None, [here.poses])
         robots = self.state.robots.values()

@@ -1,4 +1,5 @@
-"""Plans that lead to a resolution: the quickest one, and the approach of those that wait for it."""
+"""Plans that lead to a resolution: the quickest one, and the approach of robots that wait for
+it."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from safenav.runtime.traffic.searches import Searches, SearchProblem
 
 
 class ResolutionPlans(Struct):
-    """Plans for the robots that help, and for those that wait for them."""
+    """Plans for helpers, and for the robots that wait for them."""
 
     state: TeamState
     searches: Searches
@@ -28,8 +29,8 @@ class ResolutionPlans(Struct):
     def quickest(
         self, floor: Floor, gate: int, known: Floor | None = None
     ) -> list[JointState] | None:
-        """The quickest plan for the next need of an obstacle, if the team can continue then.
-        ``known``: the floor on which it is to continue, if that is another one."""
+        """Return the quickest plan for the next need of an obstacle, if the team can continue after
+        it. ``known``: the floor on which it must continue, if different."""
         if remembering(self.searches.aimed(floor).problem):
             return None
         check = self.searches.check
@@ -54,8 +55,8 @@ class ResolutionPlans(Struct):
     def around_suspects(
         self, floor: Floor, gate: int, hopeful: Sequence[JointState] | None
     ) -> tuple[Floor, list[JointState]] | None:
-        """The quickest plan around all suspects, if it is in time and the ``hopeful`` one enters
-        their regions: no discovery interrupts it (docs/deadlines.md)."""
+        """Return the quickest plan around all suspected obstacles, if it is in time and the
+        ``hopeful`` plan enters their regions: no discovery interrupts it (docs/deadlines.md)."""
         chosen, dues = self.state.last_settled.in_time, self.state.dues(floor)
         if chosen is None or dues is None or not any(dues.suspected):
             return None
@@ -76,8 +77,9 @@ class ResolutionPlans(Struct):
         return around, states
 
     def straightened(self, floor: Floor, states: list[JointState]) -> list[JointState]:
-        """A plan on which a robot steps more often than it has poses (two that must stand in
-        different places drive each other round and round), or the quickest one instead of it."""
+        """Return the quickest plan instead of one on which a robot takes more steps than it has
+        poses (two robots that must stand in different places displace each other repeatedly), else
+        the same plan."""
         robot = self.state.robots[self.search.starved]
         ways = zip(*(state.poses for state in states), strict=True)
         graphs = (member.graph for member in floor.problem.members)
@@ -92,8 +94,8 @@ class ResolutionPlans(Struct):
         return states if found is None or len(found) >= len(states) else found
 
     def approached(self, floor: Floor, states: Sequence[JointState]) -> Sequence[JointState]:
-        """A plan that ends with a resolution, on which robots that wait come nearer to their
-        targets behind the others, if that makes the next plan shorter."""
+        """Return a plan that ends with a resolution, on which waiting robots approach their targets
+        behind the others, if that shortens the next plan."""
         problem, first, last = floor.problem, states[0], states[-1]
         if last.stages == first.stages or remembering(problem):
             return states
@@ -117,8 +119,8 @@ class ResolutionPlans(Struct):
         return found
 
     def _next_leg(self, problem: SearchProblem) -> int | None:
-        """The ticks until each robot has counted once after a resolution, or there is another one;
-        None if that is not found soon."""
+        """Return the ticks until each robot has counted a goal after a resolution, or another
+        resolution occurs; None if that is not found soon."""
         course, start, search = problem.course, problem.start, self.search.search_of(problem)
         search.goal = lambda state: (
             state.stages != start.stages

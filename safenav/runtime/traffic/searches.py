@@ -1,5 +1,5 @@
-"""Joint searches from where the team stands: the floor as it was settled last, the rounds that
-a plan looks ahead, each robot's counts, and its assignment."""
+"""Joint searches from the present state: the floor of the last decision, the rounds that a plan
+looks ahead, each robot's counts, and its assignment."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ Goals = Mapping[int, Mask | None]
 
 
 class SearchProblem(Struct, frozen=True):
-    """A search for a joint plan: its floor, its rules, and the joint state where it begins."""
+    """A search problem for a joint plan: its floor, its rules, and its first joint state."""
 
     floor: Floor
     course: Course
     start: JointState
 
     def at(self, start: JointState) -> SearchProblem:
-        """The same search from another joint state."""
+        """Return the same problem from another joint state."""
         return replace(self, start=start)
 
 
 class Searches:
-    """The current start of a search for a joint plan, and such searches."""
+    """Builds search problems for joint plans from the present state, and their searches."""
 
     def __init__(self, state: TeamState, stop: BackgroundSearch) -> None:
         self._state = state
@@ -62,7 +62,7 @@ class Searches:
 
     @property
     def turning(self) -> bool:
-        """Whether a robot with headings shares its floor."""
+        """Return whether a robot with headings shares its floor."""
         problem = self._state.last_settled.floor.problem
         return any(m.turns and problem.interferes(i) for i, m in enumerate(problem.members))
 
@@ -71,7 +71,7 @@ class Searches:
         self._stop.check()
 
     def floor(self) -> Floor:
-        """Return the problem as it was settled last, with every robot at its current pose."""
+        """Return the floor of the last decision, with every robot at its present pose."""
         return moved_on(self._state.last_settled.floor, self._state)
 
     def in_service(self) -> Floor:
@@ -90,8 +90,8 @@ class Searches:
         return replace(floor, problem=self._with_memory(floor.problem, graphs), poses=poses)
 
     def everything(self, floor: Floor) -> Floor | None:
-        """Return the same with all that robots can remember where they stay, too, for proofs; None
-        if a robot is in transit, which remembers its step when that ends, or formulas name
+        """Return the same including the memory changes of robots that stay, for proofs; None if a
+        robot is in transit, since its memory changes at the end of its step, or if formulas name
         inputs."""
         graphs, poses = self._states(floor, stays=True)
         robots = [self._state.robots[floor.names[index]] for index in graphs]
@@ -104,7 +104,7 @@ class Searches:
         return replace(floor, problem=problem, poses=poses)
 
     def _with_memory(self, problem: Problem, graphs: _Graphs, *, stays: bool = False) -> Problem:
-        """The problem with these graphs, the same as the last time if they are."""
+        """Return the problem with these graphs; the previous object if they are unchanged."""
         of, last, found = self._remembering.get(stays, (None, {}, problem))
         if of is not problem or last != graphs:
             found = formula_memory.with_memory(problem, graphs)
@@ -112,7 +112,8 @@ class Searches:
         return found
 
     def _states(self, floor: Floor, *, stays: bool = False) -> tuple[_Graphs, tuple[int, ...]]:
-        """The graphs of robots with formulas that remember something, and the states of all."""
+        """Return the state graphs of robots whose formulas have memory, and the states of all
+        robots."""
         poses, graphs = list(floor.poses), _Graphs()
         for index, robot in enumerate(self._state.robots.values()):
             objective, mobility = robot.robot.objective, robot.robot.model.mobility
@@ -128,8 +129,8 @@ class Searches:
         return graphs, tuple(poses)
 
     def give_up(self, floor: Floor) -> None:
-        """Give up the memory of robots for this problem: with it there is no plan from here or from
-        any state that they can reach. They continue as if they remembered nothing."""
+        """Ignore the memory of robots for this problem: with it there is no plan from here or from
+        any state that they can reach. They continue as if without memory."""
         self._hopeless = floor.problem
 
     def aimed(self, floor: Floor) -> Floor:
@@ -171,7 +172,7 @@ class Searches:
         return robot.own.rounds >= self._state.scenario.until.rounds
 
     def goal(self, floor: Floor, name: str) -> Mask:
-        """The poses that a robot is to reach now; none for one that waits or has done all."""
+        """Return the poses that a robot must reach now; empty for a robot that waits or is done."""
         robot = self._state.robots[name]
         if not robot.active or (robot.assignment.role is Role.OWN and self._has_done_all(robot)):
             return 0
@@ -190,9 +191,9 @@ class Searches:
         return 0 if index in (self.cut_off(floor) if cut_off is None else cut_off) else None
 
     def cut_off(self, floor: Floor, *, every: bool = False) -> frozenset[int]:
-        """The robots that cannot reach their own next target (``every``: or one that they have yet
-        to reach in this round) past those out of service. No plan can be for them before one of
-        those is back."""
+        """Return the robots that cannot reach their own next target (``every``: or any remaining
+        target of this round) past robots out of service. No plan can serve them before one of these
+        returns."""
         robots, found = [*self._state.robots.values()], set[int]()
         if not self._state.out_of_service:
             return frozenset()
@@ -216,14 +217,15 @@ class Searches:
         return frozenset(found) | self._state.last_settled.notes.hemmed_in
 
     def own_of_charging(self) -> dict[int, None]:
-        """Own objectives for the robots that go to a charger: a plan for the whole mission would
-        have them stay there, and find no end."""
+        """Return own objectives for the robots that go to a charger: otherwise a plan for the whole
+        mission would keep them there, and never be complete."""
         robots = self._state.robots.values()
         return {i: None for i, r in enumerate(robots) if r.assignment.role is Role.CHARGES}
 
     def stays(self, floor: Floor) -> dict[int, Mask]:
-        """The poses in which robots may stay that share their floor, of those whose formulas forbid
-        it elsewhere: there none has a strategy, since others may keep it from leaving."""
+        """Return the poses in which robots that share their floor may stay, for robots whose
+        formulas forbid staying elsewhere: in other poses they have no strategy, since others may
+        keep them from leaving."""
         found = dict[int, Mask]()
         for index, robot in enumerate(self._state.robots.values()):
             formulas = formulas_of(robot.robot, self._state.scenario.map)
@@ -234,8 +236,8 @@ class Searches:
         return found
 
     def charged(self, problem: SearchProblem) -> SearchProblem:
-        """The same for a search that follows the charge of each robot which has the charge to
-        continue alone."""
+        """Return the same problem, tracking the charge of each robot that has enough to continue
+        alone."""
         start, batteries, charges = problem.start, dict[int, Stops](), list[int]()
         poses = formula_memory.plain_poses(problem.floor.problem, start.poses)
         for index, robot in enumerate(self._state.robots.values()):
@@ -250,7 +252,8 @@ class Searches:
         return replace(problem, course=course, start=replace(start, charges=tuple(charges)))
 
     def lasts(self, floor: Floor, states: Sequence[JointState]) -> bool:
-        """Whether each robot that has the charge to continue alone keeps it on a plan."""
+        """Return whether on a plan each robot that has enough charge to continue alone keeps
+        enough."""
         charged = self.charged(self.problem(floor, poses=states[0].poses))
         ways = (state.poses for state in states[1:])
         return all(map(charged.course.lasts, charged.course.along(charged.start, ways)))
@@ -264,8 +267,8 @@ class Searches:
         return active <= {floor.names[index] for index in self.cut_off(floor)}
 
     def course(self, floor: Floor) -> Course:
-        """The rounds that a plan from here looks ahead, what is served by whom, and the robots
-        that cannot do their rounds before one out of service is back."""
+        """Return the rules of a plan from here: the rounds that it looks ahead, the served
+        obstacles and their helpers, and the robots excused until one out of service returns."""
         served = frozenset(self._state.last_settled.found.served)
         sent = {
             index: floor.gates.index(robot.assignment.obstacle)
@@ -287,7 +290,7 @@ class Searches:
     def problem(
         self, floor: Floor, course: Course | None = None, poses: tuple[int, ...] | None = None
     ) -> SearchProblem:
-        """A search from where the team stands, or would stand in other poses."""
+        """Return the search problem from the present state, or from other poses."""
         course = course or self.course(floor)
         counts = self.counts(floor, course.rounds)
         return SearchProblem(

@@ -2,8 +2,8 @@
 
 A plan is kept as the path of each robot, and as an order between the robots: a step into a region
 waits until the robots that were there before have arrived elsewhere (an action dependency graph;
-Hoenig et al.: Persistent and robust execution of MAPF schedules in warehouses, RA-L 2019). So no
-delay can break it, and every execution is a prefix of an order of the plan.
+Hoenig et al.: Persistent and robust execution of MAPF schedules in warehouses, RA-L 2019). So
+delays cannot invalidate it, and every execution is a prefix of an order of the plan.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits
 
 Ways = tuple[tuple[int, ...], ...]
-"""The poses that each robot takes one after the other, the first where it stands."""
+"""The poses of each robot in order, from its present one."""
 
 
 class Order(Struct, frozen=True):
-    """``robot`` takes its step ``step`` only after ``other`` has taken its step ``before``. Step
-    k leads from pose k to pose k + 1 of a robot's way."""
+    """``robot`` takes its step ``step`` only after ``other`` has taken its step ``before``. Step k
+    leads from pose k to pose k + 1 of a robot's path."""
 
     robot: int
     step: int
@@ -49,9 +49,9 @@ def schedule(
     exclusions: Sequence[KeepOut] = (),
     under_way: Collection[int] = (),
 ) -> Schedule:
-    """Return the schedule of joint poses that follow one another. ``sizes``: number of regions of
-    each robot's map, which gives a pose's region. ``under_way``: the robots that have begun their
-    first step, which waits for none."""
+    """Return the schedule of a sequence of joint poses. ``sizes``: number of regions of each
+    robot's map, which gives a pose's region. ``under_way``: robots whose first step has begun, and
+    so waits for no other robot."""
     count = len(sizes)
     ways = [[states[0][i]] for i in range(count)]
     stays: dict[int, list[tuple[int, int, int]]] = {}  # region -> (robot, came by, left by) steps
@@ -132,15 +132,15 @@ class Execution:
         return self.taken[robot] == len(self.schedule.ways[robot]) - 1
 
     def remaining(self, robot: int) -> tuple[tuple[int, ...], int | None]:
-        """The rest of a robot's path, and the target whose turn it is at the end (None: the one
-        that it has now)."""
+        """Return the rest of a robot's path, and its next target at the end (None: its present
+        one)."""
         dues = self.dues[robot] if self.dues else {}
         turn = dues[max(dues)][0] if dues else None
         return self.schedule.ways[robot][self.taken[robot] :], turn
 
     def ahead(self, robot: int, size: int) -> Mask:
-        """The regions that a robot still has on its path, beginning with its place; none at the
-        end. ``size``: number of regions of its map."""
+        """Return the remaining regions of a robot's path, from its present one; empty at the end.
+        ``size``: number of regions of its map."""
         found = self._ahead[robot]
         if not found:
             found.append(0)  # with that many steps to take
@@ -150,7 +150,7 @@ class Execution:
         return found[len(found) - 1 - self.taken[robot]]
 
     def needed(self, robot: int, others: Collection[int], size: int) -> Mask:
-        """The regions that ``others``, those in conflict with a robot, still have ahead."""
+        """Return the remaining regions of ``others``, the robots in conflict with this one."""
         found = self._needed.get((robot, size))
         if found is None:
             found = 0
@@ -160,7 +160,7 @@ class Execution:
         return found
 
     def next(self, robot: int) -> int | None:
-        """The pose that a robot may step to now; None if it is done or must wait."""
+        """Return the pose to which a robot may step now; None if it is done or must wait."""
         step = self.taken[robot]
         way = self.schedule.ways[robot]
         if step == len(way) - 1:
@@ -175,14 +175,14 @@ class Execution:
         return self.dues[robot].get(self.taken[robot]) if self.dues else None
 
     def arrived(self, robot: int) -> None:
-        """A robot has taken its next step."""
+        """Record that a robot has taken its next step."""
         self.taken[robot] += 1
         self._needed.clear()
 
 
 def in_turn(schedule: Schedule) -> list[tuple[int, ...]] | None:
-    """The joint poses of a plan whose steps are taken one after the other, as soon as their order
-    lets them; None if some never can be."""
+    """Return the joint poses of a plan if its steps are taken one by one, as early as their order
+    allows; None if some step never can be."""
     trial, found = Execution(schedule), [tuple(way[0] for way in schedule.ways)]
     while not trial.finished:
         robots = range(len(schedule.ways))
@@ -196,8 +196,8 @@ def in_turn(schedule: Schedule) -> list[tuple[int, ...]] | None:
 
 
 def still(waits: Mapping[str, Collection[str]], busy: Collection[str]) -> set[str]:
-    """The robots that only wait for robots that wait: those from which no chain leads to a robot
-    that is ``busy``. ``waits``: the robots in conflict beside each one."""
+    """Return the robots that wait only for waiting robots: no chain of waits leads from them to a
+    ``busy`` robot. ``waits``: the adjacent robots in conflict with each robot."""
     moving = set(busy)
     while True:
         more = {n for n, others in waits.items() if n not in moving and moving & set(others)}
@@ -207,9 +207,9 @@ def still(waits: Mapping[str, Collection[str]], busy: Collection[str]) -> set[st
 
 
 def still_needed(problem: Problem, plan: Execution, robot: int, stages: Stages) -> Mask:
-    """The regions that the others need for the rest of a plan: closed to a robot that has done its
-    way of it. One that enters none of them, and can come back without entering them, leaves the
-    rest of the plan as it was (docs/coordination.md, A live run)."""
+    """Return the regions that the others need for the rest of a plan, which are closed to a robot
+    that has completed its own path. If it enters none of them, and can return without entering
+    them, the rest of the plan stays valid (docs/coordination.md, A live run)."""
     size = problem.members[robot].graph.size
     found = plan.needed(robot, problem.conflicts[robot], size)
     for each in problem.exclusions(stages):
@@ -225,8 +225,9 @@ def with_steps_under_way(
     counts: Sequence[Count],
     under_way: Mapping[int, int],
 ) -> tuple[list[tuple[int, ...]], list[JointState]]:
-    """The joint poses and states of a plan which begins while robots are on their way: the way of
-    such a robot begins where it set out (``under_way``), and its first step is that one."""
+    """Return the joint poses and states of a plan that begins while robots are in transit: the path
+    of such a robot starts at its departure pose (``under_way``), and its first step is the present
+    one."""
     if not under_way:
         return list(poses), list(states)
 
@@ -238,7 +239,7 @@ def with_steps_under_way(
 
 
 def plan_record(tick: int, floor: Floor, plan: Schedule, reason: str) -> records.Plan:
-    """A plan as it stands in a trace."""
+    """Return the record of a plan in a trace."""
     robots = {}
     for index, (name, way) in enumerate(zip(floor.names, plan.ways, strict=True)):
         graph = floor.problem.members[index].graph
@@ -253,7 +254,7 @@ def plan_record(tick: int, floor: Floor, plan: Schedule, reason: str) -> records
 
 
 def scheduled(floor: Floor, left: PlanLeft) -> Schedule | None:
-    """A plan that a header has; None if it is not one of this team."""
+    """Return the plan of a trace header; None if it does not fit this team."""
     if left.robots.keys() != {*floor.names}:
         return None
     ways = tuple(

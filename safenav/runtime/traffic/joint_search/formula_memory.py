@@ -1,9 +1,9 @@
-"""Paths of a robot whose formulas have memory, or goals about steps: poses, each with the memory
-there and the goals that the step into it has met.
+"""State graphs of robots whose formulas have memory or goals about steps: a state is a pose with
+the memory there and the goals that the step into it has met.
 
 A state is the number of a pose plus the number of a memory times the number of poses, so that
 regions are found in it as in a pose. A step leads to each memory that the formulas allow after it;
-a robot that stands still takes none. Nobody knows how it came to where a path begins.
+standing still is not a step. The step into the first state of a path is unknown.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from safenav.world.poses import Mask, PoseGraph, bits, plain_graph
 
 
 class StateGraph(PoseGraph):
-    """The states of formulas with a memory on one map, and the steps between them; if it ``stays``
-    also those of a robot that stays, as its strategy may have it: a proof leaves out nothing."""
+    """States of formulas with memory on one map, and the steps between them. ``stays``: include
+    changes of memory of a robot that stays, which its strategy may make; proofs need them."""
 
     def __init__(
         self, objective: Ltl, world: RegionMap, mobility: Mobility, *, stays: bool = False
@@ -46,7 +46,7 @@ class StateGraph(PoseGraph):
         return self._guarantees.remember_something or self._poses.one_way
 
     def state(self, pose: int, memory: Mapping[str, int]) -> int | None:
-        """The state of a robot in a pose; None if its memory is none of those that there are."""
+        """Return the state of a robot in a pose; None if its memory is not one of the graph's."""
         begun = dict(memory), frozenset[int]()
         found = (k for k, known in enumerate(self._memories) if known == begun)
         return next((pose + k * self._span for k in found), None)
@@ -55,11 +55,11 @@ class StateGraph(PoseGraph):
         return super().pose(self.plain(number))
 
     def plain(self, state: int) -> int:
-        """The pose of a state, by number."""
+        """Return the number of a state's pose."""
         return state % self._span
 
     def after(self, state: int, pose: int) -> list[int]:
-        """The states that a step into a pose may lead to."""
+        """Return the states to which a step into a pose may lead."""
         return [step for step in self.steps(state) if self.plain(step) == pose]
 
     def lifted(self, poses: Mask) -> Mask:
@@ -107,20 +107,20 @@ class StateGraph(PoseGraph):
         )
 
     def _of(self, state: int) -> tuple[Mapping[str, int], frozenset[int]]:
-        """The memory in a state, and the goals that the step into it has met."""
+        """Return the memory in a state, and the goals that the step into it has met."""
         return self._memories[state // self._span]
 
     def _at(self, state: int) -> tuple[Pose, Mapping[str, int]]:
         return self.pose(state), self._of(state)[0]
 
     def _stays(self, goal: int, pose: Pose, memory: Mapping[str, int]) -> bool:
-        """Whether a robot that stays meets a goal."""
+        """Return whether a robot that stays meets a goal."""
         return self._guarantees.meets_with(goal, pose, memory, pose, memory)
 
     def _met_on(
         self, before: Pose, old: Mapping[str, int], after: Pose, new: Mapping[str, int]
     ) -> frozenset[int]:
-        """The goals that a step meets where staying at neither end does."""
+        """Return the goals that a step meets but staying at either end does not."""
         return frozenset(
             goal
             for goal in self._guarantees.goals_of_steps
@@ -143,7 +143,7 @@ class StateGraph(PoseGraph):
 
 
 def plain_poses(problem: Problem, states: tuple[int, ...]) -> tuple[int, ...]:
-    """The poses of the robots of a problem, without what they remember."""
+    """Return the poses of the robots of a problem without their memory."""
     return tuple(
         member.graph.plain(state) if isinstance(member.graph, StateGraph) else state
         for member, state in zip(problem.members, states, strict=True)
@@ -151,7 +151,7 @@ def plain_poses(problem: Problem, states: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def with_memory(problem: Problem, graphs: Mapping[int, StateGraph]) -> Problem:
-    """The problem with what some robots remember."""
+    """Return the problem with the memory of some robots."""
     members = list(problem.members)
     for index, graph in graphs.items():
         lifted = graph.lifted(members[index].floor)
@@ -160,7 +160,7 @@ def with_memory(problem: Problem, graphs: Mapping[int, StateGraph]) -> Problem:
 
 
 def remembering(problem: Problem) -> bool:
-    """Whether the problem includes the memory of a robot."""
+    """Return whether the problem includes the memory of a robot."""
     return any(isinstance(member.graph, StateGraph) for member in problem.members)
 
 
@@ -168,7 +168,8 @@ def remembering(problem: Problem) -> bool:
 def state_graph(
     objective: Ltl, world: RegionMap, mobility: Mobility, *, stays: bool = False
 ) -> StateGraph | None:
-    """The states of an objective on a map, made once; None if it remembers nothing, or too much."""
+    """Return the cached state graph of an objective on a map; None if it has no memory, or too
+    much."""
     guarantees = guarantees_of(objective)
     poses = len(world.free) * (4 if mobility is Mobility.HEADING else 1)
     count = len(guarantees.memories) << len(guarantees.goals_of_steps)

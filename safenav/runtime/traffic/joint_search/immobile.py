@@ -1,9 +1,11 @@
-"""Robots that can never move again, which makes a joint state hopeless long before a search ends.
+"""Robots that can never move again, which shows that a joint state is hopeless long before a search
+ends.
 
-Two robots with headings that face each other in a corner stay there forever: each has only the
-other's region to go to. In general the greatest set of robots of which each step leads to where
-another one of the set stands, or to where it could not continue forever. No move of another robot
-and no obstacle that disappears changes that. On full floors most paths end like this.
+Two robots with headings that face each other in a corner stay there forever: each can step only
+into the other's region. In general these are the greatest set of robots whose steps all lead into a
+region of another one of the set, or to a pose from which the robot could not continue forever.
+Moves of other robots and disappearing obstacles cannot change that. On full floors most paths end
+like this.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from safenav.world.poses import Mask, PoseGraph
 
 
 class ImmobileRobots:
-    """Finds such robots in the joint states of a course."""
+    """Finds immobile robots in the joint states of a course."""
 
     def __init__(self, course: Course) -> None:
         self._course = course
@@ -27,7 +29,7 @@ class ImmobileRobots:
         )
 
     def robots(self, poses: tuple[int, ...]) -> set[int]:
-        """The robots that can never move again."""
+        """Return the robots that can never move again."""
         if not self._possible:
             return set()
         after, sizes = self._after, self._sizes
@@ -41,7 +43,7 @@ class ImmobileRobots:
         return found
 
     def cannot_complete(self, state: JointState) -> set[int]:
-        """Robots of which one can never complete, whatever all others do; none if none are
+        """Return robots of which one can never complete, whatever all others do; empty if none are
         known."""
         stuck = self.robots(state.poses)
         if not stuck:
@@ -62,7 +64,7 @@ class ImmobileRobots:
         return not taken.issuperset(self._after[robot][poses[robot]])
 
     def _gets_on(self, robot: int, state: JointState, stuck: set[int]) -> bool:
-        """Whether a robot can reach its awaited targets past the robots that are stuck."""
+        """Return whether a robot can reach its next targets past the immobile robots."""
         walls = 0
         for other in self._conflicts[robot] & stuck:
             walls |= 1 << state.poses[other] % self._sizes[other]

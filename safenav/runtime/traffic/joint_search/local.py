@@ -1,7 +1,7 @@
-"""A plan for one robot of a large team: a few others move, all the rest stay and are in the way.
+"""A plan for one robot of a large team: a few others move, and all the rest stay as obstacles.
 
-The last resort where everything can be undone and no plan for all was found in time. It may lead
-nowhere for the others.
+The last resort if all moves can be undone and no plan for all robots was found in time. The others
+may make no progress by it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _nearest(search: Search, robot: int, count: int) -> list[int]:
 
 
 def _leg(search: Search, robot: int, movable: set[int]) -> Found | None:
-    """A* over the steps of a few robots, for the sake of one."""
+    """Search by A* over the steps of a few robots for the goal of one."""
     start, course = search.start, search.course
     still = frozenset(range(len(start.poses))) - movable
     limited = Course(

@@ -2,11 +2,11 @@
 
 Priority inheritance with backtracking (Okumura, Machida, Defago, Tamura: Priority inheritance with
 backtracking for iterative multi-agent path finding, Artificial Intelligence 310, 2022), over poses
-instead of places. Each robot takes the free pose nearest to its goal poses; one that stands there
-takes its own step first, and if it cannot, the next best pose is tried. Robots move one after the
-other within a tick, so a region may be entered that is left in the same step, but full cycles turn
-nowhere: no robot moves into the region of one that waits for it to move. Where the first robot
-waits for regions that it does not enter itself (``KeepOut``), those that stand there leave first.
+instead of places. Each robot takes the pose nearest to its goal poses; a robot that stands there
+steps first, and if it cannot, the next best pose is tried. Robots move one after the other within a
+tick, so a robot may enter a region that is left in the same step, but closed cycles do not rotate:
+no robot moves into the region of a robot that waits for it to move. If the first robot waits for
+regions that it does not enter itself (``KeepOut``), the robots there leave first.
 """
 
 from __future__ import annotations
@@ -78,8 +78,8 @@ class Generator:
             self._make_way(order)
 
     def _make_way(self, order: Sequence[int]) -> None:
-        """Have others leave the regions in which they keep the first robot with goal poses from its
-        best next pose, and none enter them: no robot that stands there is pushed by it."""
+        """Let others leave, and keep out of, the regions in which they block the first robot with
+        goal poses from its best next pose: it cannot push them from there."""
         poses, fields = self._poses, self._fields
         wanting = ((i, field) for i in order if (field := fields[i]) is not None)
         first = next((i for i, field in wanting if field[poses[i]]), None)
@@ -98,7 +98,7 @@ class Generator:
     def _place(
         self, robot: int, waiting: frozenset[int], only: Sequence[int] | None = None
     ) -> bool:
-        """Give a robot its next pose; ``waiting``: those that push it, directly or not."""
+        """Choose a robot's next pose; ``waiting``: the robots that push it, directly or not."""
         trail = self._trail
         for pose in only or self._candidates(robot):
             mark = len(trail)
@@ -148,8 +148,8 @@ class Generator:
         return True
 
     def _kept_out(self, robot: int, region: int) -> bool:
-        """Whether a robot must not enter a region because of where another one is or will be, or
-        that one may enter."""
+        """Return whether a robot must not enter a region because of the region where another robot
+        is, will be or may be."""
         if region == self._regions[robot]:
             return False
         for each in self._claimed:

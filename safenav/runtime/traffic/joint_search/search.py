@@ -95,7 +95,7 @@ class Search:
             return Found((self.start,))
         few = self._few
         if not few and self._stuck.cannot_complete(self.start):
-            return BudgetExhausted(0)  # as good as refuted; the proof is about those who are stuck
+            return BudgetExhausted(0)  # practically refuted; the proof concerns the immobile robots
         spent = 0
         budget = budgets.FIRST_BUDGET
         for turn in range(max(1, rounds)):
@@ -128,19 +128,19 @@ class Search:
 
     @property
     def _few(self) -> bool:
-        """Whether all states of the team may be searched."""
+        """Return whether all joint states of the team may be searched."""
         return len(self.start.poses) <= 4
 
     def refuted(self) -> bool:
-        """Whether there is no plan, as far as this can be shown soon: in a large team because
+        """Return whether it can be shown quickly that no plan exists: in a large team because
         robots block each other forever."""
         if self._few:
             return isinstance(self.run(*budgets.CERTIFICATE), Exhausted)
         return bool(self._stuck.cannot_complete(self.start))
 
     def singles(self, budget: int) -> Answer:
-        """Every state that steps of one robot lead to, breadth first: a shortest plan, or the
-        proof that there is none."""
+        """Search all states breadth first by steps of one robot: a shortest plan, or the proof that
+        none exists."""
         course = self.course
         before = {self.start: self.start}
         queue = deque([self.start])
@@ -161,7 +161,7 @@ class Search:
         return Exhausted(frozenset(before))
 
     def by(self, variant: Variant, budget: int) -> Answer:
-        """One variant of the search, at most ``budget`` states."""
+        """Run one variant of the search for at most ``budget`` states."""
         order = list(range(len(self.start.poses)))
         if variant in (Variant.STATIC, Variant.ONE):
             self._rng.shuffle(order)
@@ -198,7 +198,7 @@ class Search:
         return Exhausted(frozenset(before))
 
     def _best_first(self, budget: int) -> Answer:
-        """Always on from the state with the least left to do."""
+        """Search best-first, from the state with the least remaining effort."""
         before = {self.start: self.start}
         order = list(range(len(self.start.poses)))
         ticket = counting()
@@ -234,7 +234,7 @@ class Search:
     def _following(
         self, state: JointState, variant: Variant, order: list[int]
     ) -> Iterator[JointState]:
-        """The states that may come next and are not known to be hopeless."""
+        """Yield the possible next states that are not known to be hopeless."""
         for after in self._proposed(state, variant, order):
             if self.keeps(after) and not self._stuck.cannot_complete(after):
                 yield after
@@ -242,7 +242,7 @@ class Search:
     def _proposed(
         self, state: JointState, variant: Variant, order: list[int]
     ) -> Iterator[JointState]:
-        """The states that may come next: proposals first, then every step of one robot."""
+        """Yield the possible next states: proposals first, then every step of one robot."""
         course = self.course
         fields = self.fields(state)
         if variant is Variant.ONE:
@@ -307,8 +307,8 @@ class Search:
 
 
 def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
-    """The variants of a round with what each may spend: those whose order is drawn try many orders
-    rather than one for long, for a lucky one needs few states and an unlucky one any number."""
+    """Yield the variants of a round with their budgets. Variants with a random order try many
+    orders briefly rather than one for long: a good order needs few states, a bad one any number."""
     for variant in Variant:
         drawn = variant in (Variant.STATIC, Variant.ONE)
         times = max(1, budget // budgets.MOST_FOR_AN_ORDER) if drawn else 1
@@ -317,14 +317,15 @@ def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
 
 
 def by_legs(search: Search, rng: random.Random, most_vain: int) -> Found | BudgetExhausted:
-    """Return one chain from the start of a search to its goal. ``rng`` draws which robot is next,
-    and how far to backtrack where no leg leads further; ``most_vain``: limit on states examined
-    without success.
+    """Return one chain from the start of a search to its goal. ``rng`` draws the next robot, and
+    how far to backtrack if no leg leads further; ``most_vain``: limit on states examined without
+    success.
 
     On full floors one search for all robots together makes no progress; a leg for one robot, with
     all others pushed aside, takes some ten states. Any robot that succeeds may be the next. A chain
     that ends in a state from which no leg leads further backtracks to an earlier one, and continues
-    by other legs."""
+    by other legs.
+    """
     legs: list[tuple[JointState, ...]] = [(search.start,)]
     most = budgets.LEGS_OF_A_ROBOT * len(search.start.poses)
     spent, made = 0, 0

@@ -1,9 +1,10 @@
-"""Shorter joint plans: each robot's path is searched again against the timed paths of the others.
+"""Shortening of joint plans: each robot's path is replanned against the timed paths of the others.
 
 A plan is timed by its own dependency order, one tick per step; no robot enters a region in the tick
 in which another one leaves it. Then one robot at a time, the last to arrive first, gets the path
-with the fewest steps that arrives when the plan does; the last robots get the earliest path.
-Sets of poses are bit masks: a layer of the search (a tick, a number of steps) is a few shifts.
+with the fewest steps that arrives by the end of the plan; the robots that arrive last get the
+earliest path. Sets of poses are bit masks: a layer of the search (a tick, a number of steps) is a
+few shifts.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Separation(Struct, frozen=True):
         return schedule(joint, self.sizes, self.conflicts, self.exclusions)
 
     def closed(self, robot: int, *moments: tuple[int, ...]) -> Mask:
-        """The regions that other robots close to one at some joint poses."""
+        """Return the regions that other robots close to one robot at some joint poses."""
         found = 0
         for other in self.conflicts[robot]:
             found |= region_mask(poses[other] % self.sizes[other] for poses in moments)
@@ -88,7 +89,7 @@ def shortened(
         return states
     found = course.along(first, best[1:])
     if last.stages != first.stages:
-        # The plan is over with the change; the rest of it shows that the team can continue.
+        # The plan ends with the change; its rest only shows that the team can continue.
         changed = next((k for k, s in enumerate(found) if s.stages != first.stages), 0)
         return found[: changed + 1] if found[changed].stages == last.stages else states
     met = all(map(has_met, found[-1].counts, last.counts))
@@ -119,7 +120,7 @@ def timed(plan: Schedule, *, in_turn: bool = False) -> list[tuple[int, ...]]:
 def _improved(
     joint: Timed, paths: Sequence[TimedPath], apart: Separation, stopping: Callable[[], None]
 ) -> Timed:
-    """The plan after each robot's path was searched again, until nothing changes."""
+    """Return the plan after replanning each robot's path until nothing changes."""
     for _ in range(SHORTENING_ROUNDS):
         before = joint
         arrivals = [arrival_of(joint, robot) for robot in range(len(paths))]
@@ -139,18 +140,18 @@ def _improved(
 
 
 def _cost(joint: Timed) -> tuple[int, int]:
-    """Ticks and steps of a plan."""
+    """Return the ticks and steps of a plan."""
     return len(joint), sum(a != b for x, y in pairwise(joint) for a, b in zip(x, y, strict=True))
 
 
 def arrival_of(joint: Timed, robot: int) -> int:
-    """The tick in which a robot takes its last step; 0 if it stays."""
+    """Return the tick in which a robot takes its last step; 0 if it stays."""
     ticks = range(1, len(joint))
     return max((t for t in ticks if joint[t][robot] != joint[t - 1][robot]), default=0)
 
 
 def closed_by(joint: Timed, robot: int, apart: Separation, graph: PoseGraph) -> list[Mask]:
-    """The poses that other robots close in each tick: where they are before or after it."""
+    """Return the poses that other robots close in each tick: where they are before or after it."""
     return [graph.poses_on(apart.closed(robot, *ends)) for ends in pairwise(joint)]
 
 
@@ -166,8 +167,8 @@ class TimedPath(Struct, frozen=True):
     def ways(
         self, joint: Timed, robot: int, apart: Separation, arrival: int
     ) -> Iterator[list[int]]:
-        """The path with the fewest steps among those that end in time, then, for a robot that is
-        among the last to arrive, the earliest. One pose per tick."""
+        """Yield the path with the fewest steps among those that end in time, then, for a robot that
+        arrives among the last, the earliest path. One pose per tick."""
         start, steps, ticks = (
             joint[0][robot],
             _cost([(p[robot],) for p in joint])[1],
@@ -191,7 +192,7 @@ class TimedPath(Struct, frozen=True):
             yield [*way, way[-1]]
 
     def _least(self, start: int) -> int:
-        """The steps of the shortest path without others in the way; 0 if the robot may stay."""
+        """Return the steps of the shortest path without other robots; 0 if the robot may stay."""
         found = 0
         for goal in (*self.via, self.final):
             found += self.graph.distances(goal, self.allowed)[start]
@@ -247,7 +248,7 @@ class TimedPath(Struct, frozen=True):
         return way[::-1]
 
     def _pass(self, cell: _Cell) -> None:
-        """Count what a robot passes in its poses."""
+        """Advance the count of sets that a robot passes in its poses."""
         for k, via in enumerate(self.via):
             met = cell[k] & via
             cell[k] ^= met
@@ -262,7 +263,7 @@ class TimedPath(Struct, frozen=True):
         pose: int,
         closed: Mask,
     ) -> tuple[int, int, int]:
-        """Steps, sets passed and pose a tick before a robot is in a cell."""
+        """Return the steps, sets passed and pose one tick before a robot is in a cell."""
         for passed in range(k, -1, -1):
             if rows[count][tick][passed] & 1 << pose:
                 return count, passed, pose
@@ -280,11 +281,11 @@ _Cell = list[int]
 
 
 def following(course: Course, states: Sequence[JointState], robot: int) -> list[JointState] | None:
-    """Return a plan of the same ticks in which a robot, once it has done its way, comes as near as
-    possible to its next target; None if it comes no nearer, or the plan would be another.
+    """Return a plan of the same ticks in which a robot, after completing its path, approaches its
+    next target as far as possible; None if it comes no nearer, or the plan would otherwise change.
 
-    A plan ends when an obstacle is resolved. By then a robot that waits for that, and has done its
-    way on the plan, may stand behind the helper instead of where it let it pass.
+    A plan ends when an obstacle is resolved. By then a robot that waits for the resolution, and has
+    completed its path, may stand behind the helper instead of where it let the helper pass.
     """
     problem, first, last = course.problem, states[0], states[-1]
     apart = Separation.of(problem, first.stages)

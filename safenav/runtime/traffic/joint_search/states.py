@@ -23,15 +23,15 @@ from safenav.scenario.pursuit import Pursuit
 from safenav.world.poses import Mask, PoseGraph, bits
 
 Count = tuple[int, int, int]
-"""Progress of a robot since the last resolution: the memory of its ``Pursuit``, as the target whose
-turn it is (0 where they have no order) and those met in this round (0 where they have one), and the
-goals or rounds met."""
+"""Progress of a robot since the last resolution: the memory of its ``Pursuit``, as the next target
+(0 without an order) and the targets met in this round (0 with an order), and the goals or rounds
+met."""
 
 DONE_HOLDING = 1
 
 
 def has_met(count: Count, due: Count) -> bool:
-    """Whether a robot with that count has met all that is due."""
+    """Return whether a robot with this count has met all that is due."""
     return (count[2], count[1] & due[1]) >= (due[2], due[1])
 
 
@@ -73,14 +73,13 @@ class Reached(dict[int, int]):
 class Course(Struct, frozen=True, eq=False, dict=True):
     """The rules by which joint states follow one another.
 
-    ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are
-    left where they are. ``served``: the obstacles that must be resolved before the mission ends.
-    ``sent``: robots that are sent for an obstacle; if it is a load, they keep room for it.
-    ``excused``: robots whose rounds the mission does not need.
-    ``any_first``: robots begin with any of their targets where they may (of more than two with the
-    first that they reach, which may miss a plan).
-    ``batteries``: of the robots whose charge it follows. A robot waits on a charger until it is
-    full, and is nowhere where its charge is less than what it needs to continue alone.
+    ``rounds``: rounds that each robot must complete after the last resolution. ``parked``: robots
+    that do not move. ``served``: the obstacles that must be resolved before the mission ends.
+    ``sent``: the obstacle to which a robot is sent; if it is a load, the robot keeps room for it.
+    ``excused``: robots whose rounds the mission does not require. ``any_first``: robots begin with
+    any of their targets where they may (of more than two with the first that they reach, which may
+    miss a plan). ``batteries``: those of the robots whose charge it tracks. A robot waits on a
+    charger until it is full, and its charge always suffices to continue alone.
     """
 
     problem: Problem
@@ -125,7 +124,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return replace(found, charges=charges)
 
     def lasts(self, state: JointState) -> bool:
-        """Whether each robot has the charge with which it could continue alone."""
+        """Return whether each robot has enough charge to continue alone."""
         return not self.batteries or all(
             charge >= stops.needed(state.poses[robot], stops.turn(state.counts[robot][0]))
             for (robot, stops), charge in zip(self.batteries.items(), state.charges, strict=True)
@@ -156,7 +155,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         )
 
     def singles(self, state: JointState) -> Iterator[tuple[int, int]]:
-        """(robot, pose) of every step that one robot can take while the others stand still."""
+        """Yield (robot, pose) for every step that one robot can take while the others stand
+        still."""
         members, poses = self.problem.members, state.poses
         regions = [pose % member.graph.size for pose, member in zip(poses, members, strict=True)]
         for robot, steps in enumerate(self.steps(state.stages)):
@@ -168,17 +168,17 @@ class Course(Struct, frozen=True, eq=False, dict=True):
                     yield robot, pose
 
     def next_poses(self, state: JointState) -> set[tuple[int, ...]]:
-        """The joint poses after each of ``singles``."""
+        """Return the joint poses after each of ``singles``."""
         at = state.poses
         return {(*at[:robot], pose, *at[robot + 1 :]) for robot, pose in self.singles(state)}
 
     def after(self, state: JointState, robot: int, pose: int) -> JointState:
-        """The state after one step of one robot."""
+        """Return the state after one step of one robot."""
         poses = (*state.poses[:robot], pose, *state.poses[robot + 1 :])
         return self.moved(state, poses, (robot,))
 
     def is_done(self, robot: int, count: Count) -> bool:
-        """Whether a robot has done all its rounds."""
+        """Return whether a robot has completed all its rounds."""
         member = self.problem.members[robot]
         if member.settles:
             return count[2] >= DONE_HOLDING
@@ -187,8 +187,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return count[2] >= self.rounds * (len(member.targets) if member.in_turn else 1)
 
     def completed(self, state: JointState) -> bool:
-        """Whether each robot has done its rounds, unless it is excused, and can continue forever
-        from where it is, and what is served is resolved."""
+        """Return whether every robot that is not excused has completed its rounds, can continue
+        forever from its pose, and all served obstacles are resolved."""
         if not all(i in self.excused or self.is_done(i, n) for i, n in enumerate(state.counts)):
             return False
         if not all(self.problem.resolved(gate, state.stages) for gate in self.served):
@@ -197,7 +197,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return all(alive[i] >> pose & 1 for i, pose in enumerate(state.poses))
 
     def awaited(self, robot: int, count: Count) -> Mask:
-        """The poses of which a robot must reach one next; none if it has done its rounds."""
+        """Return the poses of which a robot must reach one next; empty if it has completed its
+        rounds."""
         if self.is_done(robot, count):
             return 0
         member = self.problem.members[robot]
@@ -206,12 +207,12 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return member.awaited(count[0] | count[1])
 
     def _is_open(self, robot: int, count: Count) -> bool:
-        """Whether any of its targets may be the first that a robot meets."""
+        """Return whether a robot may meet any of its targets first."""
         return self.any_first and count[2] == 0 and self.problem.members[robot].any_first
 
     def places(self, states: Iterable[JointState]) -> list[str]:
-        """The joint poses of some states, each once, as text: a JSON list of [region, heading]
-        for each robot, sorted (docs/trace.md)."""
+        """Return the joint poses of some states without duplicates as text: a JSON list of [region,
+        heading] for each robot, sorted (docs/trace.md)."""
         graphs = [member.graph for member in self.problem.members]
         found = set()
         for poses in {state.poses for state in states}:
@@ -223,7 +224,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
     def _settled(
         self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages, who: Iterable[int]
     ) -> JointState:
-        """Let every robot act where it stands, and count the goals that waiting meets there."""
+        """Return the state after every robot has acted where it stands, with the goals counted that
+        waiting meets there."""
         acting = self.problem.acting_in(stages)
         if any(mask >> pose & 1 for mask, pose in zip(acting, poses, strict=True)):
             before = self._restarts(stages)
@@ -240,7 +242,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return JointState(poses, tuple(changed) if changed else counts, stages)
 
     def _restarts(self, stages: Stages) -> int:
-        """The number of resolutions after which rounds restart."""
+        """Return the number of resolutions after which rounds restart."""
         gates = enumerate(self.problem.gates)
         return sum(self.problem.resolved(k, stages) for k, gate in gates if gate.restarts)
 
@@ -261,8 +263,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
 def performed(
     problem: Problem, poses: tuple[int, ...], stages: Stages, sent: Mapping[int, int]
 ) -> Stages:
-    """The stages after every robot has done what it can where it stands; ``sent``: robots that
-    keep room for a load."""
+    """Return the stages after every robot has acted where it stands; ``sent``: robots that keep
+    room for a load."""
     changing = True
     while changing:
         changing = False
@@ -288,7 +290,7 @@ def performed(
                 continue
             changing = True
             if takes:
-                break  # another load may have to wait for that
+                break  # another load may have to wait for this one
     return stages
 
 
@@ -307,8 +309,8 @@ def _keeps_room(
 
 
 def _last_the_loads(problem: Problem, stages: Stages) -> list[int]:
-    """The open obstacles; loads that are to be taken next in the order in which a robot takes
-    them, after all others."""
+    """Return the open obstacles: first all others, then the loads whose taking is due next, in the
+    order in which a robot takes them."""
     loads = [gate for gate in problem.open(stages) if problem.takes(gate, stages)]
     loads.sort(key=lambda gate: problem.gates[gate].order)
     return [gate for gate in problem.open(stages) if gate not in loads] + loads
@@ -336,8 +338,8 @@ Answer = Found | Exhausted | BudgetExhausted
 
 
 class Effort(Struct):
-    """Effort that searches may still do, in steps of one robot in a joint state: unlike a number of
-    states it takes about as long in a large team as in a small one."""
+    """Remaining effort of searches, in steps of one robot in a joint state: unlike a number of
+    states, it takes about the same time in large and small teams."""
 
     left: int
 

@@ -1,8 +1,9 @@
 """Plans that meet the next need of an obstacle as early as possible: for requests that are due.
 
-Turn by turn, in the order of the team: first those who can help move and all others stay parked,
-then one more robot moves, nearest to the way, then two. The search is A*, by the bound that helpers
-do not hinder each other; a plan at the bound that ignores all others is optimal for the whole team.
+Turn by turn in the order of the team: first the possible helpers move and all others stay parked,
+then also the robot nearest to the path, then two. The search is A*, with the bound that helpers do
+not hinder each other; a plan that attains the bound without all others is optimal for the whole
+team.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
 from safenav.world.poses import FAR, Mask
 
 Robot = tuple[int, int, int]
-"""Where a robot is, where it goes, and the ticks that are left of its step (0: it is there)."""
+"""A robot's pose, its destination, and the remaining ticks of its step (0: it has arrived)."""
 State = tuple[tuple[Robot, ...], frozenset[int]]
-"""The robots that move, and those that have had their part in the need."""
+"""The moving robots, and the robots that have taken part in the need."""
 
 
 Poses = tuple[int, ...]
@@ -67,13 +68,13 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         for more in range(min(2, len(others)) + 1):
             most = FAR if best is None else len(best) - 2
             best = self._search(sorted((*movers, *others[:more])), most) or best
-            if best is not None and len(best) - 1 <= least:  # nobody is in anybody's way
+            if best is not None and len(best) - 1 <= least:  # no robot blocks another
                 break
         return best
 
     def _fields(self, movers: Sequence[int], *, parked: bool = True) -> dict[int, list[int]]:
-        """The steps from each pose to where the need is met, for those of the movers that can meet
-        it; ``parked``: the others are walls."""
+        """Return the steps from each pose to where the need is met, for the movers that can meet
+        it; ``parked``: the others count as walls."""
         found = {}
         for i in movers:
             if i in self._able:
@@ -96,7 +97,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         return pose % self.problem.members[robot].graph.size
 
     def _by_nearness(self, movers: Sequence[int], free: dict[int, list[int]]) -> list[int]:
-        """The other robots that can be in a mover's way, the nearest to its way first."""
+        """Return the other robots that can block a mover, the nearest to its path first."""
         ways = 0
         for i in movers:
             graph, pose, field = self.problem.members[i].graph, self.poses[i], free[i]
@@ -146,8 +147,8 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
     def _after(
         self, state: State, at: int, movers: Sequence[int], allowed: Mask
     ) -> Iterator[State]:
-        """The states after the turn of a mover: it stays, begins a step or continues one, and does
-        its part where it is then."""
+        """Yield the states after the turn of a mover: it stays, begins a step or continues one, and
+        takes part in the need where it then is."""
         robots, done = state
         pose, to, left = robots[at]
         robot = movers[at]
@@ -168,7 +169,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
             yield after, part
 
     def _taken(self, robots: tuple[Robot, ...], robot: int, movers: Sequence[int]) -> Mask:
-        """The regions that a robot must not enter because of others."""
+        """Return the regions that a robot must not enter because of others."""
         found = 0
         for other, (pose, to, _) in zip(movers, robots, strict=True):
             if other in self.problem.conflicts[robot]:
@@ -189,7 +190,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         return at
 
     def _clear(self, robots: tuple[Robot, ...], robot: int, movers: Sequence[int]) -> bool:
-        """Whether no other robot is where the obstacle sweeps."""
+        """Return whether no other robot is in a region that the obstacle sweeps."""
         if not self.problem.gates[self.gate].sweeps:
             return True
         return self.problem.clear_of(self.gate, robot, self._regions_of(robots, movers))
@@ -211,7 +212,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
     def _bound(
         self, state: State, turn: int, movers: Sequence[int], fields: dict[int, list[int]]
     ) -> int:
-        """The ticks of a plan through a state at least."""
+        """Return a lower bound on the ticks of a plan through a state."""
         robots, done = state
         tick, had = divmod(turn, len(movers))
         ends = []
@@ -234,7 +235,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         last: tuple[State, int],
         movers: Sequence[int],
     ) -> list[Poses]:
-        """The joint poses after each tick of the way to a state."""
+        """Return the joint poses after each tick of the path to a state."""
         found: list[Poses] = []
         key: tuple[State, int] | None = last
         while key is not None:
@@ -249,7 +250,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
 
 
 def keeping_out(floor: Floor, regions: Sequence[Mask]) -> Floor:
-    """The same floor for robots that each keep out of some regions on their ways."""
+    """Return the same floor with regions that each robot must not enter."""
     members = tuple(
         replace(member, floor=member.floor & ~member.graph.poses_on(shut) | 1 << pose)
         for member, pose, shut in zip(floor.problem.members, floor.poses, regions, strict=True)
@@ -258,15 +259,15 @@ def keeping_out(floor: Floor, regions: Sequence[Mask]) -> Floor:
 
 
 def beside(floor: Floor, plan: Sequence[Poses], goals: Sequence[Mask]) -> list[Poses]:
-    """A plan in which those that it leaves where they are go towards their goals (0: nowhere), one
-    after the other, wherever that is in nobody's way."""
+    """Return a plan in which robots that were parked approach their goals (0: none), one after the
+    other, as far as they block no other robot."""
     problem = floor.problem
     ways = [list(way) for way in zip(*plan, strict=True)]
     still = [i for i, way in enumerate(ways) if len(set(way)) == 1 and goals[i]]
     for robot in still if not problem.apart else ():
         member = problem.members[robot]
         if member.ticks > 1 or (member.turns and problem.interferes(robot)):
-            continue  # it might not get back
+            continue  # it might not be able to return
         allowed, size = problem.allowed(robot, floor.stages), member.graph.size
         field = member.graph.distances(goals[robot] & allowed, allowed)
         way = [floor.poses[robot]]
