@@ -49,6 +49,10 @@ Exit codes:
 """
 
 
+APART = " apart from deadlines and batteries"
+"""Restricts the verdicts on robots where a deadline or a charge makes the mission unrealizable."""
+
+
 @click.command(epilog=EPILOG)
 @click.argument("scenario", type=options.INPUT)
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
@@ -91,7 +95,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         click.echo(json.dumps({"scenario": plan.name, **data}, indent=2))
     else:
         for verdict in verdicts:
-            _tell(verdict, answers[str(verdict["robot"])].words(plan.map.word), scenario)
+            words = answers[str(verdict["robot"])].words(plan.map.word)
+            _tell(verdict, words, scenario, "" if refusal is None else APART)
         if refusal is not None:
             echo_folded([f"{click.style('unrealizable', fg='red')}: {refusal}"])
         echo_folded((*worst_lines(cases, plan.map.word), *deadline_lines(plan, ahead)))
@@ -132,11 +137,11 @@ def _verdict(name: str, answer: TaskResult, plan: Scenario) -> dict[str, Any]:
     }
 
 
-def _tell(verdict: Mapping[str, Any], words: str, scenario: Path) -> None:
-    """Print the verdict on a robot, whose objective is in ``words``."""
+def _tell(verdict: Mapping[str, Any], words: str, scenario: Path, apart: str) -> None:
+    """Print the verdict on a robot, whose objective is in ``words``. ``apart``: from what."""
     good = verdict["explanation"] is None
     word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
-    lines = [f"{verdict['robot']}: {word}, {words}"]
+    lines = [f"{verdict['robot']}: {word}{apart}, {words}"]
     if verdict["on_demand"]:
         lines.append("    no explicit strategy: each move is computed and checked on demand")
     lines += [f"    assumes: {shortened(rule)}" for rule in verdict["assumptions"] or ()]

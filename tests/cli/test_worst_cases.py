@@ -164,6 +164,8 @@ def test_check_and_explain_refuse_what_a_run_does(
         assert done.returncode == 1, (name, done.stdout)
         assert "unrealizable: " in done.stdout
         assert why in done.stdout
+        apart = " realizable apart from deadlines and batteries, " in done.stdout
+        assert apart is (name == "check")
 
 
 def test_explain_refuses_what_no_objective_explains(safenav: Command, tmp_path: Path) -> None:

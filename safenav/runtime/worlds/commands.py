@@ -10,8 +10,10 @@ import queue
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from statistics import median
+from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError, asked
@@ -285,11 +287,20 @@ class Commands:
             heard = True
         return heard
 
+    def _recordable(self, event: Any) -> protocol.WorldEvent:
+        """A malformed report, with its time replaced; only the time if it is not an event,
+        or names no robot of the team."""
+        now, name = self.zero + self.now(), getattr(event, "robot", None)
+        known = name is None or (isinstance(name, str) and name in self._names)
+        if known and isinstance(event, protocol.WorldEvent):
+            return replace(event, at=now)
+        return protocol.WorldEvent(now)
+
     def _take(self, event: protocol.WorldEvent) -> None:
         wrong = malformed(event, self._names) if self.live else None
         open_ = self._ended_by(event)
         if wrong is not None and open_ is None:
-            self.dropped.append((protocol.WorldEvent(self.zero + self.now()), wrong))
+            self.dropped.append((self._recordable(event), wrong))
             return
         if isinstance(event, protocol.Sensed):
             self.sensed.append(event)
