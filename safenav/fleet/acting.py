@@ -1,7 +1,8 @@
-"""Actions of a fleet: who takes part in which need of an obstacle, and what their answers mean.
+"""Actions of a fleet: the robots that take part in each need of an obstacle, and the meaning of
+their answers.
 
-Several robots that lift a crate together are each asked by a service of their own, and all have to
-answer well. A need that is met brings its obstacle to the next one.
+If several robots lift a crate together, the service of each is called, and all must succeed. After
+a met need the obstacle's next need applies.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 
 def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
-    """Actions that the robots of a fleet have and cannot perform, though an obstacle that the files
-    name needs them; services for actions that no robot has."""
+    """Yield warnings: actions that a named obstacle needs and a robot has, but without a service;
+    services for actions that no robot has."""
     named = [*scenario.obstacles, *(scenario.suspects or ()), *(fleet.simulation.obstacles or ())]
     types = {obstacle.type.name: obstacle.type for obstacle in named}
     for station in fleet.stations.values():
@@ -54,8 +55,8 @@ class FleetProgress:
         return self._works.setdefault(obstacle.name, work_on(obstacle, self.scenario))
 
     def forget(self, obstacle: Obstacle) -> None:
-        """The obstacle is resolved, or gone. Other work in its region, such as a second parcel, is
-        as far as it was."""
+        """Discard the progress on an obstacle that is resolved or gone. Other work in its region,
+        such as a second parcel, is unchanged."""
         self._works.pop(obstacle.name, None)
 
     def group(
@@ -75,9 +76,9 @@ class FleetProgress:
 
 
 class TeamAction(Struct):
-    """One command to act. ``on``: the obstacle that is acted on now, and ``team`` the answers of
-    those who do; ``advanced``: obstacles of which a need was met, and not the last one;
-    ``reasons``: why parts of it have failed; ``need``: the one that the action is to meet."""
+    """One command to act. ``on``: the obstacle of the present action; ``team``: the answers of its
+    participants; ``advanced``: obstacles of which a need was met, but not the last one;
+    ``reasons``: reasons of failed parts; ``need``: the need that the action must meet."""
 
     robot: Robot
     obstacles: Sequence[Obstacle]
@@ -90,8 +91,8 @@ class TeamAction(Struct):
     need: int = 0
 
     def next(self, idle: Mapping[str, Region], stations: Mapping[str, Station]) -> dict[str, str]:
-        """The service to call at each robot that takes part in the next action, on ``on``; empty if
-        nothing is left. ``idle``: where robots stand that have no other command."""
+        """Return the service to call for each participant of the next action, which sets ``on``;
+        empty if none is left. ``idle``: regions of robots without another command."""
         self.on, self.team = None, {}
         for obstacle in self.obstacles:
             group = self.progress.group(obstacle, self.robot, idle)
@@ -110,7 +111,7 @@ class TeamAction(Struct):
     def answer(
         self, robot: str, result: ActResult, idle: Mapping[str, Region], reason: str = ""
     ) -> bool:
-        """Take the answer of one of the team; whether all have answered."""
+        """Record the answer of a participant; return whether all have answered."""
         if robot not in self.team or self.team[robot] is not None or self.on is None:
             return False
         self.team[robot] = result
@@ -132,13 +133,13 @@ class TeamAction(Struct):
 
     @property
     def resolved(self) -> Obstacle | None:
-        """The obstacle that the last answers have removed; None if it still stands."""
+        """Return the obstacle that the last answers have resolved; None if it is still present."""
         gone = self.on is not None and self.results.get(self.on.name, ActResult.FAILED)
         return self.on if self.on is not None and gone is not ActResult.FAILED else None
 
     @property
     def silent(self) -> list[str]:
-        """Return the participants without an answer."""
+        """Return the participants that have not answered."""
         return [name for name, answer in self.team.items() if answer is None]
 
     @property

@@ -1,8 +1,8 @@
-"""The motion file of a drive: what was sent as the plan, what was measured as its execution.
+"""The motion file of a drive: the commands sent as its plan, the measurements as its execution.
 
-Only names and frames are made afterwards: times count from the start of the run, positions from the
-corner of the map. A piece of a command that did not bring its robot into the next region is one of
-the region where it set out, as the trace tells the step.
+Only names and frames are added afterwards: times count from the start of the run, positions from
+the corner of the map. A piece of a command that did not bring its robot into the next region
+belongs to its departure region, as the trace records the step.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ ROWS = 200
 DIGITS = 5
 """Decimals of metres, seconds and radians that were measured."""
 ROUNDING = 1e-6
-"""Seconds by which a time of the trace may differ from the same one on the world's clock."""
+"""Tolerance in seconds between a time of the trace and the world's clock."""
 GAPS = {"setpoints": 1.0, "goals": 2.0}
-"""The most seconds between two measurements, by how a robot is driven."""
+"""Maximum seconds between two measurements, by how a robot is driven."""
 
 P = TypeVar("P", bound=Piece)
 Step = tuple[records.Depart, records.Arrive | None]
@@ -54,8 +54,8 @@ Step = tuple[records.Depart, records.Arrive | None]
 def driven_motion(
     trace: Trace, world: FleetWorld, stations: Mapping[str, Station], began: float
 ) -> Motion:
-    """The motion of a drive that is over. ``began``: when the run began, on the clock of the world,
-    which has a recording.
+    """Return the motion of a completed drive. ``began``: start of the run on the clock of the
+    world, which has a recording.
 
     Raises UsageError or InputError if a robot's model has no motion in metres.
     """
@@ -118,8 +118,8 @@ def _driven(station: Station) -> dict[str, object]:
 
 
 class _Turns:
-    """The steps of one robot, to name what was sent in each: it belongs to the first step that had
-    not ended then."""
+    """The steps of one robot. A command belongs to the first step that had not ended when it was
+    sent."""
 
     def __init__(self, name: str, steps: Iterable[Step]) -> None:
         mine = [step for step in steps if step[0].robot == name]
@@ -127,7 +127,7 @@ class _Turns:
         self._ends = [arrive.t or 0.0 for _, arrive in self._steps if arrive is not None]
 
     def tick(self, t: float) -> int:
-        """The tick of the step that a robot does, or does next, at a time."""
+        """Return the tick of the present or next step of a robot at a time."""
         number = min(self._step(t), len(self._steps) - 1)
         return self._steps[number][0].tick if number >= 0 else 0
 
@@ -135,8 +135,8 @@ class _Turns:
         return bisect_right(self._ends, t + ROUNDING)
 
     def told(self, pieces: Iterable[P]) -> list[P]:
-        """Pieces with their ticks; of each step the last one that crosses a border is the step, if
-        the trace has the robot arrive beyond it."""
+        """Return pieces with their ticks. In each step the last piece that crosses a border becomes
+        the step, if the robot arrives beyond it in the trace."""
         found = [replace(piece, tick=self.tick(piece.t0)) for piece in pieces]
         steps: dict[int, list[int]] = {}
         for index, piece in enumerate(found):
@@ -161,8 +161,8 @@ def _actions(
     deeds: Sequence[TimedAction],
     acts: Sequence[tuple[float, float]],
 ) -> Iterator[Line]:
-    """The lines of the robots of an action, one after the other. ``acts``: when a follower that
-    acts alone acted: it moves before and after that."""
+    """Yield the lines of an action's robots in sequence. ``acts``: when a follower that acts alone
+    acted; it moves before and after that."""
     begin, end = act.t or 0.0, acted.t or 0.0
     span = (end - begin) / max(1, len(deeds))
     own = [times for times in acts if begin <= times[0] + ROUNDING and times[1] <= end + ROUNDING]
@@ -177,7 +177,7 @@ def _actions(
 
 
 def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[Moving]:
-    """Return all references sent to a follower in the run; it rests before and after them."""
+    """Return all references sent to a follower in the run, with rest before and after them."""
     sent = [replace(p, t0=p.t0 - begun, t1=p.t1 - begun) for p in follower.plan]
     sent = [piece for piece in sent if piece.t0 < over]
     first = sent[0].t0 if sent else over

@@ -1,4 +1,4 @@
-"""The state of a driven robot: its command, and where its odometry has it. The world owns it."""
+"""The state of a driven robot: its command and its odometry. The world owns it."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 UNREAD = 100
-"""The most scans of a robot that wait for its odometry."""
+"""Maximum number of scans of a robot that wait for its odometry."""
 STILL = 0.05
 """Largest difference (metres, radians) between two measurements of a robot at rest."""
 
 
 class Phase(Enum):
-    """A phase of a command. INSPECTING: the robot has not departed; it senses the region that it
-    is to enter."""
+    """A phase of a command. INSPECTING: before the departure the robot senses the region that it
+    will enter."""
 
     INSPECTING = auto()
     GOING = auto()
@@ -38,14 +38,13 @@ class Phase(Enum):
 
 
 class FleetTask(Struct):
-    """A command under way. ``left``: times that its goal may be sent again; ``sent``: when it was
-    last, and ``due``: when its present phase is to be over, on the world's clock; ``back``: it
-    failed, and the robot was sent back to where it set out; ``there``: odometry has confirmed that
-    it is where it was sent, ``since`` when;
-    ``over``: the results of an action with the reason of a failure, to be told when odometry has
-    the robot back in its region;
-    ``known``: the obstacle that the team knows where the robot goes; ``asked``: those on which it
-    is to act; it may find others there."""
+    """A command under way. ``left``: number of times that its goal may still be sent; ``sent``:
+    when it was last sent, and ``due``: time limit of its present phase, on the world's clock;
+    ``back``: it failed, and the robot was sent back to its departure region; ``there``: odometry
+    has confirmed the arrival, at time ``since``; ``over``: the results of an action and the reason
+    of a failure, reported once odometry has the robot back in its region; ``known``: the obstacle
+    known at the destination; ``asked``: the obstacles on which it must act; it may find others
+    there."""
 
     command: int
     start: Pose
@@ -66,7 +65,7 @@ class FleetTask(Struct):
 
 
 class TrailPoint(Struct, frozen=True):
-    """Where a robot was: when that was heard, in seconds, and the regions it occupied then."""
+    """A past position of a robot, when it was received (seconds), and the regions occupied then."""
 
     at: float
     place: Located
@@ -74,20 +73,19 @@ class TrailPoint(Struct, frozen=True):
 
 
 class HeardScan(Struct, frozen=True):
-    """A scan, and when it was heard, in seconds."""
+    """A scan, and when it was received (seconds)."""
 
     at: float
     scan: Scanned
 
 
 class DrivenRobot(Struct):
-    """The state of a robot. ``heard``: when its newest odometry came, on the world's clock;
+    """The state of a robot. ``heard``: when its newest odometry was received, on the world's clock;
     ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its odometry at its
-    newest arrival, since when it stands still; ``view``: its reading of the regions beside it since
-    then, ``viewed`` when that was heard; ``trail``: its last seconds, the oldest first;
-    ``unread``: scans that are younger than its odometry, ``newest`` the stamp of its newest scan,
-    ``deaf`` until when its scans are not read; ``lost``: the regions in one of which it
-    is, until it is put somewhere."""
+    newest arrival, since when it stands still; ``view``: its reading of the adjacent regions since
+    then, received at ``viewed``; ``trail``: its last seconds, oldest first; ``unread``: scans newer
+    than its odometry, ``newest`` the stamp of its newest scan; until ``deaf`` its scans are
+    ignored; ``lost``: the regions in one of which it is, until a person places it."""
 
     robot: Robot
     station: Station
@@ -107,8 +105,8 @@ class DrivenRobot(Struct):
 
     @property
     def regions(self) -> frozenset[Region]:
-        """Regions that it occupies: its own, those of its step, and those into which it reaches
-        while it acts."""
+        """Return the regions that it occupies: its own, those of its step, and those into which it
+        reaches while acting."""
         task = self.task
         if task is None:
             return self.lost | {self.pose.region}
@@ -118,7 +116,8 @@ class DrivenRobot(Struct):
 
     @property
     def stands(self) -> Region | None:
-        """The region in which it stands; None if it moves, or only says that it is there."""
+        """Return the region in which it stands; None if it moves, or its arrival is not
+        confirmed."""
         task = self.task
         if task is None or task.phase is Phase.INSPECTING:
             return self.pose.region
@@ -127,13 +126,13 @@ class DrivenRobot(Struct):
         return (task.start if task.back else task.to).region
 
     def stood(self, stamp: float) -> Located | None:
-        """Where it stood at a time of its own clock; None if it moved then, or that is not known:
-        odometry from before and after that time has to agree."""
+        """Return where it stood at a time of its own clock; None if it moved then, or that is
+        unknown: odometry from before and after that time must agree."""
         newer: Located | None = None
         for point in reversed(self.trail):
             at = point.place
             if newer is not None and at.stamp > newer.stamp:
-                return None  # its clock was set meanwhile
+                return None  # its clock was set in between
             if at.stamp <= stamp:
                 after = newer or at
                 still = hypot(at.x - after.x, at.y - after.y) <= STILL

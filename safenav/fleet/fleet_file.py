@@ -1,4 +1,4 @@
-"""The fleet file: how each robot of a scenario is reached, what it senses, and how it acts.
+"""The fleet file: connection, sensors and actions of each robot of a scenario.
 
 docs/drive.md describes it. One file serves all scenarios with these robots.
 """
@@ -50,14 +50,14 @@ VERSION = 1
 EXAMPLE = "{type: door, region: 47}"
 MOST_RETRIES = 20
 NAME = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
-"""The form of names in ROS."""
+"""Pattern of ROS names."""
 NAMESPACE = re.compile(rf"/?|{NAME.pattern}/?")
 
 
 def _in_ros(
     pattern: re.Pattern[str], node: Node | None, what: str, findings: Findings
 ) -> str | None:
-    """A text of this form."""
+    """Return a text key with this pattern."""
     found = read.text(node, what, findings)
     if node is None or found is None or pattern.fullmatch(found):
         return found
@@ -207,7 +207,7 @@ def _fleet(root: Node, scenario: Scenario, findings: Reading) -> FleetFile | Non
 
 
 def _check_apart(stations: Mapping[str, Station], node: Node, findings: Findings) -> None:
-    """Each robot has a namespace of its own: two would hear and drive each other."""
+    """Report robots with the same namespace: they would receive each other's messages and goals."""
     first: dict[str, str] = {}
     for name, station in stations.items():
         if (other := first.setdefault(station.namespace, name)) != name:
@@ -270,7 +270,7 @@ def _pyrobosim(node: Node | None, findings: Reading) -> PyrobosimUse | None:
 
 
 def _kind(item: Table, key: Key[str], findings: Reading) -> str | None:
-    """A type of obstacle that the scenario knows."""
+    """Return an obstacle type of the scenario; report an unknown one."""
     kind: str | None = item.given(key).get(key.name)
     types = findings.catalogue.obstacles
     if kind is None or kind in types:
@@ -281,7 +281,7 @@ def _kind(item: Table, key: Key[str], findings: Reading) -> str | None:
 
 
 def _station(name: str, defaults: Node | None, own: Node | None, findings: Reading) -> Station:
-    """A robot's station: its own keys, else those of the defaults."""
+    """Return a robot's station: its own keys, else those of the defaults."""
     entries: list[tuple[Scalar, Node]] = []
     for node, what in ((own, f"robot '{name}'"), (defaults, "'defaults'")):
         if (found := StationKeys.read(node, what, findings)) is not None:
@@ -306,7 +306,7 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
 
 
 def _absolute(namespace: str) -> str:
-    """A namespace as ROS 2 has it on the wire: absolute, or empty for the root."""
+    """Return a namespace as ROS 2 uses it on the wire: absolute, or empty for the root."""
     return f"/{stripped}" if (stripped := namespace.strip("/")) else ""
 
 
@@ -322,7 +322,7 @@ def _follow(node: Node | None, label: str, findings: Findings) -> FollowUse | No
 
 
 def schema_text() -> str:
-    """The JSON Schema (draft 2020-12) of fleet files."""
+    """Return the JSON Schema (draft 2020-12) of fleet files."""
     from safenav.scenario.yaml import json_schema
 
     return json_schema.schema_text(FleetKeys, "safenav fleet file")

@@ -1,10 +1,11 @@
 """Robots that track references: a goal becomes the motion of ``safenav.motion``, streamed to them.
 
-Between the fleet's world and a transport, for the robots whose station says so; goals of the others
-pass through. A goal ends well when its reference is over and the robot is there; it is aborted as
-soon as odometry is farther off the reference than the tolerance. The plan then continues from where
-the robot was measured, at rest. A walker has footsteps only between the poses of regions, so one
-that has lost its reference is sent nowhere. A robot that is cancelled ends its step first.
+A layer between the fleet's world and a transport, for robots whose station has ``follow``; goals of
+other robots pass through. A goal succeeds when its reference has ended and the robot is there; it
+is aborted as soon as odometry deviates from the reference by more than the tolerance. The plan then
+continues from the measured position, at rest. A walker has footsteps only between the poses of
+regions, so a walker that has lost its reference gets no goal. A cancelled robot completes its step
+first.
 """
 
 from __future__ import annotations
@@ -47,11 +48,12 @@ from safenav.world.map import Region
 P = TypeVar("P", Arc, Curve)
 
 LEAD = 0.1
-"""Seconds between a decision to move and the start of the motion, so that it is seen ahead."""
+"""Seconds between a decision to move and the start of the motion, so that the robot receives it in
+advance."""
 
 
 class Doing(Enum):
-    """A part of what a follower was asked to do."""
+    """A phase of a follower's order."""
 
     GOING = auto()
     FACING = auto()
@@ -72,10 +74,10 @@ class FollowerOrder(Struct):
 
 
 class Follower(Struct):
-    """A robot that follows references. ``plan``: all pieces that were sent and not cut off, on the
-    clock of the world and in the frame of the map, without gaps from the first one on; ``resets``:
-    where the plan jumps to what was measured, or ends there (``gone``): nothing more was sent;
-    ``acts``: when its actions began and ended, without the ways to them and from them."""
+    """A robot that follows references. ``plan``: all sent pieces that were not cut off, on the
+    clock of the world and in the frame of the map, without gaps; ``resets``: where the plan jumps
+    to the measured position, or ends (``gone``): nothing more was sent; ``acts``: start and end of
+    its actions, without the motion to them and from them."""
 
     name: str
     mover: Mover
@@ -93,7 +95,7 @@ class Follower(Struct):
         return isinstance(self.mover, WalkerMover)
 
     def until(self, piece: Moving, now: float) -> Moving:
-        """A piece of motion up to an instant in the midst of it."""
+        """Return a piece of motion, cut off at an instant within it."""
         lasts = now - piece.t0
         if isinstance(piece, Segment):
             return split(piece, lasts, self.mover.limits()["omega"])[0]
@@ -118,7 +120,7 @@ class Following:
         self._places = places
         self._clock = clock
         self._lock = RLock()
-        self._post: Callable[[Message], None] = print  # until it is open
+        self._post: Callable[[Message], None] = print  # set by ``open``
         self.followers = {
             robot.name: Follower(robot.name, mover_of(robot, places), use.tolerance)
             for robot in robots
@@ -167,7 +169,7 @@ class Following:
     # References
 
     def begins(self, robot: str) -> tuple[float, float, float]:
-        """x, y and yaw where a follower rests until its first step."""
+        """Return x, y and yaw where a follower rests until its first step."""
         return resting_place(self.followers[robot].mover, self._places)
 
     def start_error(self, robot: str) -> str | None:
@@ -182,7 +184,7 @@ class Following:
         return f"{robot} is {off:.2f} m from ({x:.2f}, {y:.2f}) m, where its references begin"
 
     def left(self, robot: str) -> float:
-        """Seconds until the reference of a robot is over; 0 for one that has none."""
+        """Return the seconds until the end of a robot's reference; 0 if there is none."""
         follower = self.followers.get(robot)
         if follower is None or follower.reference is None:
             return 0.0
@@ -201,7 +203,7 @@ class Following:
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
-        """The motion to a region, its own or one beside it; none if it has no such motion."""
+        """Return the motion to its own or an adjacent region; empty if there is no such motion."""
         self._rest(follower)
         body = follower.mover
         if to == body.region:
@@ -231,7 +233,8 @@ class Following:
         self._inner.follow(follower.name, follower.reference)
 
     def _resynchronized(self, follower: Follower) -> str:
-        """Let the plan continue from where the robot is, if it is elsewhere; why it cannot."""
+        """Continue the plan from the robot's position, if it deviates; return why that is
+        impossible, else an empty text."""
         at = follower.place
         if at is None:
             return "no odometry"
@@ -241,7 +244,7 @@ class Following:
         return self._reset(follower, at, f"{off:.2f} m away from its position at rest")
 
     def _reset(self, follower: Follower, at: Located, reason: str) -> str:
-        """Put the plan where the robot was measured, at rest; why that is impossible."""
+        """Restart the plan at the measured position, at rest; return why that is impossible."""
         body, now = follower.mover, self._clock()
         region = self._places.region(at.x, at.y)
         _cut_off(follower, now)
@@ -287,7 +290,7 @@ class Following:
         order, reference, now = follower.order, follower.reference, self._clock()
         if reference is None or (order is not None and order.doing is Doing.ACTING):
             return
-        if order is None:  # its rest would draw it back, through regions that others may enter
+        if order is None:  # resting there would pull it back through regions that others may enter
             out = self._places.outside(follower.mover.region, at.x, at.y)
             if not follower.gone and out > follower.tolerance:
                 self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")
@@ -299,7 +302,7 @@ class Following:
             self._over(follower)
 
     def _hold(self, follower: Follower, at: Located, reason: str) -> str:
-        """Stop a robot where it was measured; why its plan cannot continue there."""
+        """Stop a robot at its measured position; return why its plan cannot continue there."""
         refused = self._reset(follower, at, reason)
         if refused:
             self._inner.cancel(follower.name)
@@ -320,7 +323,7 @@ class Following:
             self._post(ended)
 
     def _over(self, follower: Follower) -> None:
-        """The reference of an order is over, and the robot is where it ends."""
+        """Complete an order: its reference has ended, and the robot is there."""
         order, name = follower.order, follower.name
         assert order is not None
         if order.doing is Doing.FACING:
@@ -347,8 +350,8 @@ class Following:
 
 
 def mover_of(robot: Robot, places: Places) -> Mover:
-    """The motion of a robot, at rest where the scenario has it begin. Raises UsageError for one
-    that cannot move so."""
+    """Return the motion of a robot, at rest at its start in the scenario. Raises UsageError for a
+    robot without such a motion."""
     east, north = places.frame.resolution
     if abs(east - north) > 1e-9 * max(east, north):
         raise UsageError(
@@ -367,7 +370,7 @@ def mover_of(robot: Robot, places: Places) -> Mover:
 
 
 def resting_place(body: Mover, places: Places) -> tuple[float, float, float]:
-    """x, y and yaw in the world where a robot rests that does nothing."""
+    """Return x, y and yaw in the world where an idle robot rests."""
     probe = copy(body)
     row = sampled(probe.rest(0, probe.time + 1.0), probe.limits(), places.frame).at(probe.time)
     return float(row[0]), float(row[1]), float(row[YAW])
@@ -379,7 +382,7 @@ def _off(there: Sequence[float], at: Located) -> float:
 
 
 def _cut_off(follower: Follower, now: float) -> None:
-    """Forget the plan from a moment on; the piece under way ends there."""
+    """Discard the plan from a time on; the piece under way ends there."""
     if follower.gone:
         return
     kept = [piece for piece in follower.plan if piece.t0 < now]
@@ -392,7 +395,7 @@ def _cut_off(follower: Follower, now: float) -> None:
 
 
 def _shorter(parts: Sequence[P], lasts: float) -> Iterator[P]:
-    """The parts that begin within ``lasts`` seconds, the last one cut off there."""
+    """Yield the parts that begin within ``lasts`` seconds, the last one cut off there."""
     for part in parts:
         if lasts > 0:
             yield replace(part, seconds=min(part.seconds, lasts))

@@ -1,4 +1,4 @@
-"""The lookout of a fleet: scans, read where they were taken, and robots where none was sent."""
+"""Evaluation of scans at the poses where they were taken, and detection of robots out of place."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
 
 STALE = 2.0
-"""Seconds without odometry after which nobody knows where a robot is."""
+"""Seconds without odometry after which a robot's position is unknown."""
 
 
 class Lookout:
-    """Scans of robots, what they show of regions, and robots measured where none was sent."""
+    """Evaluates robots' scans, and detects robots in regions to which they were not sent."""
 
     def __init__(
         self,
@@ -35,8 +35,8 @@ class Lookout:
         self._strays: dict[str, Obstacle] = {}
 
     def stray(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The obstacle that another robot is, measured in a region that it was not sent to: it has
-        left its way, or a person has moved it."""
+        """Return the obstacle that represents another robot in a region to which it was not sent:
+        it has left its path, or a person has moved it."""
         for body in self._bodies.values():
             at = body.place
             if at is None or not robot.conflicts(body.robot):
@@ -51,19 +51,20 @@ class Lookout:
         return None
 
     def stray_left(self, body: DrivenRobot) -> Obstacle | None:
-        """Return the obstacle that stood for this robot in a region that it has left; None if there
-        is none."""
+        """Return the obstacle that represented this robot in a region that it has left; None if
+        there is none."""
         at, found = body.place, self._strays.get(body.robot.name)
         if found is None or at is None or self._places.region(at.x, at.y) == found.region:
             return None
         return self._strays.pop(body.robot.name)
 
     def placed(self, robot: str) -> None:
-        """A robot was put where the team knows it to be."""
+        """Record that a robot was placed in its region known to the team."""
         self._strays.pop(robot, None)
 
     def is_shared(self, body: DrivenRobot, region: Region) -> bool:
-        """Whether a robot is in a region that does not mind others there, as a flyer above it."""
+        """Return whether another robot in a region does not conflict with this one, such as a flyer
+        above it."""
         return any(
             region in other.regions and not body.robot.conflicts(other.robot)
             for other in self._bodies.values()
@@ -71,14 +72,14 @@ class Lookout:
         )
 
     def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
-        """Keep a scan until odometry tells where it was taken: either may be late."""
+        """Keep a scan until odometry shows where it was taken: either may be late."""
         if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
             return  # also from a clock that was set, until odometry is
         body.newest = scan.stamp
         body.unread.append(HeardScan(heard, scan))
 
     def read(self, body: DrivenRobot, now: float) -> Iterator[ScanResult]:
-        """Read the scans of which odometry has told by now where they were taken."""
+        """Evaluate the scans whose poses are known from odometry by now."""
         while body.unread and body.place is not None:
             heard, scan = body.unread[0].at, body.unread[0].scan
             if now - heard <= STALE and scan.stamp > body.place.stamp:
@@ -105,9 +106,9 @@ class Lookout:
     def _whose(
         self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
     ) -> View | None:
-        """Whether a ray into a region may have hit another robot at a point, in metres, in a scan
-        that was heard at a time: one that is near that point or moves through the region, or one
-        of which that held up to ``PASSED`` seconds before."""
+        """Return whether a ray into a region may have hit another robot at a point (metres), in a
+        scan received at a time: a robot that is near that point or moves through the region, or did
+        so up to ``PASSED`` seconds before."""
         view = None
         for other in self._bodies.values():
             if other is body:
@@ -123,7 +124,7 @@ class Lookout:
         return view
 
     def _touches(self, body: DrivenRobot, place: Located | None, x: float, y: float) -> bool:
-        """Whether a robot may reach a point from a place."""
+        """Return whether a robot's body may extend to a point from a place."""
         size = body.robot.model.size
         half = min(self._places.frame.resolution) / 2
         reach = half if size is None else size / 2

@@ -1,4 +1,4 @@
-"""Regions in metres: where a robot is sent, and in which region and heading it is.
+"""Conversion between regions and metres, headings and yaw.
 
 x, y in metres in the frame of the map (map_server's: x east, y north, ``origin`` its south-western
 corner); yaw in radians, counter-clockwise from the x axis.
@@ -23,11 +23,11 @@ class Places(Struct, frozen=True):
     frame: Frame
 
     def centre(self, region: Region) -> tuple[float, float]:
-        """x and y of the centre of a region."""
+        """Return x and y of the centre of a region."""
         return self.frame.centre(*self.world.position(region), self.world.rows)
 
     def corners(self, region: Region) -> list[tuple[float, float]]:
-        """x and y of the corners of a region, counter-clockwise."""
+        """Return x and y of the corners of a region, counter-clockwise."""
         (x, y), (east, north) = self.centre(region), (s / 2 for s in self.frame.resolution)
         c, s = cos(self.frame.yaw), sin(self.frame.yaw)
         signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
@@ -36,11 +36,11 @@ class Places(Struct, frozen=True):
         ]
 
     def yaw(self, pose: Pose) -> float | None:
-        """The direction that a robot with a heading faces; None for one without."""
+        """Return the direction that a robot faces; None for a robot without a heading."""
         return None if pose.heading is None else YAW[pose.heading.label] + self.frame.yaw
 
     def region(self, x: float, y: float) -> Region | None:
-        """The region that holds a point; None off the map."""
+        """Return the region that contains a point; None off the map."""
         east, north = self.frame.on_map(x, y)
         col = floor(east / self.frame.resolution[0])
         row = self.world.rows - 1 - floor(north / self.frame.resolution[1])
@@ -48,17 +48,17 @@ class Places(Struct, frozen=True):
         return self.world.region(row, col) if inside else None
 
     def heading(self, yaw: float) -> Heading:
-        """The nearest heading to a direction."""
+        """Return the heading nearest to a direction."""
         facing = yaw - self.frame.yaw
         return min(Heading, key=lambda heading: abs(turned(YAW[heading.label] - facing)))
 
     def distance(self, region: Region, x: float, y: float) -> float:
-        """Metres from a point to the centre of a region."""
+        """Return the distance in metres from a point to the centre of a region."""
         cx, cy = self.centre(region)
         return hypot(cx - x, cy - y)
 
     def outside(self, region: Region, x: float, y: float) -> float:
-        """Metres from a point to a region; 0 inside of it."""
+        """Return the distance in metres from a point to a region; 0 inside it."""
         east, north = self.frame.on_map(x, y)
         at = self.frame.on_map(*self.centre(region))
         wide, high = self.frame.resolution
@@ -67,11 +67,11 @@ class Places(Struct, frozen=True):
         )
 
     def bearing(self, region: Region, x: float, y: float) -> float:
-        """The direction from a point to the centre of a region."""
+        """Return the direction from a point to the centre of a region."""
         cx, cy = self.centre(region)
         return atan2(cy - y, cx - x)
 
 
 def turned(angle: float) -> float:
-    """The same angle between -pi and pi."""
+    """Return an angle normalized to -pi to pi."""
     return (angle + pi) % (2 * pi) - pi

@@ -1,7 +1,7 @@
-"""Obstacles that a fleet has seen: from lidar rays and reports to regions.
+"""Obstacles that a fleet has detected: lidar rays and reports mapped to regions.
 
-What one robot has seen, all know. A reading that was taken before an obstacle was resolved does not
-bring it back: stamps of one robot are compared with each other only.
+All robots share their sightings. A reading taken before the resolution of an obstacle does not
+restore it: only stamps of the same robot are compared.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Region
 
 FRESH_SIGHT = 2.0
-"""Seconds for which what one sensor has seen outweighs another one's that finds nothing: a leaf
-seen from its edge is thin, and messages may be late."""
+"""Seconds for which a sighting by one sensor outweighs a miss by another: a leaf is thin when seen
+edge-on, and messages may be late."""
 PASSED = 2.0
 """Seconds for which a ray may have hit a robot that has left since, or an obstacle that has been
 resolved: a scan may be as late as odometry may be old."""
 BEFORE = 0.1
-"""Share of a region's side by which the end of a ray is before the region, not in it, or behind its
-middle."""
+"""Share of a region's side by which the end of a ray must be outside it to count as before the
+region, or past its middle to count as behind it."""
 
 NARROW, WIDE = 0.1, 0.3
 """Shares of a region's side on both sides of the way to its middle: of what stands there, and that
@@ -34,7 +34,7 @@ are free when it is gone; the leaves of a door that is ajar are beside the middl
 
 
 class Sighting(Struct, frozen=True):
-    """An obstacle that is there, or is no longer there."""
+    """A report that an obstacle is present, or no longer present."""
 
     obstacle: Obstacle
     there: bool
@@ -46,13 +46,13 @@ class View(Enum):
     FREE = auto()
     HIT = auto()
     DOUBT = auto()
-    """A ray has hit something that may have left: another robot, or a resolved obstacle."""
+    """A ray has hit something that may have left since: another robot, or a resolved obstacle."""
     BEFORE = auto()
     """A ray has hit something before the region, such as the leaf of a door that opens."""
     ROBOT = auto()
     """A ray has hit something that may be another robot."""
     UNSEEN = auto()
-    """No ray goes there."""
+    """No ray reaches it."""
 
 
 class ScanResult(Struct, frozen=True):
@@ -63,7 +63,7 @@ class ScanResult(Struct, frozen=True):
 
 
 class Sensing:
-    """The obstacles that are known to stand somewhere now, by region."""
+    """The obstacles known to be present now, by region."""
 
     def __init__(self, scenario: Scenario, places: Places) -> None:
         self._scenario = scenario
@@ -80,23 +80,23 @@ class Sensing:
         return self._seen.get(region)
 
     def seen(self) -> Iterable[Obstacle]:
-        """The obstacles that are known to stand somewhere."""
+        """Return the obstacles known to be present."""
         return self._seen.values()
 
     def forget(self, region: Region, stamps: Mapping[str, float], now: float) -> None:
-        """An obstacle is resolved. ``stamps``: of each robot's newest odometry."""
+        """Discard a resolved obstacle. ``stamps``: stamp of each robot's newest odometry."""
         self._seen.pop(region, None)
         self._hit = {key: at for key, at in self._hit.items() if key[0] != region}
         self._resolved_at[region] = dict(stamps)
         self._resolved[region] = now
 
     def clock_was_set(self, robot: str, stamp: float) -> None:
-        """The clock of a robot was set back to ``stamp``."""
+        """Adapt to a robot's clock that was set back to ``stamp``."""
         for stamps in self._resolved_at.values():
             stamps[robot] = min(stamps.get(robot, -inf), stamp)
 
     def report(self, message: Reported, stamp: float, now: float) -> list[Sighting]:
-        """Take ``door@47`` or ``-door@47``; any other text is ignored."""
+        """Process a report, ``door@47`` or ``-door@47``; ignore any other text."""
         there = not message.text.startswith("-")
         kind, _, place = message.text.removeprefix("-").strip().partition("@")
         region = self._scenario.map.names.get(place)
@@ -121,9 +121,9 @@ class Sensing:
         whose: Callable[[Region, float, float], View | None],
         now: float,
     ) -> ScanResult:
-        """Look into the regions beside ``here`` by a scan taken at ``at`` and heard at ``now``, in
-        seconds. ``whose``: whether a ray into a region that ended at x and y, in metres, may have
-        hit another robot. An obstacle that another sensor still sees is not gone."""
+        """Evaluate the regions adjacent to ``here`` by a scan taken at ``at`` and received at
+        ``now`` (seconds). ``whose``: whether a ray into a region that ended at x and y (metres) may
+        have hit another robot. An obstacle that another sensor still detects is not gone."""
         found: list[Sighting] = []
         view: dict[Region, View] = {}
         for region in self._scenario.map.neighbours(here):
@@ -172,11 +172,11 @@ class Sensing:
         return self._gone(robot, region, stamp)
 
     def _is_past(self, region: Region, now: float) -> bool:
-        """Whether a sighting may be of an obstacle that has just been resolved."""
+        """Return whether a sighting may be of an obstacle that has just been resolved."""
         return now - self._resolved.get(region, -inf) < PASSED
 
     def _new(self, robot: str, region: Region, stamp: float) -> bool:
-        """Whether a reading is younger than the last resolution there."""
+        """Return whether a reading is newer than the last resolution there."""
         return stamp > self._resolved_at.get(region, {}).get(robot, -inf)
 
     def _saw(self, robot: str, region: Region, kind: str, stamp: float) -> list[Sighting]:
@@ -197,8 +197,9 @@ class Sensing:
     def _nearest(
         self, scan: Scanned, at: Located, region: Region, share: float = NARROW
     ) -> float | None:
-        """The shortest of the rays that end near the line to the centre of a region, in metres;
-        None if none goes there. ``share``: of a region's side, how near."""
+        """Return the shortest of the rays that end near the line to the centre of a region, in
+        metres; None if there is none. ``share``: maximum distance from the line as a share of a
+        region's side."""
         bearing = self._places.bearing(region, at.x, at.y) - at.yaw
         width = share * min(self._places.frame.resolution)
         metres_to = self._places.distance(region, at.x, at.y)

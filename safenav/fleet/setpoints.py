@@ -1,4 +1,4 @@
-"""References as samples: what a robot that tracks for itself is to do, instant by instant.
+"""Sampled references for robots with their own tracking controllers.
 
 In the frame of the world (the map's origin and yaw applied): metres, seconds, radians. Times are on
 the clock of the fleet's world. The stream is ``HORIZON`` samples ``PERIOD`` seconds apart, sent
@@ -24,15 +24,14 @@ Array = NDArray[np.float64]
 PERIOD = 0.05
 HORIZON = 20
 TABLE = 0.01
-"""Seconds between the samples of a whole reference; between them it is a straight line."""
+"""Seconds between the samples of a whole reference, which is interpolated linearly."""
 VELOCITY, ACCELERATION, MOVING, YAW = slice(3, 6), slice(6, 9), slice(3, 9), 9
 """Columns of a row: x, y, z, their velocities, their accelerations, the yaw."""
 
 
 class Setpoints(Struct, frozen=True):
-    """Rows (n, 10) every ``step`` seconds from ``begin``; before and after them it rests.
-    ``feet``: of a walker, the footholds in the order in which they land, ``down`` and ``up`` on the
-    same clock."""
+    """Rows (n, 10) every ``step`` seconds from ``begin``; before and after them it rests. ``feet``:
+    a walker's footholds in the order of landing, with ``down`` and ``up`` on the same clock."""
 
     begin: float
     step: float
@@ -44,7 +43,7 @@ class Setpoints(Struct, frozen=True):
         return self.begin + self.step * (len(self.rows) - 1)
 
     def at(self, now: float) -> Array:
-        """The row at a time."""
+        """Return the row at a time."""
         place = (now - self.begin) / self.step
         last = len(self.rows) - 1
         if not 0 <= place < last:
@@ -55,7 +54,8 @@ class Setpoints(Struct, frozen=True):
         return found
 
     def ahead(self, now: float) -> Setpoints:
-        """The part of the stream that is sent at a time: the first row is of that time."""
+        """Return the part of the stream that is sent at a time, which is the time of its first
+        row."""
         last = len(self.rows) - 1
         places = (now - self.begin + PERIOD * np.arange(HORIZON)) / self.step
         before = np.clip(places.astype(int), 0, max(0, last - 1))
@@ -72,7 +72,7 @@ class Setpoints(Struct, frozen=True):
 
 
 def sampled(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
-    """Pieces of motion, which follow each other, in the frame of the map."""
+    """Return the samples of consecutive pieces of motion, given in the frame of the map."""
     tables, begin, end = [], pieces[0].t0, pieces[-1].t1
     count = int((end - begin) / TABLE) + 2
     times = np.minimum(begin + TABLE * np.arange(count), end)

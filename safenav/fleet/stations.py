@@ -1,4 +1,4 @@
-"""The data of a fleet file: how each robot is reached, what it senses, and how it acts."""
+"""The data of a fleet file: connection, sensors and actions of each robot."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class ScanUse(Struct, frozen=True):
 
 
 class FollowUse(Struct, frozen=True):
-    """A robot that tracks references for itself: the ``topic`` on which it gets them, and the most
-    metres (``tolerance``) by which it may be off."""
+    """A robot that tracks references: the ``topic`` on which it receives them, and the maximum
+    deviation in metres (``tolerance``)."""
 
     topic: str = "reference"
     tolerance: float = 0.25
@@ -44,8 +44,8 @@ class Station(Struct, frozen=True):
     """One robot. ``tolerance``: distance from the centre of a region, in metres, that counts as
     arrival; ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times
     the expected time; ``retries``: number of times that a failed goal is sent again; ``scan`` and
-    ``report``: its sensors; ``follow``: None for a robot that finds its own way to goals; ``act``:
-    the service that performs each action."""
+    ``report``: its sensors; ``follow``: None for a robot that navigates to goals by itself;
+    ``act``: the service that performs each action."""
 
     namespace: str
     tolerance: float = 0.3
@@ -58,7 +58,8 @@ class Station(Struct, frozen=True):
     act: Mapping[str, str] = field(default_factory=dict)
 
     def path(self, name: str) -> str:
-        """The whole name of a topic, service or action: below the namespace unless absolute."""
+        """Return the full name of a topic, service or action: below the namespace unless
+        absolute."""
         return name if name.startswith("/") else f"{self.namespace}/{name}"
 
 

@@ -1,4 +1,4 @@
-"""The steps of driven robots: goals sent, watched, tried again or given up, and where they end."""
+"""The steps of driven robots: sending, monitoring and retrying goals, and where steps end."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ if TYPE_CHECKING:
 
 
 SET_BACK = 0.5
-"""Seconds by which odometry is older than the newest if its robot's clock was set; with less it is
-late."""
+"""Seconds by which odometry must be older than the newest to show that the robot's clock was set;
+otherwise it is only late."""
 FRESH = 1.0
-"""Seconds for which an arrival waits for a reading that was taken after it."""
+"""Seconds for which an arrival waits for a reading taken after it."""
 LATE = 1.8
 """Seconds by which odometry may be later than a result."""
 SETTLING = 5.0
 """Seconds that every goal may take beyond its distance: to accept it, to turn, to brake."""
 STOPPING = 5.0
-"""Seconds in which a cancelled goal has to end."""
+"""Seconds within which a cancelled goal must end."""
 PAUSE = 1.0
 """Seconds before a failed goal is sent again: a robot whose emergency stop is pressed, or whose
-navigation starts again, refuses every goal immediately."""
+navigation restarts, rejects every goal immediately."""
 
 
 class FleetError(SafenavError):
@@ -58,8 +58,8 @@ class FleetError(SafenavError):
 
 
 class FleetClock(Struct, frozen=True):
-    """Seconds; ``step``: of a simulation whose time passes only while the run waits, lets it pass
-    up to its next messages."""
+    """Clock in seconds. ``step``: advances a simulation, whose time passes only while the run
+    waits, to its next messages."""
 
     now: Callable[[], float] = time.monotonic
     step: Callable[[], None] | None = None
@@ -103,7 +103,7 @@ class FleetSteps:
 
     @staticmethod
     def check(scenario: Scenario) -> Frame:
-        """Return the frame of the map in metres. Raises FleetError if the scenario does not say."""
+        """Return the frame of the map in metres. Raises FleetError if the scenario has none."""
         if scenario.map.frame is None:
             said = "the map has no size in metres: add 'resolution: 1.0' (metres per region)"
             raise FleetError(f"{said} to 'map', or take the map from map_server with 'ros:'")
@@ -111,14 +111,14 @@ class FleetSteps:
 
     @property
     def followers(self) -> Mapping[str, Follower]:
-        """The robots that are driven by references, with their plans."""
+        """Return the robots that are driven by references, with their plans."""
         return {} if self._following is None else self._following.followers
 
     def now(self) -> float:
         return self._clock.now() - self.begun
 
     def _begins_elsewhere(self, body: DrivenRobot) -> str | None:
-        """The error of a robot that is not in the pose in which the scenario has it begin."""
+        """Return the error message for a robot that is not in its start pose of the scenario."""
         at, pose, name = body.place, body.pose, body.robot.name
         assert at is not None
         found = self.places.region(at.x, at.y)
@@ -160,9 +160,9 @@ class FleetSteps:
     def _goal_ended(self, body: DrivenRobot, message: GoalEnded) -> None:
         task = body.task
         if task is None or message.number != task.goal:
-            return  # late: of a goal that was given up
+            return  # late, for an abandoned goal
         moving = task.phase in (Phase.GOING, Phase.STOPPING, Phase.RETURNING)
-        if moving and message.end is GoalEnd.SUCCEEDED:  # perhaps before it could stop
+        if moving and message.end is GoalEnd.SUCCEEDED:  # perhaps the goal ended before the stop
             self._look(body, task)
         elif task.phase is Phase.GOING:
             self._again_or_back(body, task, message.reason or message.end.value)
@@ -188,7 +188,7 @@ class FleetSteps:
         task.goal, task.due = 0, self.now() + PAUSE
 
     def _end_pause(self, body: DrivenRobot, task: FleetTask) -> None:
-        """The pause is over."""
+        """End the pause and send the goal."""
         if not task.back and self._sensing.at(task.to.region) is not None:
             self._go_back(body, task)
         else:
@@ -203,9 +203,9 @@ class FleetSteps:
         self._transport.cancel(body.robot.name)
 
     def _watch(self, body: DrivenRobot) -> None:
-        """Stop a robot that leaves the regions of its step: its own planner may lead it around what
-        stands before it, through regions that other robots may enter. One that is in the midst of
-        another region is lost; a follower has its reference instead."""
+        """Stop a robot that leaves the regions of its step: its own planner may lead it around an
+        obstacle, through regions that other robots may enter. A robot near the middle of another
+        region is lost; a follower's reference is monitored instead."""
         task, at = body.task, body.place
         if task is None or at is None or body.robot.name in self.followers:
             return
@@ -236,8 +236,8 @@ class FleetSteps:
             self._end(body, Failed, pose, task.reason)
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
-        """The robot says that it has arrived, or is back: wait until odometry confirms it, which
-        may be later than its word, and then until its sensors have looked from there."""
+        """Handle a reported arrival or return: wait until odometry, which may be later, confirms
+        it, and then until its sensors have a reading from there."""
         task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
         self._confirm(body, task)
 
@@ -275,7 +275,8 @@ class FleetSteps:
             self._again_or_back(body, task, far)
 
     def _near(self, body: DrivenRobot, region: Region) -> bool:
-        """Whether it is where it was sent: of a follower its reference has told."""
+        """Return whether it is at its destination; for a follower, the end of its reference has
+        shown that."""
         return (
             body.robot.name in self.followers
             or self._metres_to(body, region) <= body.station.tolerance
@@ -287,7 +288,7 @@ class FleetSteps:
         return body.robot.name in self.followers or self._metres_to(body, region) <= inside
 
     def _lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
-        """The robot is somewhere. ``reason``: why, if its odometry is fresh and on the map."""
+        """Declare the robot lost. ``reason``: why, if its odometry is fresh and on the map."""
         regions = frozenset((task.start.region, task.to.region))
         at = self._pose_now(body)
         if at is not None:
@@ -300,7 +301,7 @@ class FleetSteps:
         self._end(body, Lost, regions, reason)
 
     def _end(self, body: DrivenRobot, kind: Callable[..., WorldEvent], *about: object) -> None:
-        """End a command by an event of this kind; the robot is where that has it."""
+        """End a command by an event of this kind, which gives the robot's pose."""
         assert body.task is not None
         event = kind(self.now(), body.robot.name, *about, command=body.task.command)
         body.pose, body.task = getattr(event, "pose", body.pose), None

@@ -1,4 +1,4 @@
-"""Between the fleet and what drives robots: goals in metres out, messages in.
+"""Interface between the fleet and the middleware of the robots: goals in metres out, messages in.
 
 The fleet (``safenav.fleet.world``) knows regions, poses, time limits and retries; a transport knows
 one middleware, and none of that. Positions are in metres in the frame of the scenario's map, angles
@@ -26,13 +26,13 @@ class GoalEnd(StrEnum):
     ABORTED = "aborted"
     CANCELED = "canceled"
     REJECTED = "rejected"
-    UNREACHABLE = "unreachable"  # nobody answers
+    UNREACHABLE = "unreachable"  # no server answers
 
 
 class GoalPoint(Struct, frozen=True):
-    """Destination of a robot. ``yaw``: None for a robot without a heading. ``number``: of the
-    goal, never used twice in a run. ``short``: an obstacle stands there, which it is to resolve
-    from inside the region."""
+    """Destination of a robot. ``yaw``: None for a robot without a heading. ``number``: identifies
+    the goal uniquely in a run. ``short``: the region holds an obstacle that the robot resolves from
+    inside the region."""
 
     number: int
     x: float
@@ -58,7 +58,8 @@ class Performed(Struct, frozen=True):
 
 
 class Located(Struct, frozen=True):
-    """Odometry. ``stamp``: seconds of the robot's clock, only compared with others of its own."""
+    """Odometry. ``stamp``: seconds of the robot's clock, compared only with stamps of the same
+    robot."""
 
     robot: str
     stamp: float
@@ -69,7 +70,7 @@ class Located(Struct, frozen=True):
 
 class Scanned(Struct, frozen=True):
     """A lidar's rays, ``ranges[i]`` metres at angle ``first + i * step`` from the robot's front.
-    A ray that hits nothing is infinite, one without a reading NaN."""
+    The range of a ray that hits nothing is infinite, that of a ray without a reading NaN."""
 
     robot: str
     stamp: float
@@ -79,14 +80,15 @@ class Scanned(Struct, frozen=True):
 
 
 class Reported(Struct, frozen=True):
-    """A line of text about an obstacle, as of now: ``door@47`` is there, ``-door@47`` is gone."""
+    """A text report about the present state of an obstacle: ``door@47`` is present, ``-door@47`` is
+    gone."""
 
     robot: str
     text: str
 
 
 class InputHeard(Struct, frozen=True):
-    """An input of the environment, as of now."""
+    """The present value of an input of the environment."""
 
     name: str
     on: bool
@@ -105,18 +107,18 @@ class Transport(Protocol):
         Raises FleetError if the middleware cannot be used."""
 
     def missing(self) -> list[str]:
-        """The action servers that nobody has answered for yet, by their names."""
+        """Return the names of the action servers that have not answered yet."""
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Send a robot on its way; GoalEnded follows, once for each goal."""
+        """Send a robot to a goal; GoalEnded follows, once for each goal."""
 
     def cancel(self, robot: str) -> None:
         """Stop a robot where it is, as soon as it can; its goal ends by GoalEnded."""
 
     def follow(self, robot: str, reference: Setpoints) -> None:
-        """Stream a reference to a robot that tracks for itself, ``Setpoints.ahead`` 20 times per
-        second, until the next one or ``close``; nothing follows. Its times are on the clock of the
-        fleet's world. A robot whose stream ends has to stop by itself."""
+        """Stream a reference to a robot that tracks it, ``Setpoints.ahead`` 20 times per second,
+        until the next one or ``close``; no message follows. Its times are on the clock of the
+        fleet's world. A robot must stop by itself when its stream ends."""
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         """Let a robot act on an obstacle where it stands; Performed follows, once."""
@@ -126,8 +128,8 @@ class Transport(Protocol):
 
 
 def result_of(success: bool, text: str) -> ActResult:
-    """The meaning of a service's answer (std_srvs/Trigger): its message may be one of the words
-    ``done``, ``untraversable``, ``failed``, ``nothing``; else success decides."""
+    """Return the result in a service's answer (std_srvs/Trigger): its message may be one of the
+    words ``done``, ``untraversable``, ``failed``, ``nothing``; else success decides."""
     said = text.strip()
     if said in set(ActResult):
         return ActResult(said)
@@ -139,7 +141,7 @@ def ignore(message: Message) -> None:
 
 
 class SentGoal(Struct):
-    """A goal of a robot that finds its own way; ``ended``: None while it is under way."""
+    """A goal of a robot that navigates by itself; ``ended``: None while it is under way."""
 
     robot: str
     goal: GoalPoint
@@ -149,21 +151,22 @@ class SentGoal(Struct):
 
 
 class DriveRecording(Struct):
-    """``places``: odometry of each robot and when it was heard, in the order of hearing."""
+    """Recording of a drive. ``places``: odometry of each robot with the time of reception, in that
+    order."""
 
     places: dict[str, list[tuple[float, Located]]] = field(default_factory=dict)
     goals: list[SentGoal] = field(default_factory=list)
 
     def sent(self, robot: str, goal: GoalPoint, now: float) -> None:
-        """A robot is sent to a goal, in place of the one that it has."""
+        """Record a goal that replaces the present one of a robot."""
         before = self._newest(robot)
         if before is not None and before.ended is None:
             before.ended = now
         self.goals.append(SentGoal(robot, goal, now))
 
     def heard(self, message: Message, now: float) -> None:
-        """Take a message as it comes, in the transport's thread: a mission that thinks does not
-        make it late."""
+        """Record a message on reception, in the transport's thread, so that a computing mission
+        does not delay it."""
         if isinstance(message, Located):
             self.places.setdefault(message.robot, []).append((now, message))
         elif isinstance(message, GoalEnded):

@@ -1,10 +1,10 @@
-"""The world of a mission that drives real robots (World, protocol 2), whatever the transport.
+"""The world of a mission with real robots (World, protocol 2), for any transport.
 
-A command becomes a goal in metres, and ends by one event that is true: after a failure the robot is
-first sent back to the centre of the region where it set out, since one that stands between two
-regions occupies both. A robot that cannot be brought back, or has no fresh odometry, is lost in
-either of them. Arrivals are reported when the robot's sensors have seen its new surroundings:
-a reading from the way there says nothing about what stands before it now.
+A command becomes a goal in metres, and ends with one confirmed event: after a failure the robot is
+first sent back to the centre of its departure region, since a robot between two regions occupies
+both. A robot that cannot be brought back, or has no fresh odometry, is lost in the two regions.
+Arrivals are reported once the robot's sensors have a reading of its new surroundings: an earlier
+reading does not show what is in front of it now.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class FleetWorld(FleetSteps):
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         self._take_all()
-        seen = self._sensing.at(region)  # what one robot has seen, all know
+        seen = self._sensing.at(region)  # shared by all robots
         return self._lookout.stray(robot, region) if seen is None else seen
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
-        known = self._sensing.at(pose.region)  # what the team knows, which sense has told
+        known = self._sensing.at(pose.region)  # obstacles that ``sense`` has reported to the team
         self._take_all()
         body = self._bodies[robot.name]
         found = self._pose_now(body)
@@ -66,14 +66,14 @@ class FleetWorld(FleetSteps):
         return f"by its odometry it is in {where}, to which it was not sent"
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
-        """The inputs of the environment, as far as they were heard."""
+        """Return the inputs of the environment received so far."""
         del tick
         return self._inputs
 
     def told(self, record: Record) -> None:
-        """Take a line of the trace: a robot sets out when its ``depart`` is written, not before. A
-        listener of the mission, after that which writes the trace; without it, robots set out when
-        the mission waits."""
+        """Process a record of the trace: a robot departs once its ``depart`` is written, not
+        before. Add this as a listener of the mission after the trace writer; otherwise robots
+        depart when the mission waits."""
         if isinstance(record, Depart) and record.robot in self._untold:
             self._set_out(record.robot)
 
@@ -108,7 +108,7 @@ class FleetWorld(FleetSteps):
         self._send(body, task, task.to)
 
     def _peered(self, body: DrivenRobot, task: FleetTask) -> None:
-        """A robot could not see into the region before it in time: it has not set out."""
+        """End a step without departure: the robot had no scan of its next region in time."""
         pose, region = self._pose_now(body), task.to.region
         if pose is None:
             self._lose(body, task)
@@ -132,8 +132,8 @@ class FleetWorld(FleetSteps):
         return None
 
     def _passed(self, robot: Robot, known: Sequence[Obstacle]) -> list[Obstacle]:
-        """The obstacles that the team does not know and that a robot resolves alone, by one action
-        where it stands: a door that it has found itself and entered."""
+        """Return obstacles unknown to the team that a robot resolves alone by one action where it
+        stands, such as a door that it has found and entered."""
         idle, world = self._idle(None), self._scenario.map
         return [
             one
@@ -145,20 +145,20 @@ class FleetWorld(FleetSteps):
         ]
 
     def placed(self, robot: Robot, pose: Pose) -> None:
-        """An operator has put a robot somewhere; ``start`` compares that with its odometry."""
+        """Record that an operator has placed a robot; ``start`` compares that with its odometry."""
         body = self._bodies[robot.name]
         body.pose, body.lost, body.view = pose, frozenset(), {}
         self._lookout.placed(robot.name)
 
     def cleared(self, obstacle: Obstacle) -> None:
-        """An operator has resolved an obstacle."""
+        """Record that an operator has resolved an obstacle."""
         self._forget(obstacle)
 
     def cancel(self, robot: Robot) -> None:
         body = self._bodies[robot.name]
         task = body.task
         self._untold.pop(robot.name, None)
-        if task is not None and task.phase is Phase.INSPECTING:  # it has not set out
+        if task is not None and task.phase is Phase.INSPECTING:  # it has not departed
             self._end(body, Failed, task.start, "cancelled")
         elif task is not None and task.phase is Phase.GOING:
             self._stop(body, task, "cancelled")
@@ -171,7 +171,7 @@ class FleetWorld(FleetSteps):
         for name in list(self._untold):
             self._set_out(name)
         while True:
-            self._take_all()  # a run that has thought for long has heard much meanwhile
+            self._take_all()  # many messages may have arrived during a long computation
             self._check_times()
             if self._events or self.now() >= end:
                 found, self._events = self._events, []
@@ -183,8 +183,8 @@ class FleetWorld(FleetSteps):
     # Life
 
     def open(self, patience: float = 10.0) -> None:
-        """Connect, and wait until each robot answers and says where it is, which must be where the
-        scenario has it begin; then for what its lidar has found there. Raises FleetError."""
+        """Connect, wait until each robot answers and odometry confirms its start pose, then for the
+        first reading of its lidar. Raises FleetError."""
         self._transport.open(self._heard)
         end = self.now() + patience
         while silent := self._silent():
@@ -230,7 +230,7 @@ class FleetWorld(FleetSteps):
                 self._take(*self._messages.get_nowait())
 
     def _take(self, heard: float, message: transport.Message) -> None:
-        """Take a message that was heard at a time, in seconds."""
+        """Process a message received at a time (seconds)."""
         if isinstance(message, transport.InputHeard):
             self._inputs[message.name] = message.on
             return
@@ -257,7 +257,7 @@ class FleetWorld(FleetSteps):
             if newest.stamp - place.stamp < SET_BACK:
                 return
             body.looked, body.newest, body.arrived = -inf, -inf, place.stamp
-            body.deaf = heard + STALE  # scans on their way may be from before that
+            body.deaf = heard + STALE  # scans in transmission may have been taken before
             body.unread.clear()
             self._sensing.clock_was_set(body.robot.name, place.stamp)
         body.place, body.heard = place, heard
@@ -278,7 +278,7 @@ class FleetWorld(FleetSteps):
         self._keep_clear(body)
 
     def _keep_clear(self, body: DrivenRobot) -> None:
-        """Stop robots on their way to a region into which a person has moved another one."""
+        """Stop robots in transit to a region into which a person has moved another one."""
         at = body.place
         if body.task is not None or at is None:
             return
@@ -325,13 +325,13 @@ class FleetWorld(FleetSteps):
     # Actions
 
     def _act_on_next(self, body: DrivenRobot, task: FleetTask, team_action: TeamAction) -> None:
-        """Ask all that take part for the next action, or end the command."""
+        """Start the next action of all its participants, or end the command."""
         stations = {name: other.station for name, other in self._bodies.items()}
         services = team_action.next(self._idle(task), stations)
         if not services:
             told, bad = team_action.found, ActResult.FAILED
             found = [(one, end) for one, end in told if one in task.asked or end is not bad]
-            if told and not found:  # the team does not know what it has failed on
+            if told and not found:  # the team does not know the obstacle of the failed action
                 team_action.reasons = team_action.reasons or [f"{told[0][0].name}: failed"]
             failed = any(end is bad for _, end in found or told)
             why = "; ".join(team_action.reasons) if failed else ""
@@ -361,12 +361,13 @@ class FleetWorld(FleetSteps):
         self._end(body, Acted, *task.over)
 
     def _idle(self, task: FleetTask | None) -> dict[str, Region]:
-        """Regions of robots that can take part in an action: those without another command."""
+        """Return the regions of robots that can take part in an action: those without another
+        command."""
         bodies = self._bodies.values()
         return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
 
     def _performed(self, message: transport.Performed) -> None:
-        """Take the answer of one of those who act."""
+        """Process the answer of a participant of an action."""
         for leader in self._bodies.values():
             task = leader.task
             if task is None or task.team_action is None or task.goal != message.number:
@@ -381,7 +382,7 @@ class FleetWorld(FleetSteps):
     # Sensing
 
     def _forget(self, obstacle: Obstacle) -> None:
-        """An obstacle is resolved: readings that were taken before are of the past."""
+        """Discard a resolved obstacle: readings taken before are outdated."""
         self._progress.forget(obstacle)
         places = {name: body.place for name, body in self._bodies.items()}
         stamps = {n: -inf if place is None else place.stamp for n, place in places.items()}
@@ -392,14 +393,14 @@ class FleetWorld(FleetSteps):
         self._events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
 
     def _read(self, body: DrivenRobot, now: float) -> None:
-        """Read the scans of which odometry has told by now where they were taken."""
+        """Evaluate the scans whose poses are known from odometry by now."""
         for look in self._lookout.read(body, now):
             self._sighted(body, look.found)
             task = body.task
             if task is not None and task.phase is Phase.LOOKING and task.there:
                 if View.DOUBT not in look.view.values():
                     self._looked(body, task)
-                else:  # what it has hit may have left: look again before a robot enters
+                else:  # what it has hit may have left: take another scan before a robot enters
                     task.due = max(task.due, task.since + PASSED + FRESH)
             elif task is not None and task.phase is Phase.INSPECTING:
                 self._send_if_clear(body, task)

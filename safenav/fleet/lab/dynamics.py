@@ -1,4 +1,4 @@
-"""Motion of robots in MuJoCo: how a robot is driven to a goal or along a reference."""
+"""Motion of robots in MuJoCo: control to a goal or along a reference."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from safenav.scenario.model import Obstacle, Robot
 FORCE = 2.5
 """Highest acceleration of a robot on the ground, m/s^2."""
 AHEAD = PERIOD * np.arange(1, HORIZON + 1)
-"""Seconds to each step of the horizon."""
+"""Times of the steps of the horizon, in seconds."""
 STIFF = 6.0
-"""Stiffness (1/s) with which a robot on the ground is drawn to its reference."""
+"""Gain (1/s) with which a robot on the ground tracks its reference."""
 
 
 class Dynamics:
-    """Robots and obstacles of a lab as bodies; each robot is drawn to where it is to be."""
+    """Robots and obstacles of a lab as bodies, with a controller for each robot."""
 
     def __init__(
         self,
@@ -49,7 +49,7 @@ class Dynamics:
         )
         self._obstacles = Standing(self._model, known)
         self._data: Any = mujoco.MjData(self._model)
-        # Views that stay valid; a number of theirs costs a tenth of one looked up from the data.
+        # Views that stay valid: reading from them takes a tenth of the time of a lookup.
         self._coordinate, self._velocity = self._data.qpos.item, self._data.qvel.item
         self._force = self._data.qfrc_applied
         self._leaves: dict[str, list[int]] = {}
@@ -84,8 +84,8 @@ class Dynamics:
         return bool(body.way) or (body.reference is not None and self.now < body.reference.end)
 
     def _drive(self, body: SimulatedBody, _: bool) -> None:
-        """Towards the goal, with limited speed and force; without a goal, track the reference, else
-        keep the place."""
+        """Drive towards the goal with limited speed and force; without a goal, track the reference,
+        else hold the position."""
         x, y, yaw = self._at(body)
         vx, vy, turn = map(self._velocity, body.dofs)
         if body.reference is not None and not body.way:
@@ -114,8 +114,8 @@ class Dynamics:
         yaw: float,
         turn: float,
     ) -> None:
-        """A walker by its footsteps; anything else by the reference's acceleration and limited
-        corrections."""
+        """Track the reference: a walker by its footsteps, other robots by the reference's
+        acceleration and limited corrections."""
         row = reference.at(self.now)
         if body.omega:
             pull = body.walk.pull(state, row, reference, self.now, body.omega)
@@ -132,7 +132,7 @@ class Dynamics:
         self._force[body.dofs[2]] = inertia * max(-20.0, min(20.0, spin))
 
     def _fly(self, body: SimulatedBody, thinks: bool) -> None:
-        """The quadratic programme at 20 Hz for x and y; altitude and yaw are held."""
+        """Fly by the quadratic programme at 20 Hz in x and y; hold altitude and yaw."""
         x, y, yaw = self._at(body)
         follows = None if body.way else body.reference
         to = body.way[0][2] if body.way else None
@@ -177,7 +177,7 @@ class Dynamics:
         return np.array([values(each, times) for each in (path, speed, derivative(speed))]).T
 
     def _at(self, body: SimulatedBody) -> tuple[float, float, float]:
-        """x, y, yaw; joints count from the origin of the world."""
+        """Return x, y and yaw; joint positions are relative to the origin of the world."""
         dofs, at = body.dofs, self._coordinate
         return at(dofs[0]), at(dofs[1]), at(dofs[-1])
 

@@ -1,4 +1,4 @@
-"""The contents of a lab as MuJoCo's model: bodies of robots, walls, doors and boxes.
+"""The MuJoCo model of a lab: bodies of robots, walls, doors and boxes.
 
 A walker is an inverted pendulum that keeps its balance on its footsteps. The mass at height h falls
 away from the centre of pressure p: c'' = omega^2 (c - p). Its controller can choose p only under
@@ -31,11 +31,11 @@ Point = tuple[float, float]
 QUICK = 4.0
 """1/s: how fast the error of the divergent part decays while p is under the feet."""
 SOLE = (0.08, 0.04)
-"""Metres that p may move from the middle of a foot, ahead and aside."""
+"""Metres that p may deviate from the middle of a foot, forwards and sideways."""
 REACH = 0.10
 """Metres by which a foot may land beside its foothold."""
 FALLEN = 0.30
-"""Metres of error in the divergent part from which on no step saves it."""
+"""Error of the divergent part, in metres, from which no step can recover the balance."""
 
 
 class BalancedWalk(Struct):
@@ -56,7 +56,7 @@ class BalancedWalk(Struct):
         known, self.landed = self.landed, {}
         for foot in feet:
             key = (foot.side, foot.down)
-            stepped = foot.down > reference.begin  # not one that it stands on at first
+            stepped = foot.down > reference.begin  # except those on which it stands initially
             fresh = (_within(1.1 * error[0], REACH), _within(1.1 * error[1], REACH))
             self.landed[key] = known.get(key, fresh if stepped else (0.0, 0.0))
         gain = 1 + QUICK / omega
@@ -96,14 +96,15 @@ STEP = 0.005
 LEAF_MASS, LEAF_DAMPING, LEAF_FRICTION = 8.0, 3.0, 4.0
 """A leaf of a door: kg, N m s/rad, N m: more than a drone's thrust moves."""
 HEIGHT, TALL = 1.8, 3.0
-"""Metres of a robot on the ground, unless it is wider; of walls and doors."""
+"""Height in metres of a robot on the ground, unless it is wider; height of walls and doors."""
 
 
 class SimulatedBody(Struct):
-    """One robot. ``way``: goals that are left, the first one now; ``end``: how the last of them
-    ended, told once; ``stay``: where it holds its place without a goal; ``pull``: commanded
-    accelerations, which ``thrust`` follows with a lag; ``acts``: what it performs, if it does;
-    ``omega``: of a walker's pendulum (1/s); ``reference``: what it tracks when it has no goal."""
+    """One robot. ``way``: remaining goals, the present one first; ``end``: result of the last goal,
+    reported once; ``stay``: the position that it holds without a goal; ``pull``: commanded
+    accelerations, which ``thrust`` follows with a lag; ``acts``: its present action, if any;
+    ``omega``: natural frequency of a walker's pendulum (1/s); ``reference``: the reference that it
+    tracks without a goal."""
 
     name: str
     radius: float
@@ -130,7 +131,7 @@ class SimulatedBody(Struct):
 
 
 class Handling(Struct):
-    """An action under way on ``obstacle`` (None: nothing to act on); ``until``: when it has worked
+    """An action under way on ``obstacle`` (None: nothing to act on); ``until``: when it has lasted
     long enough."""
 
     action: str
@@ -142,7 +143,7 @@ class Handling(Struct):
 def model_text(
     places: Places, obstacles: Iterable[LabObstacle], bodies: Iterable[SimulatedBody]
 ) -> str:
-    """The model of a lab, as MuJoCo reads it."""
+    """Return the model of a lab in MuJoCo's format."""
     parts = [_wall(places, region) for region in sorted(places.world.walls)]
     solid = [o for o in obstacles if o.touches]
     parts += [_door(places, o) if o.is_door else _box(places, o) for o in solid]
@@ -172,7 +173,8 @@ def _box(places: Places, one: LabObstacle) -> str:
 
 
 def passage(places: Places, region: Region) -> float:
-    """The direction in which a door is passed, in radians; its leaves are across."""
+    """Return the direction in radians in which robots pass a door; its leaves are perpendicular to
+    it."""
     world = places.world
     row = world.position(region)[0]
     level = any(world.position(each)[0] == row for each in world.neighbours(region))
@@ -180,7 +182,7 @@ def passage(places: Places, region: Region) -> float:
 
 
 def _door(places: Places, one: LabObstacle) -> str:
-    """Two leaves across the passage, hinged at the sides of their region."""
+    """Return two leaves across the passage, hinged at the sides of their region."""
     x, y = places.centre(one.obstacle.region)
     along = passage(places, one.obstacle.region)
     text = ""
@@ -219,7 +221,7 @@ def _robot(body: SimulatedBody, bit: int) -> str:
 
 
 def body_of(robot: Robot) -> SimulatedBody:
-    """The measures of a robot, from its model's motion."""
+    """Return the dimensions of a robot, from its model's motion."""
     model = robot.model
     motion = resolved(model.motion, model.size, model.speed, model.layer) or {}
     flies = motion.get("kind") == "flyer"

@@ -1,8 +1,8 @@
-"""The obstacles of a lab: those that stand now, and the shapes that they have in MuJoCo.
+"""The obstacles of a lab: those present now, and their shapes in MuJoCo.
 
-An obstacle that blocks no robot, such as an order or an empty battery, has no body, and neither has
-one with a truth. All others have bodies for the robots that they block. Obstacles come and go at
-their times, as those of a scenario do.
+An obstacle that blocks no robot, such as an order or an empty battery, has no body, nor has one
+with a hidden truth. All others have bodies for the robots that they block. Obstacles appear and
+disappear at the times of the scenario.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ BELOW = -10.0
 
 
 class LabObstacle(Struct, frozen=True):
-    """``key``: what its shapes are called; ``touches``: the bits of the robots that it blocks, 0
-    for one without a body."""
+    """An obstacle. ``key``: name of its shapes; ``touches``: contact bits of the robots that it
+    blocks, 0 without a body."""
 
     obstacle: Obstacle
     key: str
@@ -31,17 +31,18 @@ class LabObstacle(Struct, frozen=True):
 
     @property
     def is_door(self) -> bool:
-        """Whether it has leaves that a robot pushes open."""
+        """Return whether it has leaves that a robot pushes open."""
         return bool(self.touches) and any(n.action == "push" for n in self.obstacle.needs)
 
 
 def contact_bit(number: int) -> int:
-    """The bit of the contacts of a robot of this number in the team."""
+    """Return the contact bit of the robot with this number in the team."""
     return FIRST << number if number < MOST else EVERY
 
 
 def lab_obstacles(obstacles: Iterable[Obstacle], robots: Sequence[Robot]) -> list[LabObstacle]:
-    """Obstacles with their keys: one that appears where an equal one has been has another key."""
+    """Return obstacles with unique keys: an obstacle that appears where an equal one was gets a new
+    key."""
     found: list[LabObstacle] = []
     for obstacle in obstacles:
         same = sum(other.obstacle.name == obstacle.name for other in found)
@@ -63,8 +64,8 @@ def _touches(obstacle: Obstacle, robots: Sequence[Robot]) -> int:
 
 
 class Standing:
-    """The obstacles that stand now, by name, in a model with their shapes. ``stages``: of each, how
-    many of its needs are met."""
+    """The obstacles present now, by name, in a model with their shapes. ``stages``: number of met
+    needs of each."""
 
     def __init__(self, model: Any, obstacles: Sequence[LabObstacle]) -> None:
         self._model = model
@@ -89,11 +90,11 @@ class Standing:
         return (one.obstacle for one in self.now.values())
 
     def stage(self, obstacle: Obstacle) -> int:
-        """The number of the need that is to be met next."""
+        """Return the number of the next need."""
         return min(self.stages.get(obstacle.name, 0), len(obstacle.needs) - 1)
 
     def need(self, obstacle: Obstacle) -> Need:
-        """The need of an obstacle that is to be met next."""
+        """Return the next need of an obstacle."""
         return obstacle.needs[self.stage(obstacle)]
 
     def stands(self, obstacle: Obstacle) -> LabObstacle | None:
@@ -122,15 +123,15 @@ class Standing:
                 self._model.geom_pos[geom.id][2] = height
 
     def bring(self, obstacle: Obstacle) -> None:
-        """Let an obstacle without a body stand that is not listed: the team itself has made it, as
-        an operator's order or of a robot whose battery is empty."""
+        """Add an unlisted obstacle without a body that the team itself has created: an operator's
+        order, or a robot with an empty battery."""
         if obstacle.name not in self._listed and obstacle.name not in self.now:
             self.now[obstacle.name] = LabObstacle(obstacle, obstacle.name, 0)
             self._shapes[obstacle.name] = []
             self.stages.pop(obstacle.name, None)
 
     def remove(self, obstacle: Obstacle) -> None:
-        """Take an obstacle away."""
+        """Remove an obstacle."""
         one = self.now.pop(obstacle.name, None)
         if one is not None:
             self._hide(one)

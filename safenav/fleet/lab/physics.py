@@ -3,10 +3,10 @@
 A robot on the ground is a capsule that slides and turns under limited forces, a walker that tracks
 its footsteps an inverted pendulum (``BalancedWalk``); a quadcopter is a point mass whose
 accelerations the 20 Hz quadratic programme of ``safenav.motion.flyer`` commands (paper, Section
-VII). A door is two leaves on hinges with damping, wide open only where somebody has
-pushed it by contact; a region of uncertainty has no body, and is noticed beside it; anything else
-is a box that its action takes away. Metres, radians, seconds of
-simulated time. Several threads may call it; ``step`` alone moves anything.
+VII). A door is two leaves on hinges with damping, which opens wide only if a robot pushes it by
+contact; an uncertain region has no body, and is noticed from adjacent regions; any other obstacle
+is a box that its action removes. Metres, radians, seconds of simulated time. Several threads may
+call it; only ``step`` moves bodies.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ STUCK = 3.0
 PROGRESS = 0.02
 """Metres or radians that count as progress."""
 OPEN = 1.2
-"""Radians from which on a leaf counts as open."""
+"""Angle in radians from which a leaf counts as open."""
 RAYS, FAR = 72, 8.0
-"""Rays of a lidar, and metres that they reach."""
+"""Number of rays of a lidar, and their range in metres."""
 ACTING, WAITING = 2.0, 2.0
-"""Seconds of an action on a box, and of waiting for the other robots that lift it."""
+"""Seconds of an action on a box, and of the wait for other robots that lift it."""
 
 
 class Physics(Dynamics):
@@ -46,7 +46,7 @@ class Physics(Dynamics):
     robots, ``wall`` and obstacles. ``begin``: x, y and yaw of robots that do not start in the
     centre of their region."""
 
-    # What drives it
+    # Commands
 
     def send(self, name: str, x: float, y: float, yaw: float | None) -> None:
         """Replace the goal of a robot."""
@@ -80,7 +80,7 @@ class Physics(Dynamics):
             stands = None if found is None else self._obstacles.stands(found)
             if found is not None and stands is not None and stands.is_door and action == "push":
                 if self._obstacles.need(found).action != action:
-                    body.acts.result = "failed"  # something else has to be done first
+                    body.acts.result = "failed"  # another action is needed first
                     return
                 cx, cy = self._places.centre(found.region)
                 far = hypot(cx - x, cy - y)
@@ -97,7 +97,7 @@ class Physics(Dynamics):
                 body.acts.until = inf
 
     def bring(self, obstacle: Obstacle) -> None:
-        """Let an obstacle stand that the team has made, if it has no body."""
+        """Add an obstacle that the team has created, if it has no body."""
         with self.lock:
             if obstacle.type.blocks == frozenset():
                 self._obstacles.bring(obstacle)
@@ -138,8 +138,8 @@ class Physics(Dynamics):
             return self.now, found
 
     def noticed(self, name: str, *, bodies: bool = False) -> dict[Region, str | None]:
-        """The regions beside a robot, with the name of what it sees there: an uncertain region, or
-        with ``bodies`` any obstacle."""
+        """Return the adjacent regions with the name of what the robot sees there: an uncertain
+        region or, with ``bodies``, any obstacle."""
         with self.lock:
             here = self._places.region(*self._at(self._bodies[name])[:2])
             near = () if here is None else self._places.world.neighbours(here)
@@ -152,7 +152,7 @@ class Physics(Dynamics):
             return found
 
     def log(self) -> dict[str, Any]:
-        """The time, contacts, doors that are closed, and where robots are."""
+        """Return the time, contacts, closed doors and the robots' positions."""
         with self.lock:
             return {
                 "now": self.now,
@@ -170,12 +170,12 @@ class Physics(Dynamics):
             }
 
     def moving(self) -> list[str]:
-        """The robots that have a goal or a reference."""
+        """Return the robots with a goal or a reference."""
         with self.lock:
             return sorted(name for name in self._bodies if self._moves(name))
 
     def step(self, seconds: float) -> None:
-        """Let time pass, to the nearest step of the simulation."""
+        """Advance the simulation by a time, to the nearest step."""
         with self.lock:
             for _ in range(max(1, round(seconds / STEP))):
                 self._step()
@@ -188,8 +188,8 @@ class Physics(Dynamics):
         body.best, body.since = inf, self.now
 
     def _reached(self, here: Region, action: str) -> Obstacle | None:
-        """The obstacle on which a robot acts: one whose next need is met there, or one in its
-        region or beside it that takes the action."""
+        """Return the obstacle on which a robot acts: one whose next need is met there, or one in
+        its region or an adjacent one that needs the action."""
         near = {here, *self._places.world.neighbours(here)}
         able = [o for o in self._obstacles if any(need.action == action for need in o.needs)]
         beside = None
@@ -247,8 +247,8 @@ class Physics(Dynamics):
             self._worked(body.name, act)
 
     def _worked(self, name: str, act: Handling) -> None:
-        """A robot has worked long enough: that meets a need if enough robots have, or if it is
-        alone for long, it does not."""
+        """End the work of a robot: it meets a need if enough robots have worked; otherwise it fails
+        after a wait."""
         obstacle = act.obstacle
         if obstacle is None or self._obstacles.stands(obstacle) is None:
             act.result = "nothing"
@@ -275,24 +275,26 @@ class Physics(Dynamics):
             self._obstacles.remove(obstacle)
 
     def _at_work(self, obstacle: Obstacle, action: str) -> list[Handling]:
-        """The robots' actions of this kind on an obstacle that are under way."""
+        """Return the actions of this kind under way on an obstacle."""
         acts = [body.acts for body in self._bodies.values() if body.acts is not None]
         return [a for a in acts if (a.obstacle, a.action, a.result) == (obstacle, action, None)]
 
     def _next(self, body: SimulatedBody, end: str) -> None:
-        """Begin the next goal, or end the way: an action also goes home when it fails."""
+        """Begin the next goal, or end the sequence of goals; after a failed action the robot also
+        returns."""
         left = body.way[1:] if end == "succeeded" or body.acts is not None else []
         if left:
             self._begin(body, left)
         else:
             body.stay = body.way[0][:2] if end == "succeeded" else self._at(body)[:2]
             body.way, body.end = [], end
-        if end == "aborted" and body.flies:  # its estimate took the obstacle for wind
+        if end == "aborted" and body.flies:  # its estimator has taken the obstacle for wind
             x, y, _ = self._at(body)
             body.trackers = (AxisTracker(x, body.tilt), AxisTracker(y, body.tilt))
 
     def _ahead(self, door: LabObstacle) -> tuple[float, float]:
-        """The way through a door for a robot in its midst: to where its leaves already lean."""
+        """Return the direction through a door for a robot within it: the one in which its leaves
+        already lean."""
         first, second = (float(self._data.qpos[joint]) for joint in self._leaves[door.key])
         along = passage(self._places, door.obstacle.region)
         side = 1.0 if first >= second else -1.0

@@ -21,12 +21,13 @@ from safenav.world.map import Region
 RATE = 50.0
 """Odometry per second of simulated time."""
 LOOKS = 5
-"""Odometry messages for each scan and report of a robot at rest."""
+"""Odometry messages per scan and report of a robot at rest."""
 
 
 class SimulationTransport:
-    """A fleet in MuJoCo. ``step`` alone lets time pass, at most ``pace`` times as fast as a clock:
-    while the run thinks it stands still, so that a drive does not depend on the machine."""
+    """A fleet in MuJoCo. Only ``step`` advances time, at most ``pace`` times as fast as real time:
+    while the run computes time stands still, so that a drive does not depend on the machine's
+    speed."""
 
     def __init__(
         self, scenario: Scenario, stations: Mapping[str, Station], use: SimulationUse
@@ -85,12 +86,12 @@ class SimulationTransport:
             self.physics.perform(robot, actions[action])
 
     def close(self) -> None:
-        """Robots stand still: nothing steps them from now on."""
+        """Stop all robots: the simulation does not advance from now on."""
 
     def step(self) -> None:
-        """Let time pass up to the next odometry, and post what the robots say then."""
+        """Advance to the next odometry, and post the robots' messages."""
         ahead = self._due - time.monotonic()
-        if ahead > 0:  # a sleep of no time gives the processor away for some milliseconds
+        if ahead > 0:  # a sleep of zero seconds can yield the processor for some milliseconds
             time.sleep(ahead)
         self._due = time.monotonic() + 1.0 / (RATE * self._pace)
         self.physics.step(1.0 / RATE)
@@ -102,7 +103,7 @@ class SimulationTransport:
         post = self._post
         post(transport.Located(name, state["now"], state["x"], state["y"], state["yaw"]))
         if state["end"] is not None:
-            self._report(name)  # what it sees where it arrives
+            self._report(name)  # a scan at its destination
             post(transport.GoalEnded(name, self._goals[name], transport.GoalEnd(state["end"])))
         if state["acted"] is not None:
             post(transport.Performed(name, self._acts[name], ActResult(state["acted"])))

@@ -1,1 +1,1 @@
-"""Robots in pyrobosim, a simulator of somebody else's making, in a process of its own."""
+"""Robots in pyrobosim, an external simulator, in a separate process."""

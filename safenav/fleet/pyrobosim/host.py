@@ -1,8 +1,8 @@
 """``python -m safenav.fleet.pyrobosim.host WORLD PACE``: a pyrobosim world for another process.
 
-Commands come as lines of JSON by standard input, and messages go out by standard output.
-pyrobosim's planners and executors move the robots, its lidars see, and its hallways open and close
-by its own rules. Its threads do not end by themselves: with standard input, the process ends.
+Commands arrive as JSON lines on standard input, and messages are written to standard output.
+pyrobosim plans, moves the robots, simulates lidars, and opens and closes hallways by its own rules.
+Its threads do not end by themselves: the process exits at the end of standard input.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from typing import Any
 from safenav.fleet.place import turned
 
 RATE = 50.0
-"""Odometry and reports a second; scans only while a robot stands."""
+"""Odometry and reports per second; scans only while a robot stands."""
 HERE = 0.005
-"""Metres and radians within which a robot already is at its goal."""
+"""Metres and radians within which a robot counts as already at its goal."""
 
 Line = dict[str, Any]
 
@@ -52,7 +52,7 @@ class HostedRobot:
         threading.Thread(target=self._work, daemon=True).start()
 
     def command(self, line: Line) -> None:
-        """Stop what is under way, then do this."""
+        """Stop the command under way, then execute this one."""
         for earlier in self._open_lines:
             earlier["stopped"] = True
         if line["do"] != "stop":
@@ -68,7 +68,7 @@ class HostedRobot:
         return any(Polygon(c).covers(Point(place)) for line in lines for c in line["within"])
 
     def tick(self, sensor: str | None) -> None:
-        """Tell where the robot is, what it knows and, while it stands, what its lidar sees."""
+        """Send the robot's position, what it knows and, while it stands, its lidar scan."""
         if self.robot.path_executor is not None and any("stopped" in o for o in self._open_lines):
             self.robot.path_executor.cancel_execution = True
         name, at, now = self.robot.name, self.robot.get_pose(), time.monotonic()
@@ -83,7 +83,7 @@ class HostedRobot:
             self._teller.tell(scan=name, t=now, step=tau / 360, ranges=_rays(lidar, at, yaw))
 
     def tell_closed(self) -> None:
-        """Tell which hallways it knows to be closed."""
+        """Send the hallways that it knows to be closed."""
         closed = {hallway.name for hallway in self.robot.get_known_closed_hallways()}
         self._teller.tell(closed=sorted(closed), by=self.robot.name)
 
@@ -92,9 +92,9 @@ class HostedRobot:
             line = self._commands.get()
             try:
                 answer = self._open(line) if line["do"] == "open" else self._go(line)
-            except Exception as error:  # a planner's own failure is the goal's
+            except Exception as error:  # an error of the planner fails the goal
                 answer = ("failed" if line["do"] == "open" else "aborted", str(error))
-            self.tell_closed()  # why a goal failed is known before that it did
+            self.tell_closed()  # the reason of a failure is known before the failure itself
             self._open_lines.remove(line)
             done = "acted" if line["do"] == "open" else "end"
             self._teller.tell(
@@ -121,7 +121,7 @@ class HostedRobot:
             if off < HERE:
                 return "succeeded", ""
             if self.robot.path_executor.max_angular_velocity is None:
-                self.robot.set_pose(goal)  # it turns in no time
+                self.robot.set_pose(goal)  # it turns instantly
                 return "succeeded", ""
             way = Way(poses=[at, goal])
         else:
@@ -156,7 +156,7 @@ class HostedRobot:
 
 
 def _inside(way: Any, within: Any) -> bool:
-    """Whether a path stays in the union of some polygons."""
+    """Return whether a path stays in the union of some polygons."""
     from shapely import LineString, Polygon, unary_union
 
     line = LineString([(pose.x, pose.y) for pose in way.poses])
@@ -165,8 +165,9 @@ def _inside(way: Any, within: Any) -> bool:
 
 
 def _rays(lidar: Any, at: Any, yaw: float) -> list[float | None]:
-    """Metres by degree, counter-clockwise from the robot's front; None where nothing was hit or no
-    beam goes. pyrobosim drops beams from its list of lengths, but its lines have ends."""
+    """Return the range in metres for each degree, counter-clockwise from the robot's front; None
+    without a hit or a beam. pyrobosim's list of lengths omits beams, so the ends of its lines are
+    used."""
     found: list[float | None] = [None] * 360
     for line in lidar.lidar_lines:
         if line.length >= lidar.max_range_m - HERE:
@@ -183,7 +184,7 @@ def main(world_file: Path, pace: float) -> None:
         from pyrobosim.core.yaml_utils import WorldYamlLoader
 
         world = WorldYamlLoader().from_file(world_file)
-    except Exception as error:  # whatever its loader makes of a file
+    except Exception as error:  # its loader may raise anything
         teller.tell(error=f"{type(error).__name__}: {error}")
         return
     robots = {robot.name: HostedRobot(robot, world, pace, teller) for robot in world.robots}

@@ -1,7 +1,7 @@
 """Robots in pyrobosim: a world file of its own format, whose closed hallways are obstacles.
 
-The simulator runs in a child process (``safenav.fleet.pyrobosim.host``), which ends when this one
-does: its threads would not, and its log belongs to nobody's terminal.
+The simulator runs in a child process (``safenav.fleet.pyrobosim.host``) that ends with this one: in
+this process its threads would not end, and its log would clutter the terminal.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from safenav.world.map import Region
 GOALS_ONLY = "robot '{}': pyrobosim's robots find their own way to goals\n    leave out 'follow'"
 
 OPENING = "open"
-"""The one action of pyrobosim that concerns hallways."""
+"""The action of pyrobosim that opens hallways."""
 ENDING = 5.0
-"""Seconds after which a child that does not end is killed."""
+"""Seconds after which a child process that does not end is killed."""
 
 
 class PyrobosimTransport:
@@ -145,7 +145,8 @@ class PyrobosimTransport:
         self._log.close()
 
     def _regions(self, robot: str, goal: Region | None) -> list[list[tuple[float, float]]]:
-        """The corners of the regions in which a robot's path may lie: its own and the goal's."""
+        """Return the corners of the regions to which a robot's path is restricted: its own and the
+        goal's."""
         allowed = {region for region in (self._at.get(robot), goal) if region is not None}
         return [self._places.corners(region) for region in sorted(allowed)]
 
@@ -153,7 +154,10 @@ class PyrobosimTransport:
         child = self._child
         if child is None or child.stdin is None:
             return
-        with self._writing, contextlib.suppress(OSError):  # it has died: odometry ends, too
+        with (
+            self._writing,
+            contextlib.suppress(OSError),
+        ):  # the child process has died, so odometry also ends
             child.stdin.write(json.dumps(line) + "\n")
             child.stdin.flush()
 
@@ -183,7 +187,7 @@ class PyrobosimTransport:
         return [transport.Performed(line["acted"], line["number"], result, line["reason"])]
 
     def _reported(self, robot: str, closed: set[str]) -> list[transport.Reported]:
-        """Reports of the hallways beside a robot, as far as it knows them."""
+        """Return reports on the hallways adjacent to a robot, as far as it knows them."""
         here, station = self._at.get(robot), self._stations.get(robot)
         if here is None or station is None or station.report is None:
             return []
@@ -196,6 +200,6 @@ class PyrobosimTransport:
         ]
 
     def _last_words(self) -> str:
-        """The last line that the child wrote before it died."""
+        """Return the last line that the child process wrote."""
         self._log.seek(0)
         return next((line for line in reversed(self._log.read().splitlines()) if line.strip()), "")

@@ -1,6 +1,7 @@
 """Shared by the transports of ROS 1 and ROS 2: topics, the meaning of messages, streams.
 
-Classes of both have the same fields but for their stamps, so those come as seconds.
+Message classes of both have the same fields except for stamps, which are therefore passed as
+seconds.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ Joints = tuple[str, ...]
 BODY, FEET = ("mass",), ("left_foot", "right_foot")
 """The joints of trajectories: the middle of a body or a walker's centre of mass; its feet."""
 TOPICS: Mapping[Joints, str] = {BODY: "", FEET: "_steps"}
-"""The endings of their topics, each after the topic of the reference."""
+"""Suffixes of their topics, appended to the topic of the reference."""
 
 Pose = tuple[float, float, float, float]
 """x, y, z, yaw."""
@@ -58,9 +59,9 @@ class TrajectoryFrame(Struct, frozen=True):
 
 
 class Streams:
-    """The references of all robots that follow; ``send`` gets what is ahead, in a thread: robot,
-    joints and their trajectory. A stream continues after the end of its reference: its silence
-    tells a robot that safenav has died."""
+    """The reference streams of all followers. A thread calls ``send`` with robot, joints and their
+    next trajectory. A stream continues after the end of its reference, since silence means that
+    safenav has died."""
 
     def __init__(self, send: Callable[[str, Joints, list[TrajectoryFrame]], None]) -> None:
         self._send = send
@@ -78,7 +79,7 @@ class Streams:
                 self._thread.start()
 
     def stop(self, robot: str) -> bool:
-        """End the stream of a robot; whether it had one."""
+        """End the stream of a robot; return whether it had one."""
         with self._lock:
             return self._references.pop(robot, None) is not None
 
@@ -135,7 +136,7 @@ class RosTransport(ABC):
             self._stop(robot)
 
     def _topics(self) -> Iterator[tuple[str, str, Callable[[Any], None]]]:
-        """The topics to hear: name, type, and what takes a message."""
+        """Yield the topics to subscribe to: name, type and message handler."""
         topics = [(topic, "Bool", name) for name, topic in self._inputs.items()]
         for name, station in self._stations.items():
             topics.append((station.path("odom"), "Odometry", name))
@@ -147,7 +148,7 @@ class RosTransport(ABC):
             yield topic, kind, partial(self._take, kind, name)
 
     def _take(self, kind: str, name: str, message: Any) -> None:
-        """Take a message about a robot or, if it is a Bool, an input."""
+        """Pass on a message about a robot or, if it is a Bool, an input."""
         if kind == "Bool":
             self._post(InputHeard(name, bool(message.data)))
         elif kind == "String":
@@ -161,15 +162,16 @@ class RosTransport(ABC):
     @staticmethod
     @abstractmethod
     def _seconds(stamp: Any) -> float:
-        """A stamp in seconds of its sender's clock."""
+        """Return a stamp in seconds of its sender's clock."""
 
     @abstractmethod
     def _answers(self, robot: str) -> bool:
-        """Whether a robot has an action server, or hears its references."""
+        """Return whether a robot's action server answers or, for a follower, its references are
+        subscribed to."""
 
     @abstractmethod
     def _navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Send a robot that answers to a goal."""
+        """Send a responding robot to a goal."""
 
     @abstractmethod
     def _stop(self, robot: str) -> None:
@@ -181,8 +183,8 @@ class RosTransport(ABC):
 
 
 def points_of(kinds: Any, frames: list[TrajectoryFrame], duration: Callable[[float], Any]) -> Any:
-    """The points of a ``trajectory_msgs/MultiDOFJointTrajectory``. ``kinds``: has the classes of
-    its parts; ``duration``: of seconds."""
+    """Return the points of a ``trajectory_msgs/MultiDOFJointTrajectory``. ``kinds``: module with
+    the message classes; ``duration``: makes a duration from seconds."""
     points = []
     for frame in frames:
         places = [
@@ -207,8 +209,8 @@ def ahead_of(part: Setpoints) -> list[TrajectoryFrame]:
 
 
 def steps_of(part: Setpoints) -> list[TrajectoryFrame]:
-    """The next footsteps of a walker: both feet as they stand from each landing on, the first one
-    now. A foot in the air is where it last stood."""
+    """Return the next footsteps of a walker: the positions of both feet after each landing,
+    beginning with the present ones. A foot in the air counts where it last stood."""
     standing: dict[int, Pose] = {}
     found: list[TrajectoryFrame] = []
     for foot in part.feet:
@@ -221,8 +223,8 @@ def steps_of(part: Setpoints) -> list[TrajectoryFrame]:
 
 
 def located(robot: str, stamp: float, odometry: Any) -> Located | None:
-    """A ``nav_msgs/Odometry``: x, y and the yaw of its quaternion. None if one of them is not a
-    finite number: the filter that estimates them has diverged."""
+    """Return x, y and yaw of a ``nav_msgs/Odometry``; None if one of them is not finite, because
+    the estimator has diverged."""
     pose = odometry.pose.pose
     q = pose.orientation
     yaw = atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
@@ -231,8 +233,9 @@ def located(robot: str, stamp: float, odometry: Any) -> Located | None:
 
 
 def scanned(robot: str, stamp: float, scan: Any) -> Scanned:
-    """A ``sensor_msgs/LaserScan``. As in REP 117, ``-inf`` is a hit nearer than ``range_min``, and
-    a range above ``range_max`` hit nothing; one below ``range_min`` says nothing, nor does NaN."""
+    """Return a ``sensor_msgs/LaserScan`` as rays. By REP 117, ``-inf`` is a hit nearer than
+    ``range_min``, and a range above ``range_max`` hits nothing; a range below ``range_min`` is not
+    a reading, nor is NaN."""
     least, most = float(scan.range_min), float(scan.range_max)
 
     def metres(told: float) -> float:
@@ -245,6 +248,6 @@ def scanned(robot: str, stamp: float, scan: Any) -> Scanned:
 
 
 def facing(yaw: float | None) -> tuple[float, float]:
-    """The quaternion's z and w of a turn about the vertical (radians); upright for None."""
+    """Return z and w of the quaternion of a yaw in radians; None counts as 0."""
     half = (yaw or 0.0) / 2
     return sin(half), cos(half)

@@ -1,4 +1,4 @@
-"""Robots that speak ROS 1: move_base by actionlib, odometry, scans, reports, std_srvs/Trigger.
+"""Robots with ROS 1: move_base by actionlib, odometry, scans, reports, std_srvs/Trigger.
 
 rospy and its messages come from Debian's packages, not from PyPI. A virtual environment does not
 see them, so the system's folder is added behind its own.
@@ -53,20 +53,21 @@ _ENDS = {2: GoalEnd.CANCELED, 3: GoalEnd.SUCCEEDED, 4: GoalEnd.ABORTED, 5: GoalE
 
 
 SILENT = 5.0
-"""Seconds in which a ROS master has to answer."""
+"""Seconds within which a ROS master must answer."""
 OTHERS = (HTTPException, xmlrpc.client.Error, ExpatError)
 """Errors of servers that are not a ROS master."""
 NOT_AN_ERROR = "on a goal handle that we're not tracking"
-"""Part of the error that actionlib logs when the last news of a goal come after the next goal."""
+"""Part of the error that actionlib logs when the last status of a goal arrives after the next
+goal."""
 
 
 def relevant(line: logging.LogRecord) -> bool:
-    """Whether users are to read a line of the log of ROS."""
+    """Return whether a line of the ROS log is relevant to users."""
     return NOT_AN_ERROR not in line.getMessage()
 
 
 def importable() -> bool:
-    """Whether rospy is there, with Debian's folder added where that helps."""
+    """Return whether rospy can be imported, adding Debian's folder if necessary."""
     if find_spec("rospy") is None and Path(DEBIAN, "rospy").is_dir() and DEBIAN not in sys.path:
         sys.path.append(DEBIAN)
     return all(find_spec(name) is not None for name in MODULES)
@@ -89,7 +90,8 @@ def find_master(uri: str) -> None:
 
 
 class Ros1Transport(ros.RosTransport):
-    """A fleet behind one ROS master. A process can have one, once: rospy has one node."""
+    """A fleet behind one ROS master. A process can open only one, once, since rospy has a single
+    node."""
 
     action = "move_base"
 

@@ -19,7 +19,7 @@ idl: Any = types
 
 
 def _message(kind: str, **fields: Any) -> Any:
-    """The class of a message. Fields are zero, empty or new unless they are given."""
+    """Return the class of a message. Fields default to zero, empty, or a new message."""
     package, folder, name = kind.split("/")
     made: Any = make_idl_struct(
         name, f"{package}::{folder}::dds_::{name}_", fields, dataclassify=False

@@ -44,7 +44,8 @@ RELIABLE = Qos(
 SENSOR = Qos(
     Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(5), _CDR
 )
-"""A reader of best effort also hears reliable writers; one that is reliable hears only those."""
+"""A best-effort reader also receives from reliable writers; a reliable reader receives only from
+those."""
 
 _CONFIGURATION = (
     "<CycloneDDS><Domain><General>"
@@ -57,8 +58,8 @@ _CONFIGURATION = (
 
 
 def configuration(interface: str, peers: tuple[str, ...]) -> str:
-    """Return the configuration of cyclonedds: one interface; the peers that are named are asked one
-    by one, and multicast is used only if none is."""
+    """Return the configuration of cyclonedds: one interface, and unicast discovery of the named
+    peers; multicast is used only without peers."""
     listed = "".join(f'<Peer address="{escape(peer)}"/>' for peer in peers)
     return _CONFIGURATION.format(
         interface=escape(interface), multicast="false" if peers else "spdp", peers=listed
@@ -86,7 +87,7 @@ def _joined(domain: int, interface: str, peers: tuple[str, ...]) -> Any:
 
 
 def _confine(interface: str) -> None:
-    """Let the sockets of this process that are open to every address hear one interface only.
+    """Restrict the sockets of this process that listen on all addresses to one interface.
 
     cyclonedds binds those that receive to 0.0.0.0, whatever the configured interface (its issues
     1923 and 2090). Linux alone can tie a socket to an interface afterwards, and only where it is
@@ -105,7 +106,7 @@ def _confine(interface: str) -> None:
 
 
 class Taking(Listener):
-    """Gives each message to a function; one at a time, in the order of their arrival."""
+    """Passes each message to a function, one at a time, in the order of arrival."""
 
     def __init__(self, take: Callable[[Any], None]) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
@@ -138,12 +139,13 @@ class Participant:
         return self._topics[name]
 
     def listen(self, name: str, kind: type[M], take: Callable[[M], None], qos: Qos) -> None:
-        """Call ``take`` for every message of a topic (its name on the wire), in another thread."""
+        """Call ``take`` for every message of a topic (by its name on the wire), in another
+        thread."""
         topic = self._topic(name, kind, qos)
         self._readers.append(DataReader(self._participant, topic, qos=qos, listener=Taking(take)))
 
     def writer(self, name: str, kind: type[M], qos: Qos) -> Any:
-        """A writer of a topic (its name on the wire)."""
+        """Return a writer for a topic (by its name on the wire)."""
         return DataWriter(self._participant, self._topic(name, kind, qos), qos=qos)
 
     def close(self) -> None:
@@ -174,7 +176,7 @@ class Client:
         self._writer = node.writer(f"rq{service}Request", request, SERVICE)
 
     def call(self, **fields: Any) -> int:
-        """Send a request; the number that its reply will have."""
+        """Send a request; return the number of its reply."""
         number = next(self._numbers)
         make: Any = self._request
         self._writer.write(make(client=self._node.client, number=number, **fields))
@@ -182,7 +184,7 @@ class Client:
 
     @property
     def connected(self) -> bool:
-        """Whether a server listens."""
+        """Return whether a server is connected."""
         return bool(self._writer.get_matched_subscriptions())
 
     def _filter(self, reply: Any) -> None:

@@ -1,4 +1,4 @@
-"""Robots that speak ROS 2 under rmw_cyclonedds: Nav2's NavigateToPose, odometry, scans, reports.
+"""Robots with ROS 2 under rmw_cyclonedds: Nav2's NavigateToPose, odometry, scans, reports.
 
 For a robot of namespace ``/digit``: the action ``/digit/navigate_to_pose``, the topics
 ``/digit/odom``, ``/digit/scan`` and the report topic, and a ``std_srvs/Trigger`` for each action.
@@ -53,7 +53,7 @@ class _Robot:
         self._name = name
         self._post = post
         self._lock = Lock()
-        self._pending: dict[int, _Pending] = {}  # by the number of the call that is open
+        self._pending: dict[int, _Pending] = {}  # by the number of the open call
         self._current: _Pending | None = None
         self._acts: dict[str, tuple[Client, dict[int, int]]] = {}
         action = station.path(f"{ACTION}/_action")
@@ -99,7 +99,7 @@ class _Robot:
             if reply.accepted:
                 number = self._result.call(goal_id=ros.UUID(pending.uuid))
                 self._results[number] = pending
-                if pending.canceling:  # it was cancelled before the server knew it
+                if pending.canceling:  # it was cancelled before the server accepted it
                     self._cancel.call(goal_info=ros.GoalInfo(ros.UUID(pending.uuid), ros.Time()))
                 return
             self._forget(pending)
@@ -117,7 +117,7 @@ class _Robot:
         self._post(GoalEnded(self._name, pending.goal.number, end, reason))
 
     def _canceling(self, reply: Any) -> None:
-        """Ignored: the goal's result says whether it is cancelled."""
+        """Ignore the reply: the goal's result shows whether it is cancelled."""
 
     def _forget(self, pending: _Pending) -> None:
         if self._current is pending:
@@ -211,12 +211,12 @@ class Ros2Transport(topics.RosTransport):
 
 
 def _topic(name: str) -> str:
-    """The name of a topic on the wire."""
+    """Return the name of a topic on the wire."""
     return f"rt/{name.lstrip('/')}"
 
 
 def _whole(kind: Any, seconds: float) -> Any:
-    """Seconds as a time or a duration of ROS 2."""
+    """Return seconds as a time or duration of ROS 2."""
     return kind(int(seconds), int(seconds % 1 * 1e9))
 
 

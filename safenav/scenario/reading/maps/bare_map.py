@@ -1,4 +1,4 @@
-"""A map file alone, without a scenario around it: to look at it, or to begin a scenario on it."""
+"""A map file without a scenario: to draw it, or to begin a scenario on it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
 
 class Division(Struct, frozen=True):
     """Division of a map file: into rows and columns, or into squares with a side in metres.
-    ``share``: how much of a region has to be blocked for it to be a wall."""
+    ``share``: a region is a wall if more than this share of it is blocked."""
 
     rows: int | None = None
     cols: int | None = None
@@ -33,7 +33,7 @@ class Division(Struct, frozen=True):
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys of a scenario's ``map`` for it: ``rows: 20``, ..."""
+        """Return the keys of a scenario's ``map`` for it: ``rows: 20``, ..."""
         said = {
             "rows": self.rows,
             "cols": self.cols,
@@ -44,8 +44,8 @@ class Division(Struct, frozen=True):
 
 
 def form_of(path: Path) -> str | None:
-    """Return the form of a map in a scenario that a file has: ``image``, ``ros`` or ``movingai``;
-    None if it is not a map file."""
+    """Return the form of a map file in a scenario: ``image``, ``ros`` or ``movingai``; None if it
+    is not a map file."""
     suffix = path.suffix.lower()
     if suffix in _IMAGES:
         return "image"
@@ -61,7 +61,7 @@ def form_of(path: Path) -> str | None:
 def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
     """Return the keys of a scenario's ``map`` for a file; the scenario lies in ``folder``.
 
-    Raises InputError if the file is none that holds a map.
+    Raises InputError if the file is not a map file.
     """
     form = form_of(path)
     if form is None:
@@ -74,7 +74,7 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
 
 def load_map(path: Path, division: Division, reach: ReadableFolder | None = None) -> RegionMap:
     """Return the regions of a map file. ``reach``: which further files it may name. Raises
-    InputError with everything that is wrong."""
+    InputError with all errors."""
     if not path.is_file():
         said = "this is a directory" if path.is_dir() else "no such file"
         raise InputError([Diagnostic(str(path), 0, 0, said, "check the path")])
@@ -88,8 +88,8 @@ def load_map(path: Path, division: Division, reach: ReadableFolder | None = None
 
 
 def _tell_whole_file(findings: Findings, division: Division) -> None:
-    """Raise what was found. Places in the generated text mean nothing to users; hints name
-    options instead of keys."""
+    """Raise the errors that were found, without places in the generated text; hints name options
+    instead of keys."""
     try:
         findings.raise_if_any()
     except InputError as error:

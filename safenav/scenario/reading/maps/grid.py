@@ -11,7 +11,7 @@ _CHARACTERS = frozenset({WALL, FREE})
 
 
 def read_grid(node: Node, findings: Findings) -> RegionMap | None:
-    """Return the map in a ``grid``; None if it was reported."""
+    """Return the map in a ``grid``; None after an error was reported."""
     rows = _rows(node, findings)
     if rows is None:
         return None
@@ -38,14 +38,14 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
 
 
 def too_large(rows: int, cols: int) -> tuple[str, str]:
-    """Return the error of a map of this size, and what to do."""
+    """Return the error for a map of this size, with a hint."""
     found = f"a map of {rows} x {cols} regions; the maximum is {MAX_REGIONS} (512 x 512)"
     return found, "use larger regions"
 
 
 def _rows(node: Node, findings: Findings) -> list[tuple[Place, str]] | None:
-    """Return the rows of the grid, each with its place in the file. Blanks at their end and empty
-    lines around them go."""
+    """Return the rows of the grid, each with its place in the file, without trailing blanks and
+    surrounding empty lines."""
     if isinstance(node, Sequence):
         return _listed_rows(node, findings)
     if isinstance(node, Scalar) and node.value is None:

@@ -59,7 +59,8 @@ def read_image_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap 
 
 
 def _described(node: Node, findings: Findings) -> tuple[Node | None, dict[Colour, str], Text]:
-    """The file, the legend, and what becomes of text. A path alone keeps all that is dark."""
+    """Return the file, the legend and the treatment of text. With a path alone all dark pixels are
+    walls."""
     if not isinstance(node, Mapping):
         return node, {}, Text.WALL
     item = ImageKeys.read(node, "'image' of map", findings, "of image")
@@ -91,7 +92,7 @@ def _areas(
     node: Node,
     findings: Findings,
 ) -> Iterator[tuple[str, frozenset[int]]]:
-    """Yield the free regions whose free pixels have mostly the colour of an area."""
+    """Yield the free regions of each area: at least half of their free pixels have its colour."""
     open_ = 1 - shares(blocked, layout)
     for name, mask in masks.items():
         most = (shares(mask & ~blocked, layout) >= 0.5 * open_).ravel()

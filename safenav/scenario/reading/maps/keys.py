@@ -1,4 +1,4 @@
-"""The keys of the ``map:`` of a scenario, the forms that it has, and its origin in metres."""
+"""The keys and forms of the ``map:`` of a scenario, and its origin in metres."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ FORMS: dict[str, tuple[str, ...]] = {
     "ros": ("rows", "cols", "resolution", "share"),
     "movingai": ("rows", "cols", "share", "resolution", "origin"),
 }
-"""The forms of a map, and the further keys that have a meaning for each."""
+"""The forms of a map, and the further keys that apply to each."""
 
 OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
 
 
 def _of_form(kind: str) -> Schema:
-    """Return the keys that a form may have, and those that it must have."""
+    """Return the allowed and the required keys of a form."""
     others = [other for other in OPTIONS if other not in FORMS[kind]]
     needed = {"image": ["rows"]}.get(kind, [])
     sized = {"oneOf": ({"required": ["rows"]}, {"required": ["resolution"]})}

@@ -26,8 +26,8 @@ _BESIDE = {"areas": "'areas' stands beside 'map', not in it"}
 
 
 def read_map(node: Node | None, reading: Reading) -> None:
-    """Read the map with its names. If it cannot be used (which is reported), only names are known
-    from then on."""
+    """Read the map with its names. If it cannot be used, which is reported, only its names are
+    available."""
     item = MapKeys.read(node, "map", reading, elsewhere=_BESIDE)
     if item is not None:
         form = _form(item.node, reading)
@@ -80,10 +80,10 @@ def _read_form(form: str, fields: MapKeys, reading: Reading) -> RegionMap | None
 
 
 def _has_numpy() -> bool:
-    """Found without being loaded."""
+    """Return whether numpy is installed, without loading it."""
     try:
         return find_spec("numpy") is not None
-    except ValueError:  # it is hidden: None stands in its place among the loaded modules
+    except ValueError:  # hidden: ``sys.modules`` has None in its place
         return False
 
 

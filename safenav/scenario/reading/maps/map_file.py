@@ -1,7 +1,7 @@
-"""Maps in files that a scenario names: MovingAI maps, and what all such maps share (docs/maps.md).
+"""Map files that a scenario names: MovingAI maps, and code shared by all forms (docs/maps.md).
 
-A message points at the line of the file if there is one, else to the place where the scenario
-names it.
+A message points to the line of the file if known, else to the place where the scenario names the
+file.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def read_count(fields: MapKeys, findings: Findings) -> tuple[int, int] | None:
 def with_walls(
     blocked: Blocked, layout: Layout, share: float, node: Node, findings: Findings
 ) -> RegionMap | None:
-    """Return the map of that layout over the pixels; None if it was reported as of no use."""
+    """Return the map of that layout over the pixels; None after an error was reported."""
     if layout.rows * layout.cols > MAX_REGIONS:
         found, hint = too_large(layout.rows, layout.cols)
         findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")
@@ -95,7 +95,7 @@ def with_walls(
 
 
 def tell(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:
-    """Report the flaws of a map file, those without a line of their own at ``node``."""
+    """Report the errors of a map file, those without a line at ``node``."""
     inside = findings.beside(str(path))
     for flaw in error.flaws:
         if flaw.line:

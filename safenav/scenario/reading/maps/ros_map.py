@@ -52,7 +52,7 @@ def occupied(image: Image, settings: RosMap) -> Blocked:
 
 
 UNKNOWN = 205 / 255
-"""How bright map_saver paints a pixel that is unknown, in the mode trinary."""
+"""Brightness with which map_saver writes an unknown pixel in trinary mode."""
 
 
 def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
@@ -87,7 +87,7 @@ class Mode(StrEnum):
 
 
 def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
-    """Return the map with its frame; None if it was reported."""
+    """Return the map with its frame; None after an error was reported."""
     before = len(findings)
     count = read_count(fields, findings)
     side, share = fields.resolution, fields.share or 0.0
@@ -141,7 +141,8 @@ def _decimal(number: float) -> Fraction:
 def read_ros_file(
     text: str, findings: Reading
 ) -> tuple[RosMap | None, Image | None, Blocked | None]:
-    """The settings, their image, and its pixels that are not free; None for what was reported."""
+    """Return the settings, their image, and its pixels that are not free; None for parts with
+    reported errors."""
     item = read.mapping(parsed(text, findings), "a ROS map", findings, None, REQUIRED)
     if item is None:
         return None, None, None
@@ -180,7 +181,7 @@ def _settings(item: Mapping, findings: Findings) -> RosMap | None:
 
 
 def _negate(node: Node | None, findings: Findings) -> bool:
-    """0 or 1, as map_saver writes it, or a truth value."""
+    """Read 0 or 1, as map_saver writes it, or a truth value."""
     if isinstance(node, Scalar) and isinstance(node.value, bool):
         return node.value
     return read.integer(node, "'negate'", findings, most=1) == 1
