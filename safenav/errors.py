@@ -50,12 +50,15 @@ FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 def file_words(error: OSError) -> str:
     """A file that cannot be used, and why; of a long name only the beginning."""
     name, why = str(error.filename or ""), error.strerror or str(error)
-    shown = name if len(name) <= _WIDTH else f"{name[: _WIDTH - 3]}..."
+    shown = name if len(name) <= _NAME else f"{name[: _NAME - 3]}..."
     return f"{shown}: {why}" if shown else why
 
 
-_WIDTH = 96
-"""The most characters of a source line that a message shows."""
+_NAME = 96
+"""Maximum number of characters of a file's name in a message."""
+_LINE = 76
+"""Width of an excerpt with its line number: indented, it fits into 80 columns, so that the caret
+stays below its column."""
 _REPORTED = 101
 """The most diagnostics of a message: 100 of a scenario, and a last one that counts the others."""
 
@@ -87,9 +90,10 @@ class Diagnostic(Struct, frozen=True):
         if not self.source.strip() or not 1 <= self.column <= len(self.source) + 1:
             return []
         shown = "".join(char if char.isprintable() else " " for char in self.source)
-        begin = max(0, self.column - 1 - _WIDTH // 2) if len(shown) > _WIDTH else 0
-        part = shown[begin : begin + _WIDTH].rstrip()
         number = str(self.line)
+        width = _LINE - len(f"{number} | ")
+        begin = max(0, self.column - 1 - width // 2) if len(shown) > width else 0
+        part = shown[begin : begin + width].rstrip()
         return [f"{number} | {part}", f"{' ' * len(number)} | {' ' * (self.column - 1 - begin)}^"]
 
 

@@ -29,6 +29,17 @@ def test_every_unrealizable_scenario_is_told_in_full(file: Path, invoke: Invoke)
     assert "busy_" not in answer.output.split("Any one of these")[0].split("What happens")[1]
 
 
+def test_avoided_regions_are_marked_on_the_map(invoke: Invoke, tmp_path: Path) -> None:
+    objective = "{patrol: [[0, 0], [0, 2]], avoid: [[0, 1]]}"
+    (tmp_path / "s.yaml").write_text(
+        'safenav: 1\nmap: {grid: ["..."]}\n'
+        f"robots: {{r: {{model: quadcopter, start: 0, objective: {objective}}}}}\n"
+    )
+    answer = invoke(command, tmp_path / "s.yaml")
+    assert "R XX o" in answer.output
+    assert "R r, o target, XX avoided" in answer.output
+
+
 def test_json_has_cause_core_witness_and_repairs(invoke: Invoke) -> None:
     answer = invoke(command, SCENARIOS / "unrealizable" / "crossing_a_target.yaml", "--json")
     assert answer.status == 1

@@ -261,15 +261,18 @@ def _dilemma_words(dilemma: Dilemma, last: PlayMoment, found: Explanation, world
 
 
 def _picture(found: Explanation, scenario: Scenario) -> list[str]:
-    """Return the map with the robots at the start, targets, and the regions out of reach blank."""
+    """Return the map with the robots at the start, their targets, and avoided regions."""
     names = labels([robot.name for robot in scenario.robots])
     markers = [Marker(names[r.name], r.start.region, r.start.heading) for r in scenario.robots]
     targets = frozenset[Region]().union(*found.task.targets)
-    wanted = MapPicture(markers, targets=targets)
+    avoided = dict.fromkeys(found.task.objective.avoid, "avoided")
+    wanted = MapPicture(markers, barred=avoided, targets=targets)
     lines = draw(scenario.map, wanted)
     legend = ", ".join(f"{letter} {name}" for name, letter in names.items())
     if targets:
         legend += ", o target"
+    if avoided:
+        legend += ", XX avoided"
     return [*lines, legend]
 
 
