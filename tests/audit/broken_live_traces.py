@@ -34,6 +34,7 @@ def resolved_later(lines: list[Line]) -> None:
 ACTING = ("act", "acted", "resolved")
 ACTS: Line = {"type": "act", "robot": "a", "command": 9, "robots": ["a"], "obstacles": [], "t": 4.0}
 A_BACKS_UP: Line = {"type": "backtrack", "robot": "a", "to": 7}
+A_HOLDS: Line = {"type": "hold", "robot": "a", "why": "strategy", "t": 0.0}
 B_HOLDS: Line = {"robot": "b", "why": "strategy"}
 CASES_OF_LIVE: list[Case] = [
     ("clock delayed 4 -", edit("arrive", {"robot": "a", "command": 1}, t=0.5)),
@@ -45,6 +46,10 @@ CASES_OF_LIVE: list[Case] = [
     ("command delayed 5 a 2", edit("depart", {"robot": "a", "command": 4}, command=1)),
     ("command opened 8 digit", edit("acted", {"command": 4}, results={})),
     ("command opened 8 digit", edit("acted", {"command": 4}, barred=["door@9"])),
+    ("command delayed 5 a", edit("depart", {"robot": "a", "command": 4}, **{"from": 7})),
+    ("command opened 8 digit", edit("acted", {"command": 4}, command=9)),
+    ("act opened 5 digit", edit("act", {}, obstacles=["gate@1"])),
+    ("holds delayed 1 a", insert_after("depart", {"command": 1}, **A_HOLDS)),
     ("command delayed 10 a", edit("arrive", {"result": "elsewhere"}, result="blocked")),
     ("act opened 5 digit 2", edit("act", {}, robots=["quad"]), drop("hold", why="acting")),
     ("holds delayed 7 b", insert_after("hold", B_HOLDS)),

@@ -94,6 +94,7 @@ CASES_OF_PLANS: list[Case] = [
     ("ordered come_and_gone 3 -", scenario("obstacles", 0, "ordered", to=True)),
     ("gone come_and_gone 5 -", scenario("obstacles", 0, "until", to=9)),
     ("gone come_and_gone 5 -", insert_after("gone", {})),
+    ("gone come_and_gone 5 -", scenario("obstacles", 0, "until", to=None)),
     ("changes told 2 cart 2", scenario("changes", 0, "objective", to={"visit": [9]})),
     ("changes told 5 cart", scenario("changes", 2, "at", to=4)),
     ("changes told 2 cart", edit("objective", {}, cause="user")),

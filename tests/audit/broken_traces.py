@@ -144,6 +144,7 @@ CASES: list[Case] = [
     ("violation operator 2 rover 2", edit("violation", {}, at=8, proposed=10)),
     ("violation operator 2 rover", edit("violation", {}, action="push")),
     ("violation door 2 quad", scenario("obstacles", 0, "blocks", to=[])),
+    ("violation door 2 quad", edit("violation", {}, proposed=14)),
     ("backtrack door 2 quad", drop("backtrack")),
     ("backtrack door 2 quad", edit("backtrack", {}, to=7)),
     (
@@ -166,6 +167,7 @@ CASES: list[Case] = [
     ("blocked detour 1 rover", edit("blocked", {}, reason="unresolvable")),
     ("blocked cycle 1 quad", edit("blocked", {}, reason="no_capable_robot")),
     ("blocked detour 1 rover", edit("blocked", {}, reason="untraversable")),
+    ("blocked untraversable 2 quad", edit("blocked", {}, reason="operator")),
     ("request door 2 quad", edit("request", {}, regions=[9, 10])),
     (
         "request detour 1 rover",
@@ -311,6 +313,9 @@ CASES: list[Case] = [
     ),
     ("synthesis door 0 digit", edit("synthesis", {"robot": "digit"}, strategy=None)),
     ("synthesis door 3 digit", edit("synthesis", {"robot": "digit", "tick": 3}, reason="initial")),
+    ("completed door 8 quad", edit("outcome", {}, rounds={"digit": 1})),
+    ("deadline door 8 -", edit("outcome", {}, late=["mission"])),
+    ("deadline door 8 -", edit("outcome", {}, outcome="late")),
     ("deadline door 1 -", insert_after("move", FIRST, **KEPT)),
     ("charge door 1 quad", insert_after("move", FIRST, **CHARGED)),
 ]

@@ -151,8 +151,8 @@ class DeadlineRule(Rule):
         if outcome is None:
             return
         if not self._active:
-            if outcome.late is not None or _promised(outcome):
-                yield "it lists missed deadlines; there are none"
+            if outcome.outcome == "late" or outcome.late is not None or _promised(outcome):
+                yield "it reports missed deadlines; there are none"
             return
         if outcome.late is None or set(outcome.late) != set(self._late):
             said = ", ".join(outcome.late or ()) or "nothing"
