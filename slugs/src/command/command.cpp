@@ -39,17 +39,17 @@ namespace slugs {
 
 namespace {
 
-// A file that is opened while one of these is closed would take its place, and
-// get the messages.  Their uses still fail: reading what can only be
-// written, and the other way round.
+// If a standard descriptor is closed, the next file opened would get its number,
+// and thus the messages.  So closed ones are opened in the wrong direction: their
+// uses still fail.
 void reserve_standard_descriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(descriptor, F_GETFD) < 0)
       ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);
 }
 
-// SLUGS_PARENT is the process that must not be outlived.  The kernel kills this
-// program when the thread that started it ends; the process may have ended before.
+// The program must end with the process SLUGS_PARENT.  The kernel kills it when
+// the thread that started it ends; the process may have ended before.
 void die_with_parent() {
 #ifdef __linux__
   const char *parent = std::getenv("SLUGS_PARENT");
@@ -61,9 +61,8 @@ void die_with_parent() {
 #endif
 }
 
-// From here on the end of the requests ends the program.  Whoever started it may
-// have asked to have it killed when it dies; but what the kernel goes by is the
-// thread that started it, and that may end long before the last request.
+// From here on the end of the requests ends the program.  It no longer dies with
+// the thread that started it, which may end long before the last request.
 void outlive_parent_thread() {
 #ifdef __linux__
   ::prctl(PR_SET_PDEATHSIG, 0);
@@ -118,7 +117,7 @@ std::unique_ptr<StrategySink> sink_for(const Options &options, const Specificati
   return std::make_unique<TextStrategy>(specification, out);
 }
 
-// Statistics are kept whatever way the run ends.
+// Writes statistics however the run ends.
 class StatsFile {
 public:
   explicit StatsFile(const std::optional<std::string> &path) {
@@ -204,7 +203,7 @@ ExitStatus serve_moves(const Options &options, const Budget &budget) {
   stats.write(solver, word);
   if (!strategy)
     return ExitStatus::Unrealizable;
-  // The time limit is one on becoming ready.
+  // The time limit applies only until the program is ready to serve.
   Budget serving = budget;
   serving.deadline = Budget::Clock::time_point::max();
   InputLines requests(serving);

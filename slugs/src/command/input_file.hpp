@@ -1,4 +1,4 @@
-// Reading what comes from outside: a whole file, or standard input line by line.
+// Reading of input: a whole file, or standard input line by line.
 
 #pragma once
 
@@ -26,7 +26,7 @@ public:
 private:
   Budget budget_;
   std::string text_;
-  std::size_t at_ = 0; // of what has not been handed out
+  std::size_t at_ = 0; // start of the text not yet returned
 };
 
 } // namespace slugs

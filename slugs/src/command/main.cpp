@@ -34,7 +34,7 @@ void deallocate(void *block) {
 }
 
 // Diagrams are as deep as there are variables, and operations on them recurse.
-// The main thread's stack grows up to the limit as it is when it grows.
+// The limit may be raised now: it applies whenever the main thread's stack grows.
 void allow_deep_recursion() {
   constexpr rlim_t wanted = rlim_t{100} << 20;
   rlimit limit;

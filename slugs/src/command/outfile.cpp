@@ -13,8 +13,8 @@
 
 namespace slugs {
 
-// Writes to a file descriptor.  The first error throws, through the stream, so
-// that whoever is writing stops; it is remembered, and all else is dropped.
+// Writes to a file descriptor.  The first error throws through the stream, so
+// that the writer stops; it is stored, and further output is dropped.
 class OutFile::Buffer : public std::streambuf {
 public:
   Buffer(int descriptor, std::string name)
@@ -26,7 +26,7 @@ public:
     throw WriteError("cannot write " + name_ + ": " + std::strerror(reason));
   }
 
-  // Returns 0 or the reason for which something may be lost.
+  // Returns 0, or the error because of which output may be lost.
   int close() {
     if (descriptor_ > STDERR_FILENO && ::close(descriptor_) != 0 && error_ == 0)
       error_ = errno;

@@ -8,8 +8,8 @@
 
 namespace slugs {
 
-// From now on an interrupt sets the flag and nothing else, and writing to a
-// closed pipe is an error of the write instead of the end of the process.
+// Installs the handlers: these signals only set the returned flag, and a write
+// to a closed pipe fails instead of ending the process.
 const std::atomic<bool> &catch_signals();
 
 } // namespace slugs

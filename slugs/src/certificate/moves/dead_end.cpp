@@ -42,7 +42,7 @@ DeadEnds::Kind DeadEnds::search(const Assignment &assignment) {
     if (!answer)
       return Kind::SystemStuck;
 
-    // Where is this answer illegal?
+    // The moves to which this answer is illegal.
     values.assign(values.size(), std::nullopt);
     for (std::uint32_t i = input_count_; i < values.size(); ++i)
       values[i] = (*answer)[i].value_or(false);

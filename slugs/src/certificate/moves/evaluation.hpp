@@ -34,13 +34,13 @@ struct Assignment {
 
 class Evaluation {
 public:
-  // Of `roots` and everything below them.  The pool may grow afterwards.
+  // Covers `roots` and all their operands.  The pool may grow afterwards.
   Evaluation(const FormulaPool &pool, const std::vector<FormulaId> &roots);
 
   void run(const Assignment &assignment);
   const Truth &operator[](FormulaId id) const { return values_[slot(id)]; }
 
-  // For those who ask often: the place of a formula that is needed.
+  // The slot of a needed formula, for repeated queries.
   std::size_t slot(FormulaId id) const;
   const Truth &at(std::size_t slot) const { return values_[slot]; }
   const std::vector<FormulaId> &needed() const { return ids_; } // ascending

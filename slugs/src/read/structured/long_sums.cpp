@@ -11,16 +11,16 @@ namespace slugs {
 
 namespace {
 
-constexpr std::size_t short_sum = 12;          // terms for which adders do
-constexpr std::size_t most_amounts = 1u << 23; // in all
+constexpr std::size_t short_sum = 12;          // terms up to which adders suffice
+constexpr std::size_t most_amounts = 1u << 23; // in total
 
-// A bit or its negation, which adds so much when it is true.
+// A bit or its negation, which adds its weight if it is true.
 struct Summand {
   FormulaId literal;
   std::int64_t weight;
 };
 
-// The sum of the summands against a bound.
+// A comparison of the sum of the summands with a bound.
 struct Bounded {
   std::vector<Summand> summands;
   std::int64_t bound;
@@ -85,7 +85,7 @@ public:
   }
 
 private:
-  // Whether the summands from i on decide, and which way if not.
+  // The result, if the amount left decides it whatever the summands from i on.
   std::optional<bool> decided(std::size_t i, std::int64_t left) const {
     if (left < 0)
       return false;
@@ -96,7 +96,7 @@ private:
     return std::nullopt;
   }
 
-  // Which amounts may be left before each summand, in order.
+  // The amounts that may be left before each summand, ascending.
   bool meet_amounts() {
     std::size_t amounts = 0;
     std::vector<std::int64_t> here{bound_};
