@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli import warn
 from safenav.errors import UsageError
 from safenav.scenario.objective import USAGE
 
 if TYPE_CHECKING:
+    from safenav.runtime.intervention.kinds import Intervention
     from safenav.runtime.mission import Mission, RunResult
     from safenav.scenario.model import Scenario
     from safenav.trace.records import Record
@@ -160,9 +162,29 @@ def _apply(mission: Mission, lines: Lines) -> None:
             _settle(mission)
             raise joins
         try:
-            mission.intervene(read_intervention(line, mission.state.scenario))
+            wanted = read_intervention(line, mission.state.scenario)
         except UsageError as error:
             raise UsageError(f"{place}: {error}") from error
+        try:
+            mission.intervene(wanted)
+        except UsageError as error:  # robots are under way: the run continues
+            warn(f"{place}: dropped: {error}")
+            mission.intervene(wanted, late=True)
+
+
+def _known(wanted: Intervention, scenario: Scenario) -> None:
+    """Raise UsageError if an obstacle can never be known: its type does not exist."""
+    from safenav.runtime.intervention.kinds import MarkPermanent, MarkResolved
+    from safenav.scenario.model import name_parts
+
+    if not isinstance(wanted, MarkResolved | MarkPermanent):
+        return
+    kind = name_parts(wanted.obstacle)[0]
+    types = {*scenario.catalogue.obstacles, *(each.type.name for each in scenario.obstacles)}
+    types |= set() if scenario.flat is None else {scenario.flat.name}
+    if kind not in types and not kind.startswith(("lost_", "unknown_")):
+        known = ", ".join(sorted(types))
+        raise UsageError(f"there is no obstacle type '{kind[:40]}'; known: {known}")
 
 
 def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
@@ -189,7 +211,7 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
         joining = joining or _joining(told, "") is not None
         if told and not joining:
             try:
-                read_intervention(told, scenario)
+                _known(read_intervention(told, scenario), scenario)
             except UsageError as error:
                 raise UsageError(f"{path}:{number}: {error}") from error
         if told:

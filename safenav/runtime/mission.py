@@ -180,10 +180,11 @@ class Mission:
         if self._search.busy and get_ident() == self._thread:
             self._stop.check()
 
-    def intervene(self, intervention: Intervention) -> None:
+    def intervene(self, intervention: Intervention, *, late: bool = False) -> None:
         """Change the world at the beginning of the next tick. The robots are not notified, and
-        encounter the change. Raises UsageError, with the reason, for an impossible change."""
-        self._interventions.ask(intervention)
+        encounter the change. Raises UsageError, with the reason, for an impossible change; with
+        ``late`` that is dropped and recorded (``late``)."""
+        self._interventions.ask(intervention, late=late)
 
     def post(self, event: WorldEvent) -> None:
         """Report an event of the world to a live run, from any thread."""

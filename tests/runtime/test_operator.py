@@ -276,17 +276,18 @@ def test_a_broken_trace_is_found(
             "error: {}:3: 'region': region 0 [0, 0] is a wall",
         ),
         (  # ``#2`` is no comment
-            "resolved gate@doorway#2 # the second\n",
-            2,
-            "{}:1: the team knows of no obstacle 'gate@doorway#2'; known: gate@doorway",
+            "resolved gate@doorway#2 # the second\nresolved gate@doorway\n",
+            0,
+            "{}:1: dropped: the team knows of no obstacle 'gate@doorway#2'; known: gate@doorway",
         ),
+        ("resolved gaet@doorway\n", 2, "error: {}:1: there is no obstacle type 'gaet'; known: "),
         (
             "# opened\nresolved gate@doorway\n\ngive_up\n\nservice bee out\nresolved gate@27\n",
             0,
             "note: the run ended before {}:4: give_up and 2 more\n",
         ),
     ],
-    ids=["unknown", "control", "wall", "not there", "more than needed"],
+    ids=["unknown", "control", "wall", "not there", "misspelt", "more than needed"],
 )
 def test_a_file_gives_the_interventions(fixes: str, code: int, told: str, tmp_path: Path) -> None:
     scenario, file, trace = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "t.jsonl"))

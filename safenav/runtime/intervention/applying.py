@@ -60,11 +60,13 @@ class Interventions(Struct):
         """Whether an intervention is to be applied."""
         return bool(self._asked)
 
-    def ask(self, wanted: kinds.Intervention) -> None:
-        """Raises UsageError for an impossible intervention, with the reason."""
+    def ask(self, wanted: kinds.Intervention, *, late: bool = False) -> None:
+        """Raises UsageError for an impossible intervention, with the reason. ``late``: drop and
+        record it instead."""
         if (found := kinds.misfit(wanted)) is not None:
             raise UsageError(found)
-        self._check(wanted)
+        if not late:
+            self._check(wanted)
         self._asked.append(wanted)
 
     def _check(self, wanted: kinds.Intervention) -> None:
