@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Collection, Hashable, Iterable
 from contextlib import suppress
 from threading import get_ident
-from typing import Any
+from typing import Any, cast
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -38,7 +38,7 @@ from safenav.runtime.turns.turn import Turns
 from safenav.runtime.turns.while_waiting import may_continue
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
-from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent
+from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent, implements
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import InputWorld, SimulatedWorld
 from safenav.scenario.model import Scenario, Tracking
@@ -111,7 +111,8 @@ class Mission:
             world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
         truth = world.truth if isinstance(world, LiveSimulation) else world
         self._truth = truth if isinstance(truth, SimulatedWorld) else None
-        protocol = world if isinstance(world, World) else BlockingAdapter(world, scenario)
+        blocks = cast("BlockingWorld", world)
+        protocol = world if implements(world, World) else BlockingAdapter(blocks, scenario)
         self._commands = commands = Commands(protocol, scenario)
         if commands.live:
             if (found := unsafe_live(scenario)) is not None:
@@ -128,7 +129,7 @@ class Mission:
         self.state.listeners = (*self.state.listeners, batteries)
         self._deadlines.lasts_until = batteries.lasts_until
         self.state.stops = batteries.stops
-        inputs = EnvironmentInputs(self.state, truth if isinstance(truth, InputWorld) else None)
+        inputs = EnvironmentInputs(self.state, truth if implements(truth, InputWorld) else None)
         self._interventions = Interventions(self.state, self._truth, turns, inputs)
         self._algorithm = Passes(
             self.state,

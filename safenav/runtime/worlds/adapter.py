@@ -64,7 +64,7 @@ class BlockingAdapter:
         self._scenario = scenario
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}
         self._simulated = world if isinstance(world, SimulatedWorld) else None
-        self._changing = world if isinstance(world, ChangingWorld) else None
+        self._changing = world if protocol.implements(world, ChangingWorld) else None
         self._draws = {r.name: random.Random(f"{scenario.seed}/{r.name}") for r in scenario.robots}
         self._tick = 0
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}

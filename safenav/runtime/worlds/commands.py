@@ -82,11 +82,13 @@ class Commands:
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
         self.live = not isinstance(world, BlockingAdapter)
-        self._timed = world if isinstance(world, protocol.TimedWorld) else None
-        self._changing = world if isinstance(world, ChangingWorld) else None
+        self._timed = world if protocol.implements(world, protocol.TimedWorld) else None
+        self._changing = world if protocol.implements(world, ChangingWorld) else None
         self.simulated = self._timed is not None
         """Whether the world knows how long commands take."""
-        self.pauses = self.simulated or (isinstance(world, protocol.PausingWorld) and world.pauses)
+        self.pauses = self.simulated or (
+            protocol.implements(world, protocol.PausingWorld) and world.pauses
+        )
         """Whether time passes only while the run waits."""
         self._names = frozenset(robot.name for robot in scenario.robots)
         self._open: dict[str, OpenCommand] = {}
@@ -140,12 +142,12 @@ class Commands:
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """Notify a world that keeps poses of a robot that an operator has put somewhere."""
-        if isinstance(self.world, protocol.PlacingWorld):
+        if protocol.implements(self.world, protocol.PlacingWorld):
             self.world.placed(robot, pose)
 
     def cleared(self, obstacle: Obstacle) -> None:
         """Notify a world that remembers obstacles of one that an operator has resolved."""
-        if isinstance(self.world, protocol.RememberingWorld):
+        if protocol.implements(self.world, protocol.RememberingWorld):
             self.world.cleared(obstacle)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:

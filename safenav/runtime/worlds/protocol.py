@@ -8,8 +8,8 @@ regions that they do not name (docs/library.md).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable, Iterable, Sequence
+from typing import Protocol, TypeGuard, TypeVar
 
 from msgspec import Struct
 
@@ -92,11 +92,19 @@ class Acted(WorldEvent, frozen=True):
     reason: str = ""
 
 
+_Kind = TypeVar("_Kind")
+
+
+def implements(world: object, kind: Callable[..., _Kind]) -> TypeGuard[_Kind]:
+    """Return whether a world has all members of a protocol, also those of a proxy
+    (``__getattr__``), which ``isinstance`` ignores from Python 3.12 on."""
+    return all(hasattr(world, name) for name in vars(kind) if not name.startswith("_"))
+
+
 Ended = Arrived | Elsewhere | Blocked | Failed | Lost
 """Events that end a step."""
 
 
-@runtime_checkable
 class World(Protocol):
     """The actual world of a live run. Only ``wait`` may block. Commands have increasing numbers.
     One event with its number ends each command: ``start`` and ``act`` return it if it has already
@@ -145,7 +153,6 @@ class BlockingWorld(Protocol):
         The mission derives earlier needs from the poses of the robots."""
 
 
-@runtime_checkable
 class TimedWorld(Protocol):
     """A simulation: it knows how long commands take, and time passes in ``wait`` only."""
 
@@ -156,7 +163,6 @@ class TimedWorld(Protocol):
         """Future times at which the world changes by itself."""
 
 
-@runtime_checkable
 class PausingWorld(Protocol):
     """A world that may pause while the run computes: a simulated fleet."""
 
@@ -165,7 +171,6 @@ class PausingWorld(Protocol):
         """Whether time passes in ``wait`` only."""
 
 
-@runtime_checkable
 class PlacingWorld(Protocol):
     """A world that keeps the poses of robots."""
 
@@ -173,7 +178,6 @@ class PlacingWorld(Protocol):
         """Record that a robot without a command is in ``pose``."""
 
 
-@runtime_checkable
 class RememberingWorld(Protocol):
     """A world that stores sensor readings: a fleet."""
 

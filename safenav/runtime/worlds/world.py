@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Collection, Iterable, Mapping
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from msgspec import Struct, field
 
@@ -30,7 +30,6 @@ class Change(Struct, frozen=True):
     another: bool = False
 
 
-@runtime_checkable
 class ChangingWorld(Protocol):
     """A world in which obstacles appear and disappear."""
 
@@ -40,7 +39,6 @@ class ChangingWorld(Protocol):
         appear there."""
 
 
-@runtime_checkable
 class InputWorld(Protocol):
     """A world that sets the inputs of the scenario."""
 
