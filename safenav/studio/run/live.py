@@ -63,6 +63,7 @@ class StudioRun:
         self._process: asyncio.subprocess.Process | None = None
         self._ready = asyncio.Event()
         self._busy_since: float | None = None
+        self._told_busy = False
         self._tasks: list[asyncio.Task[None]] = []
         self._playing = False
         self._begun = False
@@ -83,8 +84,13 @@ class StudioRun:
             "failure": self.failure,
             "outcome": None if outcome is None else outcome.outcome.value,
             "inputs": self._inputs,
-            "busy": self._busy_since is not None and time.monotonic() - self._busy_since > 0.3,
+            "busy": self._busy,
         }
+
+    @property
+    def _busy(self) -> bool:
+        """Whether the current tick takes long."""
+        return self._busy_since is not None and time.monotonic() - self._busy_since > 0.3
 
     @property
     def whole(self) -> dict[str, Any] | None:
@@ -190,12 +196,10 @@ class StudioRun:
         return took / self.speed
 
     async def _tell_when_busy(self) -> None:
-        """Let pages know of a tick that takes long."""
-        told = False
+        """Let pages know of a tick that takes long, and of its end."""
         while self.phase is not LivePhase.ENDED:
             await asyncio.sleep(0.2)
-            if self.state["busy"] != told:
-                told = not told
+            if self._busy != self._told_busy:
                 self._tell_state()
 
     async def _listen(self) -> None:
@@ -289,6 +293,7 @@ class StudioRun:
         self._tell_state()
 
     def _tell_state(self) -> None:
+        self._told_busy = self._busy  # other reasons to tell the state tell this, too
         self._tell({"is": "state", "state": self.state})
 
     def _send(self, data: Mapping[str, Any]) -> None:
