@@ -51,15 +51,17 @@ safenav.runtime.mission.first_failure = lambda *_: time.sleep(900)
 
 AT_ONCE = """
 import os, signal, threading
-start = threading._start_new_thread
-def pressed(*given):
-    number = start(*given)
+called = "_start_joinable_thread"
+called = called if hasattr(threading, called) else "_start_new_thread"  # before Python 3.13
+start = getattr(threading, called)
+def pressed(*given, **named):
+    number = start(*given, **named)
     if getattr(given[0], "__self__", None).name.startswith("ThreadPool"):
         given[0].__self__._started.wait()
         os.kill(os.getpid(), signal.SIGINT)
         sum(range(100))
     return number
-threading._start_new_thread = pressed
+setattr(threading, called, pressed)
 """
 """Ctrl-C while the thread of a synthesis is started."""
 

@@ -137,6 +137,60 @@ def test_a_robot_that_slides_continues_from_there(
     assert not run.findings
 
 
+SLOW = """
+name: a step of three ticks
+map: {grid: ["###########", "#.........#", "#.........#", "###########"]}
+catalogue:
+  robots:
+    rover: {mobility: free, layer: ground, capabilities: [], timing: 3}
+    cart: {mobility: free, layer: ground, capabilities: []}
+robots:
+  slow: {model: rover, start: [2, 4], objective: {hold: [2, 6]}}
+  drone: {model: cart, start: [2, 7], objective: {visit: [[2, 7], [1, 7]]}}
+changes: [{at: 9, robot: drone, service: back}]
+limits: {ticks: 12}
+"""
+
+
+class Reached(Sliding):
+    """No robot is sent to where the other one is, nor into the door, which only the drone sees."""
+
+    def move(self, robot: Robot, pose: Pose) -> Pose:
+        others = [at for name, at in self.at.items() if name != robot.name]
+        assert pose.region not in others and not (self.closed and pose.region == DOOR)
+        return super().move(robot, pose)
+
+
+@pytest.mark.parametrize("slides", [{2: DOOR}, {1: DOOR, 3: DOOR + 4}])
+def test_a_step_of_several_ticks_is_given_up_where_another_robot_has_slid(
+    slides: dict[int, int],
+) -> None:
+    """A world hears of such a step only when it ends. The other robot is out of service then, and
+    may be carried on."""
+    scenario, run = loaded(SLOW), Run()
+    Mission(scenario, world=Reached(scenario, slides), listeners=[run]).run()
+    first = run.all("move", result="elsewhere", robot="slow")[0]
+    assert first["from"] == first["to"] == DOOR - 1 and not run.findings
+    assert (DOOR in run.path("slow")[:9]) == (3 in slides)
+
+
+class HalfBlind(Reached):
+    """The door is closed in the middle of the step."""
+
+    def sense(self, robot: Robot, region: int) -> Obstacle | None:
+        self.closed = (robot.name == "drone" and region == DOOR) or self.closed
+        return super().sense(robot, region)
+
+
+def test_a_step_of_several_ticks_is_given_up_where_an_obstacle_has_been_found() -> None:
+    text = SLOW.replace("model: cart", "model: quadcopter").replace(
+        "visit: [[2, 7], [1, 7]]", "hold: [2, 5]"
+    )
+    scenario, run = loaded(text), Run()
+    Mission(scenario, world=HalfBlind(scenario, {}), listeners=[run]).run()
+    assert run.outcome["outcome"] == "operator_needed"
+
+
 class Repeating(Building):
     """The walker is said to open the door whenever it passes."""
 

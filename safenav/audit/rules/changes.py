@@ -66,13 +66,15 @@ def gone(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "service", "move")
 def service(record: Line, now: Situation) -> Iterator[Said]:
-    """A robot that is out of service begins no step; it ends a step that it has begun. Each line
-    about its service changes that (T)."""
+    """A robot that is out of service begins no step; it ends a step that it has begun. In the world
+    of a user it may be taken elsewhere. Each line about its service changes that (T)."""
     robot = record.robot
     if record.type == "service":
         told = record.cause != "battery"  # another rule judges that
         if told and record.active is not (robot in now.out):
             yield f"{robot} was already {'in' if record.active else 'out of'} service"
+    elif now.has_failed(robot):
+        return
     elif robot in now.out and now.toward[robot] is None and taken(record) != {record.from_}:
         yield f"{robot} moves, but is out of service"
 

@@ -193,8 +193,11 @@ def never_together(record: Line, now: Situation) -> Iterator[Said]:
 def _held(move: Line, other: str, now: Situation) -> tuple[set[int], set[int]]:
     """Return the regions that two robots keep free of each other after a move of one. A lost robot
     keeps others out of the region from which it set out, too; another that is lost there, by a
-    report that names it, does not share it with one whose report excludes it."""
+    report that names it, does not share it with one whose report excludes it. In ticks, the step of
+    another one does not begin before its last tick for one that ends elsewhere than commanded."""
     own, theirs = now.lost.get(move.robot), now.lost.get(other)
+    if now.has_failed(move.robot) and not now.live:
+        return {move.to}, {now.region[other]}
     if own:
         return set(own), set(theirs or now.taken_by(other))
     return taken(move), now.may_have(other)

@@ -24,6 +24,7 @@ from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, PlanEndReason
+from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 Values = Mapping[str, int]
@@ -68,7 +69,8 @@ class Moves(Struct, frozen=True):
 
     def travel(self, robot: RobotState, step: DecidedStep) -> Iterator[Event]:
         """The turn of a robot in transit: the end of its step, if it has ended."""
-        event = self.world.ended(robot.robot)
+        given_up = not self.state.live and self._is_closed(robot, step.pose.region)
+        event = (given_up and self.world.give_up(robot.robot)) or self.world.ended(robot.robot)
         if event is None:
             self.tell.begun(robot, None)
             if not self.state.live:
@@ -77,6 +79,12 @@ class Moves(Struct, frozen=True):
         yield from self._arrive(robot, step, event, step if step.planned else None)
         if not self.relocation.traffic.plan.active:
             yield from self.relocation.go_on(robot)
+
+    def _is_closed(self, robot: RobotState, region: Region) -> bool:
+        """Whether a robot must not enter the region of its step any longer: another robot has ended
+        its own step there, or an obstacle has been found there."""
+        others = taken(self.state, robot.robot)
+        return region in others or self.state.knowledge.closing(region, robot.robot) is not None
 
     def _arrive(
         self, robot: RobotState, step: DecidedStep, event: Ended, recorded: DecidedStep | None
@@ -171,7 +179,9 @@ class Moves(Struct, frozen=True):
         as encountered."""
         region, obstacle = pose.region, None
         match event:
-            case Elsewhere() if robot.pose.region in taken(self.state, robot.robot):
+            case Elsewhere() if robot.pose.region in taken(self.state, robot.robot) - {
+                start.region
+            }:
                 return Reaction.OUT_OF_SERVICE, None  # it slid to where another robot is
             case Arrived() | Elsewhere():
                 return None, None

@@ -131,8 +131,14 @@ class BlockingAdapter:
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
 
+    @property
+    def external(self) -> bool:
+        """Whether the world is a user's."""
+        return self._simulated is None
+
     def cancel(self, robot: Robot) -> None:
-        """A step that is under way ends."""
+        """Forget a step that takes several ticks: the world hears only of its end."""
+        self._open.pop(robot.name, None)
 
     def wait(self, timeout: float | None) -> Sequence[protocol.WorldEvent]:
         del timeout

@@ -180,6 +180,16 @@ class Commands:
         assert isinstance(found, protocol.Ended | None)
         return found
 
+    def give_up(self, robot: Robot) -> protocol.Ended | None:
+        """Lockstep: end a robot's step where it began; None if a simulated world moves it."""
+        if not isinstance(self.world, BlockingAdapter) or not self.world.external:
+            return None
+        open_ = self._open[robot.name]
+        self.world.cancel(robot)
+        number = open_.command
+        self._take(protocol.Elsewhere(self.now(), robot.name, open_.start, command=number))
+        return self.ended(robot)
+
     def may_have_ended(self, name: str) -> bool:
         """Whether a robot's step has ended, as far as that is known before its turn."""
         return not self.live or name in self._ended
