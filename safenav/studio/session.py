@@ -225,9 +225,10 @@ class Studio:
                 await self.run.end()
             if seed is not None:
                 order = replace(order, seed=seed)
-            self.run = StudioRun(order, self.tell, speed=self._speed, trace=self._trace)
-            await self.run.start()
-            return self.run
+            run = StudioRun(order, self.tell, speed=self._speed, trace=self._trace)
+            await run.start()  # if it cannot, pages keep the run before
+            self.run = run
+            return run
 
     async def _play(self, data: Message) -> None:
         run = self.run or await self._begin(_seed(data))

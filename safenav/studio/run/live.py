@@ -64,6 +64,7 @@ class StudioRun:
         self._ready = asyncio.Event()
         self._busy_since: float | None = None
         self._told_busy = False
+        self._ending = False  # a user has ended it
         self._tasks: list[asyncio.Task[None]] = []
         self._playing = False
         self._begun = False
@@ -143,7 +144,7 @@ class StudioRun:
         process = self._process
         if process is None or self.phase is LivePhase.ENDED:
             return
-        self._playing = False
+        self._playing, self._ending = False, True
         if self._ready.is_set():
             self._send({"do": "end"})
         else:
@@ -196,21 +197,29 @@ class StudioRun:
         return took / self.speed
 
     async def _tell_when_busy(self) -> None:
-        """Let pages know of a tick that takes long, and of its end."""
+        """Let pages know of a tick that takes long; ``_done`` lets them know of its end."""
         while self.phase is not LivePhase.ENDED:
             await asyncio.sleep(0.2)
-            if self._busy != self._told_busy:
+            if self._busy and not self._told_busy:
                 self._tell_state()
 
     async def _listen(self) -> None:
         """Take what the process writes, to its end."""
-        assert self._process is not None and self._process.stdout is not None
+        process = self._process
+        assert process is not None and process.stdout is not None
         try:
-            async for line in self._process.stdout:
-                self._take(line)
+            async for line in process.stdout:
+                if line.endswith(b"\n"):  # else the process was killed while it wrote
+                    self._take(line)
         except ValueError:
             self.failure = "a line of the trace is too long"
-            kill(self._process)
+            kill(process)
+        except UsageError as error:
+            self.failure = str(error)
+            kill(process)
+        status = await process.wait()
+        if status != 0 and self.failure is None and not self._ending:
+            self.failure = _death(status)
         self._process_ended()
 
     def _take(self, line: bytes) -> None:
@@ -230,8 +239,11 @@ class StudioRun:
             self._robot_joined()
         self.lines.append(line)
         if self._file is not None:
-            self._file.write(line)
-            self._file.flush()
+            try:
+                self._file.write(line)
+                self._file.flush()
+            except OSError as error:
+                raise _unwritable(self._path, error) from error
         if kind is Header:
             header: Header = convert(Header, {"tick": 0, **data})
             self._live = LiveRun(header, Path(self.order.file).name)
@@ -250,17 +262,19 @@ class StudioRun:
         """A robot has joined: the rest of the run is one of its own, with a trace of its own."""
         self.lines, self.records, self._shown = [], [], 0.0
         if self._file is not None:
-            self._file.close()
+            self._close()
             self._path = next_part(self._path)
             self._file = opened(self._path)
 
     def _done(self) -> None:
         """Handle the end of a tick."""
         live = self._complete_tick()
-        self._busy_since = None
+        long, self._busy_since = self._busy, None
         if not self._begun:
             self._begun = True
             self._set(LivePhase.RUNNING if self._playing else LivePhase.PAUSED)
+        elif long:  # a page may have learnt so, by this run or when it was opened
+            self._tell_state()
         self._tell({"is": "news", "news": live.news()})
         self._ready.set()
 
@@ -279,13 +293,17 @@ class StudioRun:
         self._busy_since = None
         self._ready.set()
         self._wake.set()
-        if self._file is not None:
-            self._file.close()
+        self._close()
         if self._live is not None:
             self._complete_tick()
             self._tell({"is": "run", "run": self.whole, "state": self.state})
         else:
             self._tell_state()
+
+    def _close(self) -> None:
+        if self._file is not None:
+            with suppress(OSError):  # of a full disk: its failure has been told
+                self._file.close()
 
     def _set(self, phase: LivePhase) -> None:
         if self._begun and self.phase is not LivePhase.ENDED:
@@ -307,4 +325,17 @@ def opened(path: Path) -> IO[bytes]:
     try:
         return path.open("wb")
     except OSError as error:
-        raise UsageError(f"cannot write the trace {path}: {error.strerror}") from error
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> UsageError:
+    return UsageError(f"cannot write the trace {path}: {error.strerror}")
+
+
+def _death(status: int) -> str:
+    """Return the message about a process that ended by itself before its run did."""
+    if status == -signal.SIGKILL:
+        return "the process of the run was killed (SIGKILL), perhaps because memory ran out"
+    if status < 0:
+        return f"the process of the run was ended by {signal.Signals(-status).name}"
+    return f"the process of the run ended with exit status {status}"

@@ -37,6 +37,9 @@ def main() -> None:
         say({"type": FAILED, "message": str(error)})
     except BrokenPipeError:
         os._exit(1)  # the reader is gone
+    except Exception as error:
+        say({"type": FAILED, "message": f"internal error: {type(error).__name__}: {error}"})
+        raise
 
 
 def _serve(orders: IO[str], say: Any) -> None:

@@ -1,4 +1,4 @@
-/* sources 260093ac334038267007e405e8a426a605f97cc60b101938206eb756faf69129 */
+/* sources b9d4ed3457ebc3355ae38aa553ed40824610f2225f37eb2a4588dc1a2fc31006 */
 /* Contains Preact:
 The MIT License (MIT)
 

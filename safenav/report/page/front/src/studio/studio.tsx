@@ -53,7 +53,7 @@ export function Studio() {
       const lost = before !== null && before.dirty && before.origin !== latest.current.origin;
       if (lost && latest.current.undoable) refuse("The previous scenario had unsaved changes: Undo restores it.");
       setDoc(latest.current);
-      setVerdicts({});
+      if (before?.revision !== latest.current.revision) setVerdicts({}); // a saved text keeps them
     } else if (message.is === "verdicts") setVerdicts(message.verdicts as Record<string, Verdict>);
     else if (message.is === "saved") refuse(`Saved: ${message.file}`);
     else if (message.is === "refused") refuse(message.message as string);
