@@ -146,6 +146,7 @@ def group() -> None:
 def main() -> None:
     """Entry point of the ``safenav`` command. Whatever ends it from outside ends it as Ctrl-C does:
     with its subprocesses and temporary files."""
+    _open_closed_streams()
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, signal.default_int_handler)
@@ -189,6 +190,17 @@ def main() -> None:
         )
 
 
+def _open_closed_streams() -> None:
+    """Discard what goes to a standard stream with which a service or a script (``>&-``) has not
+    started the program. The next file that it opens would become that stream otherwise."""
+    for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+            setattr(sys, name, os.fdopen(number, mode, encoding="utf-8"))
+
+
 def _coloured() -> bool | None:
     """False if the user wants no colours; None: a terminal has them, a file has not."""
     return False if os.environ.get("NO_COLOR") else None
@@ -207,5 +219,10 @@ def _fail(message: str, code: ExitCode) -> None:
 
     told = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
     shown = folded_message(told, terminal_width(sys.stderr))
-    click.echo(shown, err=True, color=_coloured())
+    try:
+        click.echo(shown, err=True, color=_coloured())
+    except OSError:  # the terminal has been closed, which ends the program as Ctrl-C does
+        code = ExitCode.INTERRUPTED
+        for stream in (1, 2):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     sys.exit(code)

@@ -1,5 +1,6 @@
 """What a mistake looks like: its line with a caret, the right kind of file, the right command."""
 
+import json
 import os
 import pty
 import subprocess
@@ -143,6 +144,31 @@ def test_an_output_on_a_full_disk_is_no_defect() -> None:
         )
     assert done.returncode == 2
     assert "cannot write the output: No space left on device" in done.stderr
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_standard_streams_may_be_closed(closed: str, tmp_path: Path) -> None:
+    """As for a service. The trace is not what is written to them."""
+    trace = tmp_path / "t.jsonl"
+    script = f"import sys; sys.argv[0] = 'safenav'; {MAIN}"
+    command = [sys.executable, "-c", script, "run", SCENARIOS / "hello.yaml", "--trace", trace]
+    shell = ["sh", "-c", f'exec "$0" "$@" {closed}', *map(str, command)]
+    done = subprocess.run(shell, capture_output=True, text=True, timeout=300, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert bool(done.stdout) == (closed == "2>&-")
+    assert [json.loads(line)["type"] for line in trace.read_text().splitlines()][-1] == "outcome"
+
+
+def test_a_terminal_that_is_closed_ends_the_program_as_interrupted() -> None:
+    controller, terminal = pty.openpty()
+    script = f"import sys; sys.argv = ['safenav', 'catalogue']; input(); {MAIN}"
+    command = [sys.executable, "-c", script]
+    asked = subprocess.PIPE
+    with subprocess.Popen(command, stdin=asked, stdout=terminal, stderr=terminal) as program:
+        os.close(terminal)
+        os.close(controller)
+        program.communicate(b"\n", timeout=300)
+    assert program.returncode == 130
 
 
 def test_batches_take_the_option_for_output_of_all_commands(
