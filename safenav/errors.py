@@ -115,6 +115,9 @@ class InputError(SafenavError):
             told.append(f"and {len(self.diagnostics) - _REPORTED} more")
         super().__init__("\n".join(told))
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[Sequence[Diagnostic]]]:
+        return type(self), (self.diagnostics,)  # from a pool of processes
+
 
 class UsageError(SafenavError):
     """A request that makes no sense (an unknown robot on the command line, say)."""

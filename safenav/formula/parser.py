@@ -34,6 +34,9 @@ class FormulaError(SafenavError):
         self.hint = hint
         super().__init__(f"column {column}: {found}" + (f" ({hint})" if hint else ""))
 
+    def __reduce__(self) -> tuple[type[FormulaError], tuple[int, str, str]]:
+        return type(self), (self.column, self.found, self.hint)
+
 
 def parse(text: str) -> syntax.Formula:
     """Return the formula that ``text`` holds. Raises FormulaError."""
