@@ -128,6 +128,8 @@ def _bounded(inner: Converter, bound: Meta) -> Converter:
                 raise WrongError(("", bound.description or "", value))
         elif bound.ge is not None and taken < bound.ge:
             raise WrongError(("", f"{bound.ge} or more", value))
+        elif bound.min_length is not None and len(taken) < bound.min_length:
+            raise WrongError(("", f"{bound.min_length} or more values", value))
         return taken
 
     return take

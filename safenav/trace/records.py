@@ -10,9 +10,9 @@ imported here, so that independent checkers can read traces.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from safenav.bounds import Count, Heading, Place, Region, Seconds, Sha256
 from safenav.outcome import Outcome, Verdict
@@ -495,7 +495,7 @@ class Plan(Record, frozen=True, tag="plan"):
     its place ``i`` (places count from 0)."""
 
     reason: str
-    robots: Mapping[str, tuple[Place, ...]]
+    robots: Mapping[str, Annotated[tuple[Place, ...], Meta(min_length=1)]]
     orders: tuple[tuple[str, Count, str, Count], ...]
 
 

@@ -85,6 +85,8 @@ def _schema(annotation: Any, definitions: dict[str, Schema]) -> Schema:
     if origin is Annotated:
         bound, plain = arguments[1], _schema(arguments[0], definitions)
         if bound.pattern is None:
+            if bound.min_length is not None:
+                return {**plain, "minItems": bound.min_length}
             return {**plain, "minimum": bound.ge}
         return {**plain, "pattern": f"^({bound.pattern})$"}
     if origin in (Union, types.UnionType):

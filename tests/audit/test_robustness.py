@@ -96,6 +96,15 @@ def test_a_deeply_nested_line_is_told() -> None:
     assert error.value.diagnostics[0].line == 2
 
 
+def test_a_plan_without_places_for_a_robot_is_told() -> None:
+    lines = GOOD["planned"]()
+    plan = next(line for line in lines if line["type"] == "plan")
+    plan["robots"]["one"] = []
+    with pytest.raises(InputError) as error:
+        read_bytes(content(lines))
+    assert "must be 1 or more values" in str(error.value)
+
+
 def test_a_huge_number_is_told() -> None:
     lines = GOOD["door"]()
     raw = json.dumps(lines[-1]).replace('"ticks": 8', '"ticks": ' + "9" * 6000)

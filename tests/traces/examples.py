@@ -40,6 +40,8 @@ def _example(annotation: Any, rng: random.Random) -> Any:
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         bound = arguments[1]
+        if bound.min_length is not None:
+            return _example(arguments[0], rng) or _example(annotation, rng)
         if bound.pattern is None:
             return arguments[0](bound.ge + rng.randrange(9))
         return "ab" * 32 if "64" in bound.pattern else rng.choice(bound.pattern.split("|"))

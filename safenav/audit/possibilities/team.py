@@ -122,7 +122,7 @@ class Team:
     def after(self, step: Step, sets: Sets, obstacles: OpenObstacles) -> tuple[Sets, OpenObstacles]:
         where = dict(zip(self.names, sets, strict=True))
         where |= zip(step.group, step.at, strict=True)
-        then = obstacles[step.obstacle].advanced(step.group)
+        then = obstacles[step.obstacle].acted(step.group)
         return tuple(where.values()), _replaced(obstacles, step.obstacle, then)
 
     def options(
@@ -137,7 +137,8 @@ class Team:
         """The steps that could come next, the best first: those from which each robot of the group
         gets back to all poses of its set (of these one for each obstacle); with the newest request
         first, that, then robots that serve no other one; robots that serve the obstacle already;
-        those that are there first; the oldest request; the team's order."""
+        those that are there first; the oldest request; the team's order. Last, where the robots
+        of a need may act at different times, the part of each of them alone."""
         found: list[tuple[tuple[object, ...], Step]] = []
         full = self.full(obstacles)
         for k, obstacle in ((k, obstacle) for k, obstacle in enumerate(obstacles) if obstacle.left):
@@ -161,7 +162,8 @@ class Team:
                     taken = any(name in present.get(other, ()) for other in others)
                     rank[name] = taken and self.newest_first, stranger, ticks, i
             able = sorted(at, key=lambda name: (not back[name], rank[name]))
-            for group in combinations(able, max(1, need.robots - len(obstacle.done))):
+            missing, last = max(1, need.robots - len(obstacle.done)), None
+            for group in combinations(able, missing):
                 if need.together and not self.fits(group, at):
                     continue
                 lossless = all(back[name] for name in group) and not obstacle.commits()
@@ -171,9 +173,17 @@ class Team:
                 order: tuple[object, ...] = (not lossless, strange, slowest, k, listed)
                 if self.newest_first:
                     order = (not lossless, k, interrupted, strange, slowest, listed)
-                found.append((order, Step(k, group, tuple(at[n] for n in group), lossless)))
+                last = Step(k, group, tuple(at[n] for n in group), lossless)
+                found.append(((False, *order), last))
                 if lossless and not every:
                     break
+            alone = missing > 1 and not need.together and (every or not (last and last.lossless))
+            for name in able if alone else ():
+                i, slowest = rank[name][3], rank[name][2]
+                returns = sets[i] <= self.reach(name, at[name], obstacles)
+                lossless = returns and not obstacle.commits()
+                order = (True, not lossless, slowest, k, i)
+                found.append((order, Step(k, (name,), (at[name],), lossless)))
         return [step for _, step in sorted(found, key=lambda one: one[0])]
 
     def solve(

@@ -1,7 +1,9 @@
 """SOLVE: an order in which robots resolve obstacles, so that every robot can continue in the end.
 
 Robots are sets of poses here, those that each may choose to be in, and do not collide. A step
-fulfils one need of one obstacle: a group of capable robots goes where it can be fulfilled.
+fulfils one need of one obstacle: a group of capable robots goes where it can be fulfilled. If the
+robots of a need may act at different times, a step can also be one robot's part of it, since what
+that robot does afterwards may let the others in.
 Resolving only opens paths, and a step after which each robot of the group can come back to wherever
 it may have been loses nothing. So such a step is taken immediately, and the search branches only
 over irreversible choices. Without collisions the search fails iff no order of moves and resolutions
@@ -39,11 +41,12 @@ Plan = tuple[Step, ...]
 
 
 class RankedStep(Struct, frozen=True):
-    """A step that could come next, with its merits."""
+    """A step that could come next, with its merits. ``partial``: others have their part later."""
 
     step: Step
     lossless: bool
     rank: tuple[int, ...]
+    partial: bool = False
 
 
 class PoseSets(Struct, frozen=True):
@@ -92,7 +95,7 @@ class PoseSets(Struct, frozen=True):
         changed = list(self.sets)
         for robot, at in zip(step.group, step.at, strict=True):
             changed[robot] = at
-        stages = self.problem.advanced(step.gate, self.stages, step.group)
+        stages = self.problem.acted(step.gate, self.stages, step.group)
         return PoseSets(self.problem, tuple(changed), stages)
 
 
@@ -157,9 +160,10 @@ def options(
     found = list[RankedStep]()
     for gate in now.problem.open(now.stages):
         found += _for_gate(gate, now, origins, present, every)
-        if origins is None and not every and found and found[-1].lossless:
-            return found[-1:]  # nobody asks for the best, and it loses nothing
-    return sorted(found, key=lambda option: (not option.lossless, option.rank))
+        sure = next((option for option in found if option.lossless), None)
+        if origins is None and not every and sure is not None:
+            return [sure]  # nobody asks for the best, and it loses nothing
+    return sorted(found, key=lambda option: (option.partial, not option.lossless, option.rank))
 
 
 def _for_gate(
@@ -189,8 +193,8 @@ def _for_gate(
     able = sorted(places, key=lambda i: (i in elsewhere, i not in helping, ticks.get(i, 0), i))
     back = {i: not now.sets[i] & ~then.reach(i, places[i]) for i in able}
     able.sort(key=lambda i: not back[i])
-    commits = problem.commits(gate, stages)
-    for group in combinations(able, max(1, problem.missing(gate, stages))):
+    commits, missing = problem.commits(gate, stages), max(1, problem.missing(gate, stages))
+    for group in combinations(able, missing):
         if need.together and not fits(problem, group, places):
             continue
         lossless = all(back[i] for i in group) and not commits
@@ -202,7 +206,11 @@ def _for_gate(
         step = Step(gate, stages[gate].need, group, tuple(places[i] for i in group))
         yield RankedStep(step, lossless, (*rank, *group))
         if lossless and not every:
-            break  # the first group is the best of those that lose nothing
+            return  # the first group is the best of those that lose nothing
+    for i in able if missing > 1 and not need.together else ():
+        lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
+        step = Step(gate, stages[gate].need, (i,), (places[i],))
+        yield RankedStep(step, lossless, (ticks.get(i, 0), gate, i), partial=True)
 
 
 def _pruned(plan: Plan, now: PoseSets, wanted: frozenset[int]) -> Plan:

@@ -14,11 +14,12 @@ from msgspec.structs import replace
 from campaigns.generate.build import walled
 from certify.making import certified
 from runtime.coordination.floors import Bot, Floor
-from runtime.played import play
+from runtime.played import completed, play, prepared
 from safenav.errors import InputError
+from safenav.runtime.resolution import solve
 from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Problem
 from safenav.runtime.resolution.proofs import TeamClosure, closure_of, refute
-from safenav.runtime.resolution.solve import PoseSets, Solver
+from safenav.runtime.resolution.solve import PoseSets, RankedStep, Solver
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.poses import bits, region_mask
 
@@ -149,7 +150,7 @@ def goes_on(problem: Problem, moment: Moment, robot: int) -> bool:
     return False
 
 
-@pytest.mark.parametrize("seed", range(COUNT))
+@pytest.mark.parametrize("seed", [*range(COUNT), 2136])
 def test_solve_finds_exactly_what_some_order_of_acts_does(seed: int) -> None:
     made = floor(seed)
     problem, stages = made.problem, made.problem.nothing_done
@@ -212,6 +213,47 @@ def test_who_fetched_it_swaps_it() -> None:
 
 def test_a_checker_of_bundles_follows_it() -> None:
     certified(DELIVERY)
+
+
+TAG = """\
+safenav: 1
+map: {grid: ["###########", "#.........#", "####.######", "####.######", "###########"]}
+catalogue:
+  robots:
+    truck: {mobility: heading, layer: ground, capabilities: [scan, push]}
+    bee: {mobility: free, layer: air, capabilities: [scan]}
+    fly: {mobility: free, layer: low, capabilities: []}
+  obstacles:
+    tag: {needs: [{action: scan, robots: 2, at: [15]}], blocks: [bee, fly]}
+    gate: {action: push, resolve_at: [20], blocks: [bee]}
+robots:
+  truck: {model: truck, start: 12, heading: east, objective: {hold: 20}}
+  fly: {model: fly, start: 13, objective: {visit: [15, 13]}}
+  bee: {model: bee, start: 37, objective: {visit: [12, 37]}}
+obstacles: [{type: gate, region: 26}, {type: tag, region: 14}]
+until: {rounds: 1}
+"""
+"""The truck cannot turn: it has its part in the need of the tag on its way to the gate, which lets
+the bee in that has the other one."""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_one_has_its_part_before_another_can_get_there(clock: str) -> None:
+    run = completed(TAG + f"clock: {clock}\n")
+    resolved = [(r["obstacle"], r.get("robots", [r["robot"]])) for r in run.all("resolved")]
+    assert resolved == [("gate@26", ["truck"]), ("tag@14", ["truck", "bee"])]
+
+
+def test_a_proof_without_the_part_of_one_robot_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def whole(*given: Any) -> Iterator[RankedStep]:
+        return (option for option in for_gate(*given) if not option.partial)
+
+    for_gate = solve._for_gate
+    monkeypatch.setattr(solve, "_for_gate", whole)
+    mission, run = prepared(TAG)
+    mission.run()
+    assert run.outcome["outcome"] == "operator_needed"
+    assert "truck at tag@14 is not refuted" in run.findings
 
 
 @pytest.mark.parametrize(

@@ -100,11 +100,18 @@ def test_a_duty_is_a_target_after_which_the_own_ones_follow(seed: int) -> None:
         return
     goal, turn = 1 << random.choice(list(bits(asked.allowed))), len(asked.targets) - 1
     moves, capacity = walks(asked), asked.battery.capacity
-    good = leading(moves, goal, lasting(asked)[turn])
+    after = lasting(asked)[turn]
+    back = leading(moves, asked.chargers, set(moves))
+    back |= {state for state in moves if asked.chargers >> state[0] & 1}
     duty = asked.for_duty(goal, turn)
-    if duty is None:  # no charge suffices, also not that of a charger
-        assert not any((at, capacity) in good for at in bits(asked.chargers))
+    for then in (after & back, after):  # to a charger as well, since it may help again
+        good = leading(moves, goal, then)
+        if any((at, capacity) in good for at in bits(asked.chargers)):
+            break
+    else:  # no charge suffices, also not that of a charger
+        assert duty is None
         return
+    assert duty is not None
     for pose in bits(asked.allowed):
         charges = [c for c in range(capacity + 1) if (pose, c) in good]
         assert charges == list(range(duty.need(pose, 0), capacity + 1))
