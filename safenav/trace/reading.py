@@ -148,9 +148,11 @@ class _Reader:
         header = self._convert(number, Header, {"tick": 0, **data})
         if isinstance(header, Header):
             self._header = header
-            for obstacle in header.scenario.obstacles:
+            # An obstacle that comes back has several entries, in any order.
+            listed = sorted(header.scenario.obstacles, key=lambda each: each.from_ is not None)
+            for obstacle in listed:
                 if obstacle.from_ is not None and obstacle.name in self._obstacles:
-                    continue  # it comes back
+                    continue
                 self._announce(number, obstacle.name, "is the name of two obstacles")
 
     def _convert(self, number: int, kind: type[Record], data: dict[str, Any]) -> Record | None:

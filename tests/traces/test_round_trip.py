@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from runtime.played import completed
 from safenav.audit.check import audit
 from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import (
@@ -90,3 +91,20 @@ def test_names_of_a_trace_give_no_orders_to_the_terminal() -> None:
     assert audit(trace).ok
     said = json.dumps([as_data(record) for record in trace.records], ensure_ascii=False)
     assert said.isprintable()
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_an_obstacle_that_comes_back_is_listed_in_any_order(reverse: bool) -> None:
+    listed = [
+        {"type": "door", "region": 10, "until": 3},
+        {"type": "door", "region": 10, "from": 5, "until": 9},
+    ]
+    completed(
+        {
+            "safenav": 1,
+            "map": {"grid": ["#######", "#.....#", "#######"]},
+            "robots": {"spot": {"model": "fetch", "start": 8, "objective": {"visit": [12, 8]}}},
+            "obstacles": listed[::-1] if reverse else listed,
+            "until": {"rounds": 1},
+        }
+    )
