@@ -134,3 +134,47 @@ def test_a_run_says_why_an_order_is_left_and_why_a_robot_is_out_of_service() -> 
     away = play(LEFT.replace("hold: 10", "visit: [11, 10]").replace("ROUNDS", "9"))
     said = "c (by a change of the scenario) out of service; not completed"
     assert away.outcome["outcome"] == "operator_needed" and said in away.outcome["explanation"]
+
+
+ENDING = """
+map: {grid: ["#####", "#...#", "#####"]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles: {wall: {action: look}, parcel: {needs: [{action: lift, at: [6]}], blocks: []}}
+robots: {cart: {model: cart, start: 6, objective: {visit: [8, 6]}}}
+obstacles: [{type: wall, region: 7, from: 7}]
+orders: [{at: 18, type: parcel, region: 6}]
+until: {rounds: 1}
+clock: CLOCK
+"""
+
+
+def test_the_last_order_comes_when_the_team_can_only_stop(clock: str) -> None:
+    """The only robot has met its objective, and is walled in. The mission ends in that tick, before
+    any move."""
+    run = completed(ENDING.replace("CLOCK", clock))
+    assert run.still_open == ["parcel@6"]
+
+
+TWO_TASKS = """
+map: {grid: ["########", "#......#", "########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [lift]}
+    bee: {mobility: free, layer: air, capabilities: [lift, look]}
+  obstacles:
+    beam: {needs: [{action: lift, robots: 2, at: [9, 10], together: true}], blocks: []}
+    photo: {needs: [{action: look, at: [14]}], blocks: []}
+robots:
+  cart: {model: cart, start: 9, objective: {visit: [9, 10]}}
+  bee: {model: bee, start: 14, objective: {hold: 14}}
+orders: [{at: 8, type: beam, region: 9}, {at: 11, type: photo, region: 14}]
+until: {rounds: 1}
+"""
+
+
+def test_a_helper_that_a_newer_order_frees_continues_its_rounds() -> None:
+    """The second order takes the bee from the beam, so the cart has its own objective again."""
+    run = completed(TWO_TASKS)
+    rounds = [line["round"] for line in run.all("goal", robot="cart", tick=11)]
+    assert rounds == [4] and run.all("push", tick=11)

@@ -106,8 +106,8 @@ class RoundsRule(Rule):
     """Rounds add up: of as many goals in a row as there are targets, exactly one completes a round,
     and the outcome records the last number. Counting may restart when the robot gets another
     objective or strategy, and when an obstacle is resolved or joins O (for robots driven by command
-    inputs: when a need of it is met); with a pop, or a synthesis for the robot's own objective, it
-    may also continue from the number before (D 5.8, T)."""
+    inputs: when a need of it is met); with a push, a pop or a synthesis for the robot's own
+    objective, it may also continue from the number before (D 5.8, T)."""
 
     name = "rounds"
 
@@ -131,6 +131,9 @@ class RoundsRule(Rule):
             self._pushed = [(before, True) for before, _ in self._pushed]
         elif record.type == "push":
             self._pushed.append((dict(self._last), False))
+            for robot, objective in record.objectives.items():
+                if objective == now.own[robot] != now.objectives[robot]:  # its duty has to wait
+                    self._last[robot] = self._own.get(robot, 0)
         elif record.type == "pop" and self._pushed:
             before, since = self._pushed.pop()
             for robot, objective in record.objectives.items():

@@ -18,12 +18,13 @@ class OutcomeRule(Rule):
     completed, a negative has its cause in the last turn (D 5.7, T). A recorded synthesis may have
     taken several attempts, so there may be more of them."""
 
-    name, kinds = "outcome", ("synthesis", "assumption", "move")
+    name, kinds = "outcome", ("synthesis", "assumption", "move", "order")
 
     def __init__(self) -> None:
         self._syntheses = self._assumptions = 0
         self._moves: dict[str, int] = {}
         self._passed_limit = False
+        self._ordered = 0
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         match record.type:
@@ -31,6 +32,8 @@ class OutcomeRule(Rule):
                 self._syntheses += 1
             case "assumption":
                 self._assumptions += 1
+            case "order":
+                self._ordered = record.tick
             case "move":
                 self._moves[record.robot] = record.tick
                 limit = None if now.live else now.header.limits.ticks
@@ -54,7 +57,8 @@ class OutcomeRule(Rule):
         if outcome.ticks != last and (moved_by_all or outcome.ticks != last - 1):
             yield f"it reports {outcome.ticks} ticks; the last move is of tick {last}"
         complete = outcome.outcome in ("completed", "tick_limit")
-        if outcome.tick not in ((last,) if complete else (last, last + 1)):
+        ordered = outcome.outcome == "completed" and self._ordered == last + 1
+        if outcome.tick not in ((last,) if complete and not ordered else (last, last + 1)):
             yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
         limit = now.header.limits.ticks
         if outcome.outcome == "tick_limit" and limit is not None and outcome.ticks != limit:

@@ -211,6 +211,8 @@ def left_words(team: TeamState, name: str) -> str:
     word, settled = team.scenario.map.word, team.last_settled
     if name in team.knowledge.given_up() and name in team.lacks:
         why: str | None = shortfall_words(team.lacks[name], word, "it")
+    elif name not in settled.floor.gates:  # it came when the team was about to end
+        why = "the team could not continue when it arrived"
     else:
         gate = settled.floor.gates.index(name)
         why = why_nobody(settled.floor, settled.found, gate, word, team.out_of_service)
