@@ -165,3 +165,20 @@ def test_nobody_shuts_in_one_out_of_service(clock: str) -> None:
         clock: {clock}
         until: {{rounds: 1}}
         """)
+
+
+def test_a_plan_leaves_room_for_one_out_of_service(clock: str) -> None:
+    """A joint plan brought ``b`` to its target, where all four are dead together once ``d`` is
+    back."""
+    completed(f"""
+        map: {{grid: ["#########", "#.......#", "#..##...#", "#########"]}}
+        catalogue: {{robots: {{car: {{mobility: heading, layer: ground, capabilities: []}}}}}}
+        robots:
+          a: {{model: car, start: 25, heading: east, objective: {{patrol: [24, 12]}}}}
+          b: {{model: car, start: 10, heading: west, objective: {{visit: [12, 24]}}}}
+          c: {{model: car, start: 23, heading: west, objective: {{patrol: [11, 13]}}}}
+          d: {{model: car, start: 24, heading: south, objective: {{visit: [14, 12]}}}}
+        changes: [{{at: 4, robot: d, service: out}}, {{at: 16, robot: d, service: back}}]
+        clock: {clock}
+        until: {{rounds: 1}}
+        """)

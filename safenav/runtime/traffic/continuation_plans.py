@@ -16,9 +16,9 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.sweeping import taken
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.joint_search.formula_memory import StateGraph
+from safenav.runtime.traffic.joint_search.formula_memory import StateGraph, plain_poses
 from safenav.runtime.traffic.joint_search.states import Answer, Course, Effort, Found, JointState
-from safenav.runtime.traffic.searches import Searches
+from safenav.runtime.traffic.searches import Goals, Searches, SearchProblem
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, region_mask
 
@@ -32,7 +32,7 @@ class ContinuationPlans:
         self._all = in_service
         self._searches = searches
         self._last: tuple[Course, Sequence[JointState]] | None = None
-        self._known: dict[tuple[JointState, int, int], bool] = {}
+        self._known: dict[JointState, bool] = {}
         self._about: Course | None = None
         self._work = Effort(budgets.CERTIFICATE_WORK)
 
@@ -82,29 +82,50 @@ class ContinuationPlans:
         allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(shut)
         return graph.returns(number, floor.poses[index], allowed)
 
+    def ends_well(self, problem: SearchProblem, state: JointState) -> bool:
+        """Return whether the mission can be completed from the end of a plan once every robot is in
+        service, or could not be completed without the plan either."""
+        if not (self._state.out_of_service and self._searches.turning):
+            return True
+        floor = self._searches.in_service()
+        course, _ = rest = self._rest(floor)
+        poses = plain_poses(problem.floor.problem, state.poses)
+        now = self._searches.problem(floor, course).start
+        there = course.begun(poses, state.counts, state.stages)
+        return self._possible(floor, rest, there) or not self._possible(floor, rest, now)
+
     def _continues(self, floor: Floor, index: int, number: int) -> bool:
         """Return whether a plan for the whole mission exists with a robot in a pose."""
         poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
+        rest = self._rest(floor)
+        start = self._searches.problem(floor, rest[0], poses).start
+        return self._possible(floor, rest, start)
+
+    def _rest(self, floor: Floor) -> tuple[Course, Goals]:
+        """Return the rules of a plan for the whole mission, and its first goals."""
         course, own = self._searches.course(floor), self._searches.own_of_charging()
         if self._all:
             course = replace(course, excused=frozenset())
             own |= dict.fromkeys(self._searches.cut_off(floor))
-        problem = self._searches.problem(floor, course, poses)
-        start = problem.start
+        return course, own
+
+    def _possible(self, floor: Floor, rest: tuple[Course, Goals], start: JointState) -> bool:
+        """Return whether a plan for the whole mission exists from a joint state."""
+        course, own = rest
         self._concern(course)
-        key = (start, index, number)
-        known = self._known.get(key)
+        known = self._known.get(start)
         if known is None:
             answer: Answer | None = self.again(course, start)
             if answer is None and self._work.done:
                 return False
             if answer is None:
+                problem = SearchProblem(floor, course, start)
                 search = self._searches.search(problem, own, work=self._work)
                 answer = search.run(*budgets.CERTIFICATE)
             known = isinstance(answer, Found)
             if len(self._known) > budgets.CERTIFICATES_KEPT:
                 self._known.clear()
-            self._known[key] = known
+            self._known[start] = known
             if isinstance(answer, Found):
                 self.keep(course, answer.states)
         return known
@@ -124,10 +145,7 @@ class ContinuationPlans:
         """Keep the rest of a plan as the continuation plan of its moves."""
         self._last, self._work = (course, states), Effort(budgets.CERTIFICATE_WORK)
         self._concern(course)
-        for before, after in pairwise(states):
-            for index, pose in enumerate(after.poses):
-                if pose != before.poses[index]:
-                    self._known[after, index, pose] = True
+        self._known |= dict.fromkeys(states[1:], True)
 
     def _concern(self, course: Course) -> None:
         """Discard results of another problem or mission."""

@@ -40,6 +40,7 @@ class PlanSearch(Struct):
     state: TeamState
     searches: Searches
     certificates: ContinuationPlans
+    in_service: ContinuationPlans
     failures: int = 0
     used: int = 0
     spent: int = 0
@@ -126,14 +127,15 @@ class PlanSearch(Struct):
         return (problem, answer) if isinstance(answer, Exhausted) else None
 
     def _left_well(self, problem: SearchProblem, found: Found, helping: bool) -> Found:
-        """Return a plan for which each robot's charge suffices, and at whose end each robot may
-        stay: the plan that was found, if it has these properties or no other plan does."""
+        """Return a plan for which each robot's charge suffices, and at whose end each may stay or
+        return to service: the plan that was found, if it has these properties or no other has."""
         charged = self.searches.charged(problem)
         begun, lasts = charged.start, charged.course.lasts
         stays = self.searches.stays(problem.floor)
 
         def ends_well(state: JointState) -> bool:
-            return all(mask >> state.poses[robot] & 1 for robot, mask in stays.items())
+            stay = all(mask >> state.poses[robot] & 1 for robot, mask in stays.items())
+            return stay and self.in_service.ends_well(problem, state)
 
         cut = self.cut(problem, found.states, helping)
         states = charged.course.along(begun, (state.poses for state in cut[1:]))
@@ -223,13 +225,14 @@ class PlanSearch(Struct):
         obstacle = self.state.robots[self.starved].assignment.obstacle
         gate = floor.gates.index(obstacle) if obstacle in floor.gates else None
 
-        def changed(state: JointState) -> bool:
-            if gate is None:
-                return state.stages != start.stages
-            return state.stages[gate] != start.stages[gate]
+        def there(state: JointState) -> bool:
+            some = [gate] if gate is not None else range(len(start.stages))
+            changed = any(state.stages[k] != start.stages[k] for k in some)
+            done = changed or bool(goal >> state.poses[index] & 1)
+            return done and self.in_service.ends_well(problem, state)
 
         search = self.search_of(problem, {index: goal})
-        search.goal = lambda state: changed(state) or bool(goal >> state.poses[index] & 1)
+        search.goal = there
         return search.run(1)
 
     def cut(

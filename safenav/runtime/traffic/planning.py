@@ -64,7 +64,7 @@ class Traffic:
         self._certificates = certificates = ContinuationPlans(state, searches)
         self._in_service = ContinuationPlans(state, searches, in_service=True)
         self.occasions = PlanTriggers(state, searches, clock)
-        self.search = PlanSearch(state, searches, certificates)
+        self.search = PlanSearch(state, searches, certificates, self._in_service)
         self.resolving = ResolutionPlans(state, searches, self.search)
         self.plan = PlanProgress(state, searches)
 
