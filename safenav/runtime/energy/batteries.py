@@ -10,7 +10,7 @@ from math import ceil
 from msgspec.structs import replace
 
 from safenav.begun import Begun
-from safenav.runtime.coordination.events import Event, ServiceChanged, Unsettled
+from safenav.runtime.coordination.events import Event, OutsideStrategy, ServiceChanged, Unsettled
 from safenav.runtime.duties.settlement import Duty
 from safenav.runtime.energy.charges import SHARPNESS, Charges
 from safenav.runtime.stops import NEVER, SPARE, Stops
@@ -122,7 +122,10 @@ class Batteries:
                 robot.stop = stop
                 if not self.relocation.traffic.plan.goes_on_without(robot):
                     yield from self.relocation.leave_plan()
-                yield Unsettled(Reason.CHARGE)
+                if self.team.waiting is None:
+                    yield Unsettled(Reason.CHARGE)
+                else:  # the duties of the team cannot be decided
+                    yield OutsideStrategy(robot.name, Reason.CHARGE)
 
     def _keeps_to_plan(self, robot: RobotState) -> bool:
         """Return whether a robot has the charge for the remaining joint plan and its need

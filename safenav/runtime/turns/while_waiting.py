@@ -9,7 +9,8 @@ from safenav.scenario.objective import Ltl
 def may_continue(team: TeamState, robot: RobotState) -> bool:
     """Whether a robot moves while the team waits: it can undo each of its moves alone. Either it
     waits for nothing, and has a strategy for its own objective, which none of those has that the
-    wait is about; or it has one for its objective while it waits for a change of the scenario."""
+    wait is about; or it has one for its objective while it waits for a change of the scenario; or
+    for the way to its charger."""
     planner, waiting = robot.planner, team.waiting
     if planner.node is None or not robot.active or robot.held is not None:
         return False
@@ -18,6 +19,9 @@ def may_continue(team: TeamState, robot: RobotState) -> bool:
     pursued = planner.task.objective.relaxed()
     if robot.assignment.role is Role.WAITS and has_other_objective(team, robot):
         return pursued == robot.assignment.objective.relaxed()
+    if robot.assignment.role is Role.CHARGES:
+        charges = pursued == robot.assignment.objective.relaxed()
+        return charges and not team.graph(robot).one_way
     if robot.assignment.role is not Role.OWN or pursued != robot.own.objective.relaxed():
         return False
     if waiting is not None and robot.name in (waiting.unrealizable or {}):

@@ -643,3 +643,25 @@ def test_rounds_at_a_last_target_go_on_after_a_charge() -> None:
     assert [line["tick"] for line in run.all("synthesis", objective=own)] == [0, 2, 5, 11]
     run.records[0]["scenario"]["until"]["rounds"] = run.outcome["rounds"]["r"] = 4
     assert "completed" in run.broken
+
+
+def test_a_robot_charges_while_the_team_waits(clock: str) -> None:
+    """The guard waits until the gate of nobody is gone; the rover goes on meanwhile, and needs its
+    charger for that."""
+    run = completed(f"""
+        map: {{grid: ["######", "#...##", "####.#", "####.#", "######"]}}
+        catalogue:
+          robots:
+            rover: {{mobility: free, layer: ground, battery: {{capacity: 6, charge: 3}}}}
+            guard: {{mobility: free, layer: ground}}
+          obstacles: {{gate: {{action: none}}}}
+        robots:
+          rover: {{model: rover, start: 7, objective: {{visit: [9, 7]}}}}
+          guard: {{model: guard, start: 16, objective: {{visit: [22, 16]}}}}
+        obstacles: [{{type: gate, region: 22, until: 30}}]
+        chargers: [7]
+        until: {{rounds: 1}}
+        clock: {clock}
+        """)
+    assert run.all("waiting") and not run.all("service")
+    assert run.all("synthesis", robot="rover", reason="charge")
