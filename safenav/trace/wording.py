@@ -24,6 +24,7 @@ from safenav.trace.words import (
     listed,
     obstacle_words,
     seconds_words,
+    some,
     with_article,
 )
 from safenav.world.map import Region
@@ -233,11 +234,12 @@ class Wording(Struct, frozen=True):
     def _deadline(self, line: records.Deadline) -> str:
         """``door@47 cannot be resolved before tick 16, and is due at tick 15``."""
         if "@" in line.of:
-            what, does = self.strong(self.obstacle(line.of)), "be resolved"
+            what = self.strong(self.obstacle(line.of))
+            does, done = "be resolved", "is resolved"
         elif line.of == "mission":
-            what, does = "the mission", "be completed"
+            what, does, done = "the mission", "be completed", "is completed"
         else:
-            what, does = f"the round of {self.robot(line.of)}", "end"
+            what, does, done = f"the round of {self.robot(line.of)}", "end", "ends"
         soonest = "ever" if line.earliest is None else f"before tick {line.earliest}"
         match line.verdict:
             case vocabulary.DeadlineVerdict.SET:
@@ -246,20 +248,20 @@ class Wording(Struct, frozen=True):
             case vocabulary.DeadlineVerdict.LOST:
                 return f"{what} cannot {does} {soonest}, and is due at tick {line.due}"
             case vocabulary.DeadlineVerdict.KEPT:
-                return f"{what} is in time (due at tick {line.due})"
+                return f"{what} {done} in time (due at tick {line.due})"
             case vocabulary.DeadlineVerdict.EXCUSED:
                 return f"{what}, due at tick {line.due}, is excused"
-        return f"{what} is late: it was due at tick {line.due}"
+        return f"{what} has missed its deadline, tick {line.due}"
 
     def _acts(self, line: records.Acts) -> str:
-        """``next in time: digit opens door@47 in tick 14``."""
+        """``planned for the deadlines: digit at door@47 (tick 14)``."""
         said = [
-            f"{listed(act.robots)} at {self.obstacle(act.obstacle)} in tick {act.at}"
+            f"{listed(act.robots)} at {self.obstacle(act.obstacle)} (tick {act.at})"
             for act in line.acts
         ]
         late = "may" if line.spent else "will"
-        said += [f"{self.obstacle(name)} {late} be late" for name in line.beyond]
-        chosen = f"chosen for the deadlines: {'; '.join(said)}" if said else ""
+        said += [f"{self.obstacle(name)} {late} miss its deadline" for name in line.beyond]
+        chosen = f"planned for the deadlines: {'; '.join(said)}" if said else ""
         if line.spent:
             told = "search budget exhausted: no verdict whether all deadlines can be met"
             return f"{told}; {chosen}" if chosen else told
@@ -328,6 +330,8 @@ class Wording(Struct, frozen=True):
         if not helpers:
             help_ = f"no robot helps: {line.because}" if line.because else "no robot helps"
             bids = bids or ("" if line.because else "no robot has the capability")
+        if not helpers and not bids:
+            return f"{asks}, but {help_}"
         return f"{asks}: {bids}; {help_}" if bids else f"{asks}: {help_}"
 
     def _met(self, line: records.Met) -> str:
@@ -356,7 +360,7 @@ class Wording(Struct, frozen=True):
             if len(names) == self.team and self.team > _LISTED_ROBOTS:
                 return f"all {self.team} robots"
             names = sorted(names, key=_natural)
-        return listed(self.robot(name) for name in names)
+        return some(self.robot(name) for name in names)
 
 
 def syntheses_words(lines: Sequence[records.Synthesis]) -> str | None:

@@ -62,14 +62,20 @@ MANY = 8
 """Robots of which a line for people names each."""
 
 
+def some(names: Iterable[str]) -> str:
+    """The same, of many names: ``a, b, c and 57 others``."""
+    words = list(names)
+    return listed(words if len(words) <= MANY else [*words[:3], f"{len(words) - 3} others"])
+
+
 def shortened(rule: str) -> str:
-    """An assumption whose list of robots at its end is cut where there are many: ``infinitely often
-    no robot is beside it (a, b, c and 57 others)``."""
-    words, bracket, listing = rule.rpartition(" (")
-    names = listing.removesuffix(")").split(", ")
-    if not bracket or not rule.endswith(")") or len(names) <= MANY:
-        return rule
-    return f"{words} ({', '.join(names[:3])} and {len(names) - 3} others)"
+    """An assumption, or the reason of a weaker form, whose list of robots at its end is cut where
+    there are many: ``infinitely often no robot is beside it (a, b, c and 57 others)``, ``it shares
+    its floor with a, b, c and 57 others``."""
+    begin, end = (" (", ")") if rule.endswith(")") else (" with ", "")
+    words, found, listing = rule.rpartition(begin)
+    names = listing.removesuffix(end).split(", ")
+    return rule if not found or len(names) <= MANY else f"{words}{begin}{some(names)}{end}"
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:

@@ -57,7 +57,7 @@ def test_operator_needed(safenav: Command, tmp_path: Path, expect: str, code: in
     assert done.returncode == code
     assert "operator needed" in done.stdout
     needed = "it needs a robot with 'push', and no robot of this team has it"
-    assert f"flyer requests help with door@10: no robot helps: {needed}\n" in done.stdout
+    assert f"flyer requests help with door@10, but no robot helps: {needed}\n" in done.stdout
     assert (
         "there is no path from 9 [1, 2] to 12 [1, 5]: 10 [1, 3] is closed (this team cannot "
         "resolve door@10)" in done.stdout

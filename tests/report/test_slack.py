@@ -42,7 +42,7 @@ def test_deadlines_that_are_missed_are_events(tmp_path: Path) -> None:
     told = [event.text for event in read_replay(path).events if event.kind.value == "deadline"]
     assert told == [
         "door@47 cannot be resolved before tick 16, and is due at tick 13",
-        "door@47 is late: it was due at tick 13",
+        "door@47 has missed its deadline, tick 13",
     ]
 
 
@@ -55,7 +55,7 @@ def test_the_page_shows_the_slack(browser: Browser, replay: Replay, tmp_path: Pa
     least = min(
         due - tick for tick, of, _, due, _ in encoded(replay, "t")["deadlines"] if of == "r"
     )
-    assert told["r"] == f"r: kept, {least} ticks of slack"
-    assert told["mission"] == f"mission: kept, {60 - replay.last} ticks of slack"
+    assert told["r"] == f"r: met, {least} ticks of slack"
+    assert told["mission"] == f"mission: met, {60 - replay.last} ticks of slack"
     bars = browser.all('.deadlines li[data-of="r"] .used')
     assert len(bars) == 2

@@ -5,6 +5,7 @@ import pytest
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
+from safenav.report.terminal.map import MapPicture, Marker, legend
 from safenav.report.terminal.story import Story
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, setting, vocabulary
@@ -41,6 +42,33 @@ def header() -> records.Header:
     limits, until = setting.LimitsHeader(), setting.UntilHeader()
     scenario = setting.ScenarioHeader("room", world, {}, (), until, limits, 0, "resynthesis")
     return records.Header(0, records.VERSION, "0", scenario)
+
+
+def test_the_legend_of_a_large_team_goes_on_below_a_map_of_few_rows() -> None:
+    more = "".join(
+        f"  rover_{k}: {{model: jackal, start: {k}, objective: {{hold: {k}}}}}\n"
+        for k in (8, 14, 15, 16)
+    )
+    said: list[str] = []
+    scenario = load_scenario_text(
+        ROOM.replace("NORTH", "north").replace("obstacles:", f"{more}obstacles:")
+    )
+    Story(scenario, lambda line: said.append(click.unstyle(str(line))))(header())
+    drawn = "\n".join(said[said.index("") :])
+    assert all(f" {robot.name} at " in drawn for robot in scenario.robots)
+    assert " o target of an objective" in drawn
+
+
+def test_the_legend_explains_each_mark() -> None:
+    robots = (Marker("Q1", 7), Marker("D1", 7), Marker("R", 8))
+    told = legend(MapPicture(robots, {9: "door@9"}, {10: "spill@10"}, {13}))
+    assert told == [
+        "11 Q1 and D1 in one region",
+        "▒▒ door@9",
+        "XX spill@10, blocked",
+        " o target of an objective",
+    ]
+    assert legend(MapPicture(robots[1:])) == []
 
 
 @pytest.mark.parametrize(("width", "beside"), [(None, True), (60, True), (40, False)])

@@ -17,7 +17,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Move, Resolved
 from safenav.trace.vocabulary import ChangeCause
-from studio.board import SHIPPED, Board
+from studio.board import SHIPPED, Board, toast
 from studio.serving import MINUTES, SCENARIOS, Served
 
 pytestmark = pytest.mark.slow
@@ -85,6 +85,8 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     browser.press(Keys.CONTROL, "s")
     browser.wait(lambda: (tmp_path / "mine.yaml").exists())
     assert (tmp_path / "mine.yaml").read_text() == board.text
+    browser.wait(lambda: "Saved: " in toast(browser))
+    assert len(browser.all('[data-verdict="realizable"]')) == 2
 
     board.choose("▶ Run")
     browser.wait(lambda: browser.all(".speed select"))

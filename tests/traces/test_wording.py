@@ -77,10 +77,22 @@ def test_many_strategies_are_told_together(
             f"never beside it ({', '.join(map(str, range(20)))})",
             "never beside it (0, 1, 2 and 17 others)",
         ),
+        ("it shares its floor with a, b", "it shares its floor with a, b"),
+        (
+            f"it shares its floor with {', '.join(map(str, range(20)))}",
+            "it shares its floor with 0, 1, 2 and 17 others",
+        ),
     ],
 )
-def test_an_assumption_names_few_robots(rule: str, told: str) -> None:
+def test_a_line_names_few_robots(rule: str, told: str) -> None:
     assert shortened(rule) == told
+
+
+def test_an_obstacle_in_the_way_of_many_names_few_of_them() -> None:
+    names = frozenset(f"r{number}" for number in range(12))
+    line = records.KnownObstacle(1, "spill@4", names, vocabulary.BlockReason.NO_CAPABLE_ROBOT)
+    told = Wording().sentence(line)
+    assert told.startswith("spill@4 permanently blocks r0, r1, r2 and 9 others: ")
 
 
 @pytest.mark.parametrize("reason", vocabulary.BlockReason)

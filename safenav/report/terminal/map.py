@@ -34,6 +34,26 @@ class MapPicture(Struct, frozen=True):
     targets: Collection[Region] = ()
 
 
+def legend(picture: MapPicture) -> list[str]:
+    """Return the meaning of the marks on the map, apart from those of single robots."""
+    shared: dict[Region, list[Marker]] = {}
+    for marker in picture.markers:
+        shared.setdefault(marker.region, []).append(marker)
+    lines = [
+        f"{_shared(here)} {' and '.join(marker.letter for marker in here)} in one region"
+        for here in shared.values()
+        if len(here) > 1
+    ]
+    lines += [f"▒▒ {name}" for name in picture.closed.values()]
+    lines += [f"XX {name}, blocked" for name in picture.barred.values()]
+    return [*lines, " o target of an objective"] if picture.targets else lines
+
+
+def _shared(here: Sequence[Marker]) -> str:
+    """The two characters of robots above each other."""
+    return "".join(marker.letter[-1] for marker in here)[:2]
+
+
 def draw(world: RegionMap, picture: MapPicture) -> list[str]:
     """Return the map as lines of text, row 0 first."""
     standing: dict[Region, list[Marker]] = {}
@@ -56,7 +76,7 @@ def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Mark
             return sign
         return sign + (ARROWS[heading] if heading is not None else " ")
     if here:
-        return "".join(marker.letter[-1] for marker in here)[:2]
+        return _shared(here)
     if region in world.walls:
         return WALL
     if region in picture.barred:

@@ -17,10 +17,11 @@ from msgspec.structs import replace
 from safenav.report.replay.perception import shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
 from safenav.report.terminal.fold import folded
-from safenav.report.terminal.map import MapPicture, Marker, draw
+from safenav.report.terminal.map import MapPicture, Marker, draw, legend
 from safenav.scenario.objective import target_regions
 from safenav.trace.looks import labels
 from safenav.trace.wording import objective_words
+from safenav.trace.words import obstacle_words
 
 _BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h"
 _COLOURS = {
@@ -49,7 +50,7 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     ]
     known = {status: {} for status in ObstacleStatus}  # type: dict[ObstacleStatus, dict[int, str]]
     for obstacle, status in scene.obstacles:
-        known[status][obstacle.region] = obstacle.name
+        known[status][obstacle.region] = obstacle_words(obstacle.name, replay.map.word)
     objectives = {robot.name: robot.objective for robot in scene.robots}
     targets = frozenset[int]().union(*map(target_regions, objectives.values()))
     closed = known[ObstacleStatus.FOUND] | known[ObstacleStatus.REQUESTED]
@@ -60,10 +61,11 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     for track in replay.robots:
         at = replay.map.label(track.regions[tick])
         words = objective_words(objectives[track.name], replay.map.word)
-        lines.append(f"{sign[track.name]} {track.name} at {at}: {words}")
+        lines.append(f"{sign[track.name]:2} {track.name} at {at}: {words}")
         transit = track.transit(tick)
         if transit is not None:
             lines[-1] += f" (in transit to {replay.map.label(transit.toward)})"
+    lines += legend(picture)
     lines += [
         line
         for viewer in viewers(replay)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from itertools import zip_longest
 
 import click
 from msgspec.structs import replace
@@ -14,6 +15,7 @@ from msgspec.structs import replace
 from safenav.outcome import Outcome, Verdict
 from safenav.report.terminal.fold import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw
+from safenav.report.terminal.map import legend as marks
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl, station, target_regions
 from safenav.scenario.objective_text import describe
@@ -141,7 +143,7 @@ class Story:
             heading = robot.start.heading  # north is 0
             facing = "" if heading is None else f" facing {heading.label}"
             self._echo(
-                f"  {self._letters[robot.name]}  {self._name(robot.name)} ({robot.model.name}) "
+                f"  {self._letters[robot.name]:2} {self._name(robot.name)} ({robot.model.name}) "
                 f"from {self._region(robot.start.region)}{facing}: "
                 f"{describe(robot.objective, self._scenario.map.word)}",
                 indent=7,
@@ -245,7 +247,7 @@ class Story:
                     self._stops.add(event.robot)
                 if place is not None and place <= {*self._scenario.chargers}:
                     words += ", to charge"
-            allows = f" ({event.allows})" if event.allows else ""
+            allows = f" ({shortened(event.allows)})" if event.allows else ""
             another = self._doing.get(event.robot) != words
             stays = first and another and objective is not None and station(objective) is not None
             if stays:  # a run that continues another one waits
@@ -285,25 +287,20 @@ class Story:
         targets = frozenset[Region]().union(*map(target_regions, objectives))
         picture = MapPicture(markers, self._closed, self._barred, targets)
         self._write("")
-        rows, legend = draw(self._scenario.map, picture), self._legend()
+        rows, legend = draw(self._scenario.map, picture), [*self._robots(), *marks(picture)]
         longest = max(len(click.unstyle(note)) for note in legend)
         beside = self._width is None or 14 + len(rows[0]) + longest <= self._width
-        for row, line in enumerate(rows):
-            note = f"   {legend[row]}" if beside and row < len(legend) else ""
-            self._write(f"           {line}{note}")
+        for line, note in zip_longest(rows, legend if beside else (), fillvalue=""):
+            self._write(f"           {line:{len(rows[0])}}   {note}".rstrip())
         for note in () if beside else legend:
             self._echo(f"           {note}", 15)
         self._write("")
 
-    def _legend(self) -> list[str]:
-        lines = [
-            f"{self._letters[name]}  {self._name(name)} at {self._region(region)}"
+    def _robots(self) -> list[str]:
+        return [
+            f"{self._letters[name]:2} {self._name(name)} at {self._region(region)}"
             for name, (region, _) in self._poses.items()
         ]
-        lines += [f"▒▒ {name}" for name in self._closed.values()]
-        lines += [f"XX {name}, permanent" for name in self._barred.values()]
-        lines.append(" o target of an objective")
-        return lines
 
     def _echo(self, line: str, indent: int = 13) -> None:
         for part in folded(line, self._width, indent):

@@ -161,6 +161,7 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
   const end = eventsAfter(told, tick);
   const last = told[end - 1];
   const texts = last ? told.slice(eventsAfter(told, last[0] - 1), end).map((event) => event[2]) : [];
+  const sentences = [...new Set(texts)]; // changes of one moment may repeat a sentence
   const before = last === undefined;
   return (
     <p class="story" aria-live={playing ? "off" : "polite"}>
@@ -168,7 +169,7 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
         <span class="quiet">Nothing has been found yet.</span>
       ) : (
         <>
-          <b>{last[0] === tick ? "Now" : run.times ? `At ${when(run, last[0])}` : `Tick ${last[0]}`}</b> {texts.join(". ")}.
+          <b>{last[0] === tick ? "Now" : run.times ? `At ${when(run, last[0])}` : `Tick ${last[0]}`}</b> {sentences.join(". ")}.
         </>
       )}
     </p>

@@ -1,4 +1,4 @@
-/** Below the lanes: each promise from its start until it is due, and the time that it has taken. */
+/** Below the lanes: each deadline from its start until it is due, and the time that it has taken. */
 
 import type { Player } from "../run/player";
 import type { Run, Slack } from "../run/run";
@@ -10,7 +10,7 @@ interface Bar {
   verdict: Slack[4];
 }
 
-/** The bars of each promise, in the order in which they begin. */
+/** The bars of each deadline, in the order in which they begin. */
 export function barsOf(run: Run): Map<string, Bar[]> {
   const found = new Map<string, Bar[]>();
   for (const [tick, of, begin, due, verdict] of run.deadlines) {
@@ -30,13 +30,15 @@ export function worstOf(bars: readonly Bar[]): Bar {
   return bars.reduce((a, b) => (b.due - b.end < a.due - a.end ? b : a));
 }
 
-/** `kept, 3 ticks of slack`. */
+const MISSED = { late: "missed", lost: "cannot be met", excused: "excused" } as const;
+
+/** `met, 3 ticks of slack`. */
 export function slackOf(bars: readonly Bar[]): string {
   const worst = worstOf(bars);
   if (worst.verdict === "set") return "open";
-  if (worst.verdict !== "kept") return worst.verdict;
+  if (worst.verdict !== "kept") return MISSED[worst.verdict];
   const slack = worst.due - worst.end;
-  return `kept, ${slack} ${slack === 1 ? "tick" : "ticks"} of slack`;
+  return `met, ${slack} ${slack === 1 ? "tick" : "ticks"} of slack`;
 }
 
 /** Where words leave the bars in sight, if there is room at an end. */
