@@ -67,17 +67,15 @@ def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> 
         if record.type == "discovered":
             name = record.obstacle.name
             if name in announced or name in now.header.robots:
-                problem = f"{name!r} is discovered, but is known already"
-                yield Finding(NAMES_RULE, record.tick, None, record.line, problem)
+                yield _of_run(record, f"{name!r} is discovered, but is known already")
             announced.add(name)
         stranger = _stranger(record, now.header.robots, announced)
         if stranger is not None:
-            problem = f"{stranger!r} is not in the scenario"
-            yield Finding(NAMES_RULE, record.tick, None, record.line, problem)
+            yield _of_run(record, f"{stranger!r} is not in the scenario")
             continue
         if now.outcome is not None:
             problem = f"a {record.type} line after the outcome, which is the last line"
-            yield Finding("order", record.tick, None, record.line, problem)
+            yield _of_run(record, problem, rule="order")
             continue
         kind = record.type
         if kind not in judges:
@@ -97,6 +95,10 @@ def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> 
     for rule in rules:
         for said in rule.ending(now):
             yield rule.finding(said, now.outcome or opening, None)
+
+
+def _of_run(record: Line, problem: str, rule: str = NAMES_RULE) -> Finding:
+    return Finding(rule, record.tick, None, record.line, problem)
 
 
 def _judges(rule: Rule, moment: str) -> bool:

@@ -15,7 +15,6 @@ from safenav.audit.poses import PoseGraph, Poses
 from safenav.audit.possibilities.members import FAR, Member
 from safenav.audit.possibilities.team import Team
 from safenav.audit.run.situation import Situation
-from safenav.audit.run.turn import Status
 
 NEWEST = "newest"
 
@@ -45,25 +44,20 @@ def open_obstacle(
     return one._replace(done=done, barred=barred)
 
 
-def team_of(
-    now: Situation, shut: Collection[str] | None = None, out: Collection[str] | None = None
-) -> Team | None:
+def team_of(now: Situation, out: Collection[str] | None = None) -> Team | None:
     """The robots with their objectives; None if some have formulas that are not read here.
-
-    ``shut``: the obstacles that stay (default: those that no robot can resolve), beside those that
-    were found untraversable; ``out``: the robots out of service (default: those of the moment)."""
-    stays, away = _stays(now, shut), now.out if out is None else out
+    ``out``: the robots out of service (default: those of the moment)."""
+    stays, away = permanent(now), now.out if out is None else out
     try:
-        members = {name: _member(name, now, stays, away) for name in now.header.robots}
+        members = {name: member_of(name, now, stays, away) for name in now.header.robots}
         return Team(members, newest_first=now.header.order == NEWEST)
     except RefusedError:
         return None
 
 
-def _stays(now: Situation, shut: Collection[str] | None = None) -> set[str]:
-    given_up = [name for name, status in now.status.items() if status is Status.GIVEN_UP]
-    found = [name for name, status in now.status.items() if status is Status.UNTRAVERSABLE]
-    return {*found, *(given_up if shut is None else shut)}
+def permanent(now: Situation) -> set[str]:
+    """Return the obstacles that stay: no robot can resolve them, or they are untraversable."""
+    return {name for name, status in now.status.items() if status.stays}
 
 
 def poses_in(regions: Iterable[int], name: str, now: Situation) -> Iterator[Pose]:
@@ -71,10 +65,10 @@ def poses_in(regions: Iterable[int], name: str, now: Situation) -> Iterator[Pose
     yield from product(regions, HEADINGS if now.has_heading(name) else (None,))
 
 
-def _member(name: str, now: Situation, stays: Collection[str], out: Collection[str]) -> Member:
+def member_of(name: str, now: Situation, stays: Collection[str], out: Collection[str]) -> Member:
     robot, own = now.header.robots[name], now.own[name]
     timing = robot.timing.most if robot.timing is not None else 1
-    rivals = frozenset(n for n in now.header.robots if n != name and now.conflict(name, n))
+    rivals = frozenset(now.rivals(name))
     here = now.pose(name)
     most = FAR if robot.carries is None else robot.carries
     room = most - sum(name in now.carriers(one) for one in stays)
@@ -116,7 +110,7 @@ def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) 
 def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
     """Return whether a robot can meet each target of an objective infinitely often now, by its
     moves alone."""
-    member = _member(name, now, _stays(now), now.out)
+    member = member_of(name, now, permanent(now), now.out)
     aims = tuple(
         frozenset(pose for pose in member.steps if pose[0] in target)
         for target in objective.targets

@@ -15,6 +15,7 @@ from safenav.audit.possibilities.deriving import open_obstacle, poses_in, team_o
 from safenav.audit.possibilities.members import Member
 from safenav.audit.possibilities.team import Team
 from safenav.audit.run.situation import Situation
+from safenav.audit.run.turn import Status
 
 
 @dataclass(frozen=True)
@@ -78,19 +79,17 @@ class Case:
 
 def case_of(
     now: Situation,
-    never: Collection[str],
     *,
     hopeful: bool = False,
     begins: bool = False,
     memory: Mapping[str, int] | None = None,
 ) -> Case | None:
     """Return the case at a line of the trace; None if this check does not read some robot's
-    formulas. ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``:
-    as if every robot were in service. ``begins``: the first strategies are found, before the
-    requests of the run before are decided. ``memory``: the number of what the formulas of some
-    robots remember, whose poses are states then."""
+    formulas. ``hopeful``: as if every robot were in service. ``begins``: the first strategies are
+    found, before the requests of the run before are decided. ``memory``: the number of what the
+    formulas of some robots remember, whose poses are states then."""
     out: Collection[str] = () if hopeful else now.out
-    team = team_of(now, shut=never, out=out)
+    team = team_of(now, out)
     if team is None:
         return None
     memory = memory or {}
@@ -101,16 +100,15 @@ def case_of(
     later = (now.begun.asked or {}) if begins else {}
     known = [
         name
-        for name in now.obstacles
-        if now.status[name].unmet and name in now.discovered
-        if name not in never and name not in later
+        for name, status in now.status.items()
+        if status is Status.UNRESOLVED and name in now.discovered and name not in later
     ]
     return Case(
         team,
         {n: Recalled.of(at[n], memory[n]) if n in memory else at[n] for n in at},
         tuple(open_obstacle(name, now, out=out) for name in known),
         {name: _remaining_goals(name, now, team) for name in team.names},
-        frozenset(never),
+        frozenset(name for name, status in now.status.items() if status is Status.GIVEN_UP),
         now.header.until.rounds or 1,
         tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),
         now.header.flat,

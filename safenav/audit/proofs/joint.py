@@ -211,10 +211,14 @@ class _Enumeration:
         self, name: str, obstacles: OpenObstacles, places: tuple[int, ...]
     ) -> frozenset[int]:
         """Return the regions that obstacles and their resolution keep a robot out of."""
-        at = dict(zip(self._robots, places, strict=True))
-        waiting = {o.region for o in obstacles if _must_wait(o, name, at)}
-        swept = {r for o in obstacles if _is_resolved(o, at, name) for r in o.sweeps}
-        return self._team.walls(name, obstacles) | waiting | swept
+        at, shut = dict(zip(self._robots, places, strict=True)), self._team.walls(name, obstacles)
+        for obstacle in obstacles:
+            resolving = _resolving(obstacle)
+            if name in resolving and not _clear_of(obstacle, name, at):
+                shut |= {obstacle.region}  # it waits for the others to leave
+            if any(at[other] == obstacle.region for other in resolving & at.keys() - {name}):
+                shut |= obstacle.sweeps
+        return shut
 
     def _performed(self, obstacles: OpenObstacles, places: tuple[int, ...]) -> OpenObstacles:
         """Return the obstacles after the actions that the robots can perform where they stand:
@@ -266,16 +270,6 @@ def _performed(
             return obstacle if need.together else obstacle._replace(done=group)
         obstacle = obstacle.advanced(group)
     return obstacle
-
-
-def _must_wait(obstacle: OpenObstacle, robot: str, at: Mapping[str, int]) -> bool:
-    """Return whether a robot that would resolve an obstacle by entering must wait for others."""
-    return robot in _resolving(obstacle) and not _clear_of(obstacle, robot, at)
-
-
-def _is_resolved(obstacle: OpenObstacle, at: Mapping[str, int], robot: str) -> bool:
-    """Return whether another robot is where it resolves an obstacle by entering."""
-    return any(at[o] == obstacle.region for o in _resolving(obstacle) & at.keys() - {robot})
 
 
 def _resolving(obstacle: OpenObstacle) -> frozenset[str]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
-from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose, RefusedError, closure, distance
 from safenav.audit.lines import Line, Objective
-from safenav.audit.possibilities.deriving import poses_in
+from safenav.audit.poses import PoseGraph
+from safenav.audit.possibilities.deriving import member_of, open_obstacles, permanent, poses_in
+from safenav.audit.possibilities.team import Team
 from safenav.audit.proofs.case import case_of
 from safenav.audit.proofs.joint import can_get
 from safenav.audit.rules.rule import Rule, Said
@@ -99,7 +100,7 @@ class ChargeRule(Rule):
                 self._stops.clear()
 
     def ending(self, now: Situation) -> Iterator[Said]:
-        if not now.is_cut_short() and not now.turn.torn:
+        if not now.is_cut_short():
             yield from self._owes()
 
     def turn(self, now: Situation) -> Iterator[Said]:
@@ -134,7 +135,7 @@ class ChargeRule(Rule):
     def _never_gets(self, robot: str, regions: frozenset[int], now: Situation) -> bool:
         """Return whether no order of moves of the team brings a robot to one of the regions, or it
         is not known whether one does."""
-        case = case_of(now, now.permanent)
+        case = case_of(now)
         return case is None or not can_get(robot, regions, case, MOST_MOVED)
 
     def _owes(self) -> Iterator[Said]:
@@ -204,7 +205,7 @@ class ChargeRule(Rule):
             yield None, f"{name} has no battery"
             return
         try:
-            truth = need(now, name)
+            truth = need(now, name, member_of(name, now, (), ()).steps)
         except RefusedError as error:
             yield self.not_judged(outcome, name, str(error))
             return
@@ -238,26 +239,19 @@ def _is_empty(robot: str, charge: float, now: Situation, at: int | None = None) 
 
 def _too_far(now: Situation, robot: str, target: frozenset[int], charge: float) -> bool:
     """Whether the charge of a robot does not suffice for the way to a region of a target."""
-    shut, there = _shut(now, robot) | now.own[robot].avoid, {*poses_in(target, robot, now)}
-    steps = distance([now.pose(robot)], lambda pose: _steps(now, robot, pose, shut), there)
+    ways, shut = member_of(robot, now, permanent(now), ()).steps, _shut(now, robot)
+    there = {*poses_in(target, robot, now)}
+    steps = distance([now.pose(robot)], lambda pose: _after(pose, ways, shut), there)
     return steps is None or steps * _battery(now, robot).move > charge
 
 
-def _steps(now: Situation, robot: str, pose: Pose, shut: frozenset[int]) -> list[Pose]:
-    own, mobility = now.own[robot], now.header.robots[robot].mobility
-    ways = [to for to in now.grid.steps(mobility, pose) if to[0] not in shut]
-    return [to for to in ways if rules_of(own).allows(pose, to)] if own.always else ways
+def _after(pose: Pose, ways: PoseGraph, shut: frozenset[int]) -> list[Pose]:
+    return [to for to in ways.get(pose, ()) if to[0] not in shut]
 
 
 def _shut(now: Situation, robot: str) -> frozenset[int]:
-    """The regions of the obstacles that a robot knows, and that block it."""
-    known = [now.obstacles[name] for name in now.requests if robot in now.blocked_by(name)]
-    known += [
-        obstacle
-        for obstacle in now.obstacles.values()
-        if now.status[obstacle.name].stays and robot in obstacle.blocks
-    ]
-    return frozenset(obstacle.region for obstacle in known)
+    """The regions of the open obstacles that a robot knows, and that block it."""
+    return Team.walls(robot, open_obstacles(now))
 
 
 def lasts_until(
@@ -267,9 +261,9 @@ def lasts_until(
     None if it does not cut it off, or if waiting takes no charge. ``had``: it has had its turn."""
     stay, charge = _battery(now, robot).stay, int(now.charge[robot])
     charge -= 0 if had else stay
-    shut = _shut(now, robot)
-    least = need(now, robot, shut, turn)
-    behind = need(now, robot, shut - {now.obstacles[obstacle].region}, turn)
+    ways, shut = member_of(robot, now, permanent(now), ()).steps, _shut(now, robot)
+    least = need(now, robot, ways, shut, turn)
+    behind = need(now, robot, ways, shut - {now.obstacles[obstacle].region}, turn)
     if not stay or behind is None or behind > charge or (least is not None and least <= charge):
         return None
     if not _too_far(now, robot, frozenset(now.header.chargers or ()), charge):
@@ -278,25 +272,23 @@ def lasts_until(
 
 
 def need(
-    now: Situation, robot: str, shut: frozenset[int] = frozenset(), turn: int = 0
+    now: Situation, robot: str, ways: PoseGraph, shut: frozenset[int] = frozenset(), turn: int = 0
 ) -> int | None:
     """The least charge with which a robot can continue forever from where it is, meeting its
-    targets in turn from number ``turn`` on outside the regions ``shut`` and by the rules of its
-    objective; None if none suffices. Where staying meets a target, it may step to another region of
-    that target instead, if it can meet its targets forever from there (``lasts``).
+    targets in turn from number ``turn`` on by some ``ways`` outside the regions ``shut``; None if
+    none suffices. Where staying meets a target, it may step to another region of that target
+    instead, if it can meet its targets forever from there (``lasts``).
     By relaxation of numbers on poses, for each target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
     own, start = now.own[robot], now.pose(robot)
-    targets, shut = own.targets, shut | own.avoid
+    targets = own.targets
     last, settles = len(targets) - 1, shape_of(own.kind).settles
 
     def in_turn(turn: int) -> int:
         return min(turn, last) if settles else turn % len(targets)
 
-    def steps(pose: Pose) -> list[Pose]:
-        return _steps(now, robot, pose, shut)
-
-    after = {pose: steps(pose) for pose in closure([start], steps)}
+    reached = closure([start], lambda pose: _after(pose, ways, shut))
+    after = {pose: _after(pose, ways, shut) for pose in reached}
     lasts: list[dict[Pose, int]] = [{} for _ in targets]
 
     def leg(turn: int, then: Mapping[Pose, int], full: Collection[int]) -> dict[Pose, int]:

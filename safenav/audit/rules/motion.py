@@ -214,7 +214,7 @@ def _entered(
     robot: str, regions: set[int], now: Situation, status: Status
 ) -> Iterator[tuple[str, str]]:
     """Yield the obstacles with that status that a robot has entered, each with what is wrong."""
-    for obstacle in (each for region in regions for each in now.obstacles_at(region)):
+    for obstacle in (each for region in regions for each in now.obstacles_at.get(region, ())):
         if now.status[obstacle.name] is status and robot in now.blocked_by(obstacle.name):
             place = now.show(obstacle.region)
             yield (

@@ -97,7 +97,7 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
     if record.traversable is not now.truth[name] and not now.external:
         found, truth = _truth(record.traversable), _truth(now.truth[name])
         yield f"{name} is {truth}, but {robot} finds it {found}"
-    if record.requested is not now.is_requested(name):
+    if record.requested is not any(entry.obstacle == name for entry in now.stack):
         claim, fact = (" not", "was") if not record.requested else ("", "was not")
         yield f"{name} is recorded as{claim} requested, but it {fact}"
 

@@ -60,7 +60,7 @@ class FollowsPlanRule(Rule):
             case "plan":
                 if self._running is not None:
                     yield f"a plan begins before that of line {self._running.plan.line} has ended"
-                self._running = _Running(record)
+                self._running = _Running(record, dict.fromkeys(record.robots, 0))
             case "plan_end":
                 yield from self._ended(record, now)
                 self._running = None
@@ -90,11 +90,8 @@ class _Running:
     """Each robot's progress in a plan: ``at`` is the index of its place."""
 
     plan: Line
-    at: dict[str, int] = field(default_factory=dict)
+    at: dict[str, int]
     bound: set[str] = field(default_factory=set)
-
-    def __post_init__(self) -> None:
-        self.at = dict.fromkeys(self.plan.robots, 0)
 
     def problem(self, move: Line, now: Situation) -> str:
         """Return the error of a move, or an empty text; move the robot in either case."""

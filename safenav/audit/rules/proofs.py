@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from safenav.audit.formulas import rules_of
@@ -32,30 +33,23 @@ class ProofRule(Rule):
     name = "proof"
 
     def __init__(self) -> None:
-        self._never: set[str] = set()
+        self._given: set[str] = set()
+        """The obstacles that were given up by a proof."""
         self._stale: set[str] = set()
         """Those of them that were given up before an obstacle disappeared that was in the way."""
-        self._given: set[str] = set()
-        """Those of them that were given up by a proof."""
         self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
         """Memory of each robot that had no strategy, by its name and specification."""
         self._waited: tuple[str, frozenset[str]] = "", frozenset()
         """The explanation of the last wait, and the robots that had no strategy then."""
 
-    def opening(self, now: Situation) -> Iterable[Said]:
-        self._never |= now.permanent
-        return ()
-
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "synthesis":
             self._memory[record.robot, record.spec] = record.memory
         elif record.type in ("appeared", "gone", "reopened"):
-            for names in (self._never, self._given, self._stale):
-                names.discard(record.obstacle)
+            self._given.discard(record.obstacle)
+            self._stale.discard(record.obstacle)
             if record.type == "gone" and record.obstacle in now.discovered:
                 self._stale |= self._given
-        elif record.type == "blocked" and record.reason == "operator":
-            self._never.add(record.obstacle)
         elif record.type == "blocked" and record.reason not in FINAL:
             yield from self._given_up(record, now)
         elif record.type == "request" and record.aside:
@@ -97,7 +91,7 @@ class ProofRule(Rule):
                     yield memory
                     return
                 begins = record.tick == 0
-                case = case_of(now, self._never, begins=begins, memory=memory)
+                case = case_of(now, begins=begins, memory=memory)
                 yield from problems_of(proof, case) if case else ()
             except TooManyError as large:
                 yield Finding(self.name, record.tick, None, record.line, str(large), unknown=True)
@@ -105,7 +99,7 @@ class ProofRule(Rule):
     def _unrealizable(self, record: Line, now: Situation) -> bool:
         """Return whether some robot has permanently lost its objective, as a synthesis states:
         alone, and without any obstacle that may yet be resolved, it cannot continue forever."""
-        team, told = team_of(now, shut=self._never), _lost(record, now)
+        team, told = team_of(now), _lost(record, now)
         return any(
             team is None or not _continues(name, now, team, self._memory.get((name, spec)))
             for name, spec in told.items()
@@ -115,7 +109,7 @@ class ProofRule(Rule):
     def _aside(self, record: Line, now: Situation) -> Iterator[Said]:
         """A request is set aside where no order of moves completes the mission with its obstacle
         resolved, and those of the requests that are not set aside."""
-        case, name = case_of(now, self._never), record.obstacle
+        case, name = case_of(now), record.obstacle
         served = {name, *now.requests} - (now.aside - {name})
         can_be = None if case is None else can_be_served(served, case, MOST_SERVED)
         if can_be:
@@ -130,14 +124,13 @@ class ProofRule(Rule):
     def _given_up(self, record: Line, now: Situation) -> Iterator[Said]:
         """An obstacle that can never be resolved, even if every robot is back in service, is
         permanently closed to the robots that it blocks."""
-        case = case_of(now, self._never, hopeful=True)
+        case = case_of(now, hopeful=True)
         proof = proof_of(record)
         if proof is not None:
             found = case and never_resolved_problems(proof, case, record.obstacle)
             yield from found or ()
         else:
             yield f"{record.obstacle} is given up without proof"
-        self._never.add(record.obstacle)
         self._given.add(record.obstacle)
         self._stale.discard(record.obstacle)
 
@@ -195,7 +188,7 @@ def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str
             need = now.need(name)
             there = [
                 robot
-                for robot in now.capable(name) - (set() if need.together else now.open[name].done)
+                for robot in need.able - (set() if need.together else now.open[name].done)
                 if regions.get(robot, set()) & set(need.regions)
             ]
             if len(there) < need.robots - (0 if need.together else len(now.open[name].done)):
@@ -254,7 +247,9 @@ def _keeps_order(name: str, now: Situation, team: Team, turn: int) -> bool:
 
 def problems_of(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
     """Yield why this proof does not show that nothing can be completed in that case."""
-    problems = {"closure": _all_lame, "tree": tree_problems, "joint": joint_problems}
+    closures = partial(closure_problems, lame=True)
+    problems: Mapping[str, Callable[..., Iterator[str]]]
+    problems = {"closure": closures, "tree": tree_problems, "joint": joint_problems}
     if proof.get("kind") not in problems:
         yield f"unknown kind of proof: {proof.get('kind')!r}"
     else:
@@ -269,10 +264,6 @@ def never_resolved_problems(proof: Mapping[str, Any], case: Case, obstacle: str)
     if obstacle not in proof.get("never", ()):
         yield f"{obstacle} is not among the obstacles that are never resolved"
     yield from _read(closure_problems(proof, case, lame=False))
-
-
-def _all_lame(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
-    return closure_problems(proof, case, lame=True)
 
 
 def _read(problems: Iterator[str]) -> Iterator[str]:

@@ -82,7 +82,7 @@ class RequestRule(Rule):
                 problem = f"the request for {request.obstacle} is recorded again without a reason"
                 yield request.requester, problem, request
         self._again.clear()
-        if turn.torn or now.is_cut_short():
+        if now.is_cut_short():
             return
         asked = {record.obstacle for record in turn.all("request")}
         if now.waits is not None or turn.first("waiting") is not None:
@@ -136,7 +136,7 @@ def bids(record: Line, now: Situation) -> Iterator[Said]:
     name = record.obstacle
     if name not in now.requests:
         return
-    able = now.capable(name)
+    able = now.need(name).able
     for robot in sorted(set(record.bids) - able):
         yield robot, f"{robot} bids for {name}, but lacks the action"
     for robot in sorted(able - set(record.bids)):
@@ -213,7 +213,7 @@ class HelperRule(Rule):
         """Yield what is wrong with the last settlement, whose lines have taken effect."""
         lines, self._lines, self._duties = self._lines, [], None
         said = [line for line in lines if line.type in ("request", "push", "pop", "told", "acts")]
-        if not said or now.turn.torn or now.is_cut_short() or now.external:
+        if not said or now.is_cut_short() or now.external:
             return
         sure, perhaps = self._present
         problems = [*self._problems(lines, said, sure, now)]

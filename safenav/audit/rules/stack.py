@@ -27,7 +27,7 @@ def push(record: Line, now: Situation) -> Iterator[Said]:
         problem = f"objectives are pushed for {name or 'nothing'}, "
         yield requester, problem + f"which {requester} does not wait for"
         return
-    for robot in sorted({*helpers_of(record)} - now.capable(name)):
+    for robot in sorted({*helpers_of(record)} - now.need(name).able):
         yield robot, f"{robot} helps with {name}, but lacks the action"
 
 

@@ -82,9 +82,10 @@ class State(Robots):
         """Each obstacle with its needs as far as they are not met; its last need stays."""
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Obstacles that the scenario lists, or that a line has described."""
-        self._at: dict[int, list[Obstacle]] = {}
+        self.obstacles_at: dict[int, list[Obstacle]] = {}
+        """The obstacles of each region, present or not."""
         for obstacle in self.obstacles.values():
-            self._at.setdefault(obstacle.region, []).append(obstacle)
+            self.obstacles_at.setdefault(obstacle.region, []).append(obstacle)
         self.sweeping = [name for name, obstacle in self.obstacles.items() if obstacle.sweeps]
         """The obstacles that sweep regions."""
 
@@ -96,19 +97,10 @@ class State(Robots):
             found = found.advanced(group)
         return found
 
-    def obstacles_at(self, region: int) -> list[Obstacle]:
-        """Return the obstacles of a region, present or not."""
-        return self._at.get(region, [])
-
     def resolves_alone(self, obstacle: str) -> bool:
         """Return whether a single action resolves an obstacle, so that no partial result exists."""
         left = self.obstacles[obstacle].all_needs[self.open[obstacle].stage :]
         return len(left) == 1 and left[0].robots == 1
-
-    def capable(self, obstacle: str) -> set[str]:
-        """Return the robots that can fulfil the obstacle's next need, and the later needs that the
-        same robots must fulfil; if the need before it required the same robots, only those."""
-        return {*self.need(obstacle).able}
 
     def takes(self, obstacle: str) -> bool:
         """Return whether the robots that fulfil the obstacle's next need then carry a load."""
@@ -133,7 +125,8 @@ class State(Robots):
         return most is not None and len(self.loads(robot)) >= most
 
     def need(self, obstacle: str) -> Need:
-        """Return the obstacle's next need, or its last one if all are met."""
+        """Return the obstacle's next need, or its last one if all are met; if the need before it
+        required the same robots, only those are able to meet it."""
         return self.open[obstacle].left[0]
 
     def too_few(self, obstacle: str) -> list[bool]:
@@ -181,10 +174,6 @@ class State(Robots):
         endings = ("completed", "tick_limit")
         return self.outcome is None or self.outcome.outcome not in endings
 
-    def is_requested(self, obstacle: str) -> bool:
-        """Return whether a request for the obstacle is on the stack and not yet fulfilled."""
-        return any(entry.obstacle == obstacle for entry in self.stack)
-
     def entry_of(self, record: Line) -> StackEntry | None:
         """Return the entry that a pop removes: that of its request, at any position in the
         stack."""
@@ -196,7 +185,7 @@ class State(Robots):
         """Return the robots that can perform the obstacle's next action and stand where it is
         performed."""
         regions = self.need(obstacle).regions
-        able = self.capable(obstacle) - self.under_way.keys()
+        able = self.need(obstacle).able - self.under_way.keys()
         there = {robot for robot in able if self.region[robot] in regions}
         if not self.takes(obstacle):
             return there
