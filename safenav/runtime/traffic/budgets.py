@@ -3,7 +3,7 @@
     occasion                      search                         exhausted    budget spent
     a request is due:             to its next need (timed)       as if a robot starved
     a robot starves, stands in the way of a helper, or (live) all wait: (plan_search)
-      all moves can be undone       to the next goal of each       the mission  few, local, later
+      all moves can be undone       to the next goal of each       the mission  few, leg, later
       some remember                 for the mission, one round     forget it    last plan, row above
       some turn                     for the mission, one round     deadlock     last plan, next row
       some turn                     for the mission, more rounds   deadlock     few, later
@@ -15,13 +15,14 @@
     a move with no way back       last plan again (rejoin),      refused      refused
                                   then for the mission
 
-*few*: ``deadlock_of_few``; *local*: one robot, few others move; *later*: once the watch's patience
-is over again; *forget it*: the same search for robots without the memory of their formulas.
-``deadlock`` ends the run with the proof, unless a robot is out of service (later). Robots cut off
-by one out of service have no goal. A round is the four variants of ``joint_plan.Variant`` and one
-chain of legs. After ``MOST_FAILURES`` failures in a row, or ``MOST_WORK`` in these, the run ends at
-``search_limit``. Every plan is shortened before it begins. Budgets are states unless said
-otherwise; they were measured on random teams: small and often beats large.
+*few*: ``deadlock_of_few``; *leg*: one robot reaches its goal and pushes the others aside; *later*:
+once the watch's patience is over again; *forget it*: the same search for robots without the memory
+of their formulas. ``deadlock`` ends the run with the proof, unless a robot is out of service
+(later). Robots cut off by one out of service have no goal. A round is the three variants of
+``search.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures in a row, or
+``MOST_WORK`` in these, the run ends at ``search_limit``. Every plan is shortened before it begins.
+Budgets are states unless said otherwise; they were measured on random teams: small and often beats
+large.
 With a robot out of service on a floor where some turn, searches for the mission take one round with
 the chain of a certificate, and fewer failures end the run.
 """
@@ -59,10 +60,6 @@ CHAIN_BUDGET = 3_000
 """States examined without success until the first chain is given up; doubled with each round."""
 LEGS_OF_A_ROBOT = 50
 """Above this average, robots only displace each other from their targets."""
-
-LOCAL_STATES = 3_000
-LOCAL_ROBOTS = 3
-"""Robots that may move besides the one that the plan is for."""
 
 FEW_SIZES = (2, 3)
 FEW_GROUPS = 300

@@ -16,8 +16,7 @@ from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.joint_search.formula_memory import plain_poses, remembering
-from safenav.runtime.traffic.joint_search.local import local_plan
-from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.search import Search, one_leg
 from safenav.runtime.traffic.joint_search.states import (
     Answer,
     BudgetExhausted,
@@ -90,7 +89,7 @@ class PlanSearch(Struct):
                     break
         if isinstance(answer, BudgetExhausted):
             self._check_small_groups(plain, problem.course)
-            answer = (None if self.searches.turning else local_plan(search)) or answer
+            answer = (None if self.searches.turning else one_leg(search)) or answer
         if isinstance(answer, Found):
             answer = self._repeatable(problem, answer)
             answer = self._left_well(problem, answer, helping)

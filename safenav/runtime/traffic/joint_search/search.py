@@ -11,14 +11,12 @@ out is repeated with all states, which is the proof.
 
 from __future__ import annotations
 
-import heapq
 import random
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from itertools import chain
-from itertools import count as counting
 
 from safenav.components import path_to
 from safenav.runtime.resolution.problem import Stages
@@ -50,7 +48,6 @@ class Variant(Enum):
     FARTHEST = "farthest first"
     STATIC = "a random order"
     ONE = "one goal at a time"
-    BEST = "best first"
 
 
 class Search:
@@ -75,11 +72,11 @@ class Search:
         self.goal = goal
         self.keeps: Goal = lambda _: True
         self._guide = guide
-        self._rng = random.Random(seed)
+        self.rng = random.Random(seed)
         self.stopping = stopping
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._known: dict[Stages, dict[tuple[int, Count], Field]] = {}
-        self._generator = Generator(course, self._rng)
+        self._generator = Generator(course, self.rng)
         self._stuck = ImmobileRobots(course)
         self._immobile = self._stuck.robots(start.poses)
 
@@ -109,7 +106,7 @@ class Search:
                     # Counts the hopeless states as well; hardly more than were examined.
                     return self.singles(proof or budgets.PROOF_BUDGET)
                 spent += answer.states
-            answer = by_legs(self, self._rng, chain << turn)
+            answer = by_legs(self, chain << turn)
             if isinstance(answer, Found):
                 return answer
             spent += answer.states
@@ -164,9 +161,7 @@ class Search:
         """Run one variant of the search for at most ``budget`` states."""
         order = list(range(len(self.start.poses)))
         if variant in (Variant.STATIC, Variant.ONE):
-            self._rng.shuffle(order)
-        if variant is Variant.BEST:
-            return self._best_first(budget)
+            self.rng.shuffle(order)
         return self.depth_first(self.start, self.goal, budget, variant, order)
 
     def depth_first(
@@ -196,40 +191,6 @@ class Search:
                 return BudgetExhausted(len(before))
             stack.append((after, self._following(after, variant, order)))
         return Exhausted(frozenset(before))
-
-    def _best_first(self, budget: int) -> Answer:
-        """Search best-first, from the state with the least remaining effort."""
-        before = {self.start: self.start}
-        order = list(range(len(self.start.poses)))
-        ticket = counting()
-        heap = [(self._left(self.start), next(ticket), self.start)]
-        while heap:
-            self.stopping()
-            _, _, state = heapq.heappop(heap)
-            if self.work.done:
-                return BudgetExhausted(len(before))
-            for after in self._following(state, Variant.FARTHEST, order):
-                if after in before:
-                    continue
-                before[after] = state
-                if self.goal(after):
-                    return Found(path_to(after, before))
-                if len(before) > budget:
-                    return BudgetExhausted(len(before))
-                heapq.heappush(heap, (self._left(after), next(ticket), after))
-        return Exhausted(frozenset(before))
-
-    def _left(self, state: JointState) -> int:
-        """Return the remaining effort: goals, and the paths to the next ones."""
-        weight = 4 * self.course.problem.members[0].graph.world.cols
-        found = weight * len(self.course.problem.open(state.stages))
-        for i, field in enumerate(self.fields(state)):
-            if field is not None:
-                found += min(field[state.poses[i]], FAR // 1000)
-            if not self.course.is_done(i, state.counts[i]):
-                found += weight
-            found -= state.counts[i][2] * 2
-        return found
 
     def _following(
         self, state: JointState, variant: Variant, order: list[int]
@@ -316,10 +277,10 @@ def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
             yield variant, budget // times
 
 
-def by_legs(search: Search, rng: random.Random, most_vain: int) -> Found | BudgetExhausted:
-    """Return one chain from the start of a search to its goal. ``rng`` draws the next robot, and
-    how far to backtrack if no leg leads further; ``most_vain``: limit on states examined without
-    success.
+def by_legs(search: Search, most_vain: int) -> Found | BudgetExhausted:
+    """Return one chain from the start of a search to its goal. ``most_vain``: limit on states
+    examined without success. The next robot is drawn at random, and how far to backtrack if no leg
+    leads further.
 
     On full floors one search for all robots together makes no progress; a leg for one robot, with
     all others pushed aside, takes some ten states. Any robot that succeeds may be the next. A chain
@@ -330,31 +291,29 @@ def by_legs(search: Search, rng: random.Random, most_vain: int) -> Found | Budge
     most = budgets.LEGS_OF_A_ROBOT * len(search.start.poses)
     spent, made = 0, 0
     while not search.goal(legs[-1][-1]):
-        leg, vain = _next_leg(search, legs[-1][-1], rng)
+        leg, vain = _next_leg(search, legs[-1][-1])
         spent += vain
         made += 1
         over = spent > most_vain or made > most or search.work.done
         if over or (leg is None and len(legs) == 1):
             return BudgetExhausted(spent + sum(map(len, legs)))
         if leg is None:
-            del legs[rng.randrange(1, len(legs)) :]
+            del legs[search.rng.randrange(1, len(legs)) :]
         else:
             legs.append(leg)
     return Found((search.start, *chain.from_iterable(leg[1:] for leg in legs[1:])))
 
 
-def _next_leg(
-    search: Search, state: JointState, rng: random.Random
-) -> tuple[tuple[JointState, ...] | None, int]:
+def _next_leg(search: Search, state: JointState) -> tuple[tuple[JointState, ...] | None, int]:
     """Return the states until some robot reaches its current goal poses, and the number of states
     examined without success."""
     fields = search.fields(state)
     wanting = [i for i, field in enumerate(fields) if field is not None and field[state.poses[i]]]
-    rng.shuffle(wanting)
+    search.rng.shuffle(wanting)
     vain = 0
     for robot in wanting:
         others = [other for other in range(len(fields)) if other != robot]
-        rng.shuffle(others)
+        search.rng.shuffle(others)
         field = fields[robot]
         assert field is not None
         budget = budgets.LEG_BUDGET + 2 * field[state.poses[robot]]
@@ -364,6 +323,14 @@ def _next_leg(
             return answer.states, vain
         vain += budget
     return None, vain
+
+
+def one_leg(search: Search) -> Found | None:
+    """Return moves that bring one robot to its goal poses, with all others pushed aside; None if no
+    such leg is found. The last resort if all moves can be undone and no plan for all robots was
+    found in time: the others may make no progress by it."""
+    leg, _ = _next_leg(search, search.start)
+    return None if leg is None else Found(leg)
 
 
 def _reached(search: Search, start: JointState, robot: int) -> Goal:
