@@ -203,36 +203,37 @@ def _full(moment: bound.BoundMoment) -> frozenset[int]:
 def possible(moment: bound.BoundMoment, acts: Acts) -> bool:
     """Return whether robots can keep to acts that were chosen in another state of the same
     robots."""
-    for act in acts:
-        for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
-            spread = bound.Spread(moment, robot, bound.known(moment))
-            if came is not None and spread.field(spread.start()).contact(1 << pose) > came:
-                return False
-        moment = _after(moment, act, stays=True)
-    return True
+    return all(
+        spread.field(spread.start()).contact(1 << pose) <= came
+        for spread, pose, came in _journeys(moment, acts)
+    )
 
 
 def leads_through(moment: bound.BoundMoment, acts: Acts, regions: Sequence[Mask]) -> bool:
     """Return whether a fastest path of a robot to the region of one of its acts enters ``regions``
     (given for each robot). Strategies may arrive there with any heading."""
+    for spread, pose, came in _journeys(moment, acts):
+        walker, field = spread.walker, spread.field(spread.start())
+        shut = walker.graph.poses_on(regions[spread.robot]) & ~(1 << walker.pose)
+        there = walker.graph.poses_on(1 << pose % walker.graph.size)
+        on_time = {came: there}  # the poses from which it still arrives in time, by tick
+        for tick in reversed(range(field.first, came + 1)):
+            after = on_time.get(tick + walker.ticks, 0)
+            here = on_time.get(tick + 1, 0) | walker.graph.backward(after)
+            on_time[tick] = (here | on_time.get(tick, 0)) & field.at(tick)
+            if on_time[tick] & shut:
+                return True
+    return False
+
+
+def _journeys(moment: bound.BoundMoment, acts: Acts) -> Iterator[tuple[bound.Spread, int, int]]:
+    """Yield the possibilities of each robot before each of its acts, its pose there, and the tick
+    at whose end it arrives."""
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
-            if came is None:
-                continue
-            walker = moment.walkers[robot]
-            spread = bound.Spread(moment, robot, bound.known(moment))
-            field = spread.field(spread.start())
-            shut = walker.graph.poses_on(regions[robot]) & ~(1 << walker.pose)
-            there = walker.graph.poses_on(1 << pose % walker.graph.size)
-            on_time = {came: there}  # the poses from which it still arrives in time, by tick
-            for tick in reversed(range(field.first, came + 1)):
-                after = on_time.get(tick + walker.ticks, 0)
-                here = on_time.get(tick + 1, 0) | walker.graph.backward(after)
-                on_time[tick] = (here | on_time.get(tick, 0)) & field.at(tick)
-                if on_time[tick] & shut:
-                    return True
+            if came is not None:
+                yield bound.Spread(moment, robot, bound.known(moment)), pose, came
         moment = _after(moment, act, stays=True)
-    return False
 
 
 def _since(moment: bound.BoundMoment, gate: int) -> int:

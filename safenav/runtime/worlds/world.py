@@ -147,15 +147,17 @@ class Works(Struct):
 
     def room_at(self, robot: Robot, here: Region) -> int:
         """The loads that a robot can take in a region, where it puts down others first."""
-        carried = [w for w in {**self.others, **self.open}.values() if robot.name in w.carriers]
-        last = [w for w in carried if not w.finished and w.need + 1 == len(w.obstacle.needs)]
-        put_down = sum(here in self.regions(work) for work in last)
-        return robot.model.carries - len(carried) + put_down
+        carried = [work for work in self._carried(robot) if not work.finished]
+        last = [work for work in carried if work.need + 1 == len(work.obstacle.needs)]
+        return self.room(robot) + sum(here in self.regions(work) for work in last)
 
     def room(self, robot: Robot) -> int:
         """The further loads that a robot can carry."""
+        return robot.model.carries - len(self._carried(robot))
+
+    def _carried(self, robot: Robot) -> list[Work]:
         works = {**self.others, **self.open}
-        return robot.model.carries - sum(robot.name in work.carriers for work in works.values())
+        return [work for work in works.values() if robot.name in work.carriers]
 
     def within_reach(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()

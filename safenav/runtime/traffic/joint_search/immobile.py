@@ -10,8 +10,7 @@ like this.
 
 from __future__ import annotations
 
-from safenav.runtime.traffic.joint_search.states import Course, JointState
-from safenav.world.poses import Mask, PoseGraph
+from safenav.runtime.traffic.joint_search.states import Course, JointState, Steps
 
 
 class ImmobileRobots:
@@ -74,15 +73,9 @@ class ImmobileRobots:
         return bool(member.graph.back(goal, allowed) >> state.poses[robot] & 1)
 
 
-class _Regions(dict[int, tuple[int, ...]]):
-    """The regions one step away from each pose, for steps into ``allowed`` poses; computed on
-    demand."""
-
-    def __init__(self, graph: PoseGraph, allowed: Mask) -> None:
-        self._graph = graph
-        self._allowed = allowed
+class _Regions(Steps):
+    """The regions of the ``allowed`` poses one step away from each pose; computed on demand."""
 
     def __missing__(self, pose: int) -> tuple[int, ...]:
-        steps = [step for step in self._graph.steps(pose) if self._allowed >> step & 1]
-        self[pose] = tuple(step % self._graph.size for step in steps)
+        self[pose] = tuple(step % self.graph.size for step in super().__missing__(pose))
         return self[pose]
