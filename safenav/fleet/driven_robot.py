@@ -65,7 +65,8 @@ class FleetTask(Struct):
 
 
 class TrailPoint(Struct, frozen=True):
-    """A past position of a robot, when it was received (seconds), and the regions occupied then."""
+    """A past position of a robot, the time of its receipt in seconds, and the regions that the
+    robot occupied then."""
 
     at: float
     place: Located
@@ -73,7 +74,7 @@ class TrailPoint(Struct, frozen=True):
 
 
 class HeardScan(Struct, frozen=True):
-    """A scan, and when it was received (seconds)."""
+    """A scan, and the time of its receipt in seconds."""
 
     at: float
     scan: Scanned

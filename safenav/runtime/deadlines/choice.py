@@ -34,11 +34,12 @@ class Dues(Struct, frozen=True):
 
 
 class InTime(Struct, frozen=True):
-    """``acts`` in the order of their turns; ``steps``: the same in the form of coordination;
+    """``acts`` in the order of their turns; ``steps``: the same as steps of a coordination plan;
     ``beyond``: obstacles that no order of acts resolves by their deadline, to be resolved as soon
     as possible. ``spent``: the search for all obstacles has exhausted its budget; the acts are for
-    the most urgent ones. ``around``: whether the robots avoid suspected obstacles, since only that
-    is in time if these are present."""
+    the most urgent ones. ``ends``: the tick of the last act on each obstacle. ``around``: whether
+    the robots avoid suspected obstacles, because the deadlines could not be met if they encountered
+    one."""
 
     acts: Acts = ()
     steps: Plan = ()
@@ -92,9 +93,8 @@ class InTime(Struct, frozen=True):
 
 def choose(solver: Solver, floor: Floor, served: frozenset[int], dues: Dues) -> InTime:
     """Choose acts that resolve the ``served`` obstacles with deadlines, in time where possible.
-    Suspected obstacles count as absent if the robots' paths do not lead there, or only such a plan
-    is in time; otherwise they count as present: only such a plan is in time whatever the robots
-    discover."""
+    Suspected obstacles count as present if a fastest path leads to one and acts around all of them
+    are also in time: then no discovery makes the acts late. Otherwise they count as absent."""
     moment = moment_on(floor, dues)
     hopeful = _choose(solver, floor, served, dues, moment)
     if not any(dues.suspected) or not hopeful.acts or hopeful.beyond:
@@ -207,7 +207,7 @@ def moment_on(floor: Floor, dues: Dues) -> BoundMoment:
 
 
 def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:
-    """Return the robots' regions, and the stage of each obstacle, after some acts."""
+    """Return the robots' poses, and the stage of each obstacle, after some acts."""
     poses, stages = list(floor.poses), floor.stages
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
@@ -227,7 +227,7 @@ def spot_of(floor: Floor, robot: int, pose: int) -> Mask:
 
 def steps_of(floor: Floor, acts: Acts) -> Plan:
     """Return one step per need, with all robots that take part in it. A robot that acts again later
-    does so in exactly the pose that the search chose."""
+    acts first in the pose that the search chose, since the time of its next act depends on it."""
     found: dict[tuple[int, int], Step] = {}
     for number, act in enumerate(acts):
         regions = floor.problem.gates[act.gate].needs[act.need].regions

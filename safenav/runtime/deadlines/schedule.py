@@ -156,8 +156,8 @@ class Scheduler(Struct, eq=False):
         one, since = moment.opens[gate], _since(moment, gate)
         fewest = one.next.robots
         then = one.gate.needs[one.stage.need + 1 : one.stage.need + 2]
-        # All that are there meet it (a load is taken by those that are to); who of them meets the
-        # next one is a choice.
+        # All robots that are there take part (in taking a load only as many as it needs). If the
+        # same robots must meet the next need, which of them do is a choice.
         most = len(spots) if then and then[0].same and not one.takes else fewest
         sizes = range(fewest, most + 1)
         for group in (group for size in sizes for group in combinations(spots, size)):

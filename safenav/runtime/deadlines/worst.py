@@ -38,10 +38,10 @@ ALL_SECONDS = 4.0
 
 class Times(Struct, frozen=True):
     """Ticks from the tick of the request to that of the resolution, at ``best`` and at ``worst``
-    (None: never), the poses at the worst moment, the requester first, and the ``bids`` of robots
-    with the next action there: the ticks of their way (None: none leads there), of which the first
-    may be that of the request. ``whole``: all states were compared; ``nearest``: only the nearest
-    robots help, although this costs them poses."""
+    (None: never). ``moment``: the poses in the worst case, the requester first; ``bids``: the ticks
+    that each robot with the first action needs from there (None: no path), which may include the
+    tick of the request. ``whole``: all states were compared; ``nearest``: the robots with the
+    lowest bids help, even if they cannot return."""
 
     best: int | None
     worst: int | None
@@ -111,8 +111,9 @@ def _times(
     standing: Sequence[Obstacle],
     ends: float,
 ) -> Times | None:
-    """None if no robot that must keep out can encounter the obstacle; ``ends``: on the monotonic
-    clock, the end of the comparison (one moment is always examined)."""
+    """Return the times of an obstacle among those that are ``standing``; None if no robot that it
+    blocks can encounter it. ``ends``: time limit on the monotonic clock; one moment is always
+    examined."""
     robots, shut = scenario.robots, {o.region for o in standing}
     by = scenario.until.by
     opens = tuple(
@@ -162,8 +163,8 @@ def _times(
 
 
 def _nearest_help(scenario: Scenario, opens: Sequence[bound.BoundObstacle]) -> bool:
-    """Return whether the bids alone decide who helps: a robot that cannot turn back where it helps
-    may be passed over for a farther one, unless a deadline is pending."""
+    """Return whether the bids alone decide which robots help. Without a deadline, coordination may
+    prefer a farther robot to one that could not turn back after helping."""
     for one in opens if opens[0].sequential else ():
         for need, skills in zip(one.gate.needs, one.gate.skills, strict=True):
             able = [robot for robot in scenario.robots if skills <= robot.capabilities]

@@ -31,10 +31,10 @@ from safenav.scenario.objective import Ltl
 
 
 class PlanSearch(Struct):
-    """Searches for plans. ``starved``: the robot that the plan is for; ``failures``: searches in a
-    row with an exhausted budget, ``used``: their work, ``work``: the rest for the present one;
-    ``spent``: all such searches; ``hopeless``: the served obstacles that no plan for the mission
-    resolves, by the last search."""
+    """Searches for plans. ``starved``: the robot that the plan is for; ``failures``: number of
+    consecutive searches that exhausted their budget, ``used``: their effort, ``work``: the effort
+    left for the present search; ``spent``: number of all searches that exhausted their budget;
+    ``hopeless``: the served obstacles that no plan for the mission resolves, by the last search."""
 
     state: TeamState
     searches: Searches
@@ -175,7 +175,7 @@ class PlanSearch(Struct):
         the team could not continue after them."""
         answer = self._leg_of_starved(problem)
         if isinstance(answer, Exhausted):
-            if self.charges(self.state.robots[self.starved]):  # another stop may do
+            if self.charges(self.state.robots[self.starved]):  # another stop may suffice
                 hemmed_in = problem.floor.index(self.starved)
                 self.state.last_settled.notes.hemmed_in |= {hemmed_in}
             elif self.state.out_of_service:
@@ -249,9 +249,9 @@ class PlanSearch(Struct):
         return found
 
     def _through_the_mission(self, helping: bool) -> bool:
-        """Live: return whether the whole plan is followed. It delays only robots that wait for
-        others by its order, and on a narrow floor robots would soon starve again. Not with helpers,
-        robots out of service, batteries or formulas, which change what follows."""
+        """Live: return whether the robots follow the whole plan, since on a narrow floor they would
+        soon starve again. Not with helpers, robots out of service, batteries or formulas: these
+        may invalidate the rest of the plan."""
         return (
             self.state.live
             and not helping
@@ -265,6 +265,8 @@ class PlanSearch(Struct):
         )
 
     def leg_done(self, problem: SearchProblem, state: JointState, helping: bool) -> bool:
+        """Return whether a plan may end in a state: after a resolution or, if no robot helps, when
+        each robot has counted a goal."""
         if state.stages != problem.start.stages:
             return True
         return not helping and self._each_has_counted(problem, state)

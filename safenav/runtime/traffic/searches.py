@@ -30,7 +30,7 @@ _Graphs = dict[int, formula_memory.StateGraph]
 
 
 Goals = Mapping[int, Mask | None]
-"""The goal poses of some robots; None: those of its own objective."""
+"""The goal poses of some robots; None: those of the robot's own objective."""
 
 
 class SearchProblem(Struct, frozen=True):
@@ -134,8 +134,8 @@ class Searches:
         self._hopeless = floor.problem
 
     def aimed(self, floor: Floor) -> Floor:
-        """Return the problem with the robots' memory. Where that is too large: with the next pose
-        of its strategy's path for each such robot, in place of all its possible goals."""
+        """Return the problem with the robots' memory. A robot whose memory exceeds the size limit
+        has the next milestone of its strategy as its only goal (``milestone``)."""
         floor = self.remembered(floor)
         members = list(floor.problem.members)
         changed = False
@@ -217,15 +217,15 @@ class Searches:
         return frozenset(found) | self._state.last_settled.notes.hemmed_in
 
     def own_of_charging(self) -> dict[int, None]:
-        """Return own objectives for the robots that go to a charger: otherwise a plan for the whole
-        mission would keep them there, and never be complete."""
+        """Return the goals of robots that go to a charger, for plans for the whole mission: those
+        of their own objectives, since they could not complete their rounds at the charger."""
         robots = self._state.robots.values()
         return {i: None for i, r in enumerate(robots) if r.assignment.role is Role.CHARGES}
 
     def stays(self, floor: Floor) -> dict[int, Mask]:
-        """Return the poses in which robots that share their floor may stay, for robots whose
-        formulas forbid staying elsewhere: in other poses they have no strategy, since others may
-        keep them from leaving."""
+        """Return the poses in which a robot's formulas allow it to stay, for robots on shared
+        floors with formulas that forbid it elsewhere. In other poses such a robot has no strategy,
+        since others may keep it from leaving."""
         found = dict[int, Mask]()
         for index, robot in enumerate(self._state.robots.values()):
             formulas = formulas_of(robot.robot, self._state.scenario.map)
