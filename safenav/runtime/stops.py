@@ -176,7 +176,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         takes = self._path_charges(pose, turn)
         met, charges = self.targets[turn] >> pose & 1, self.chargers >> pose & 1
         direct = charges and not (met or helps or self._shortest)  # it could return repeatedly
-        enough = max(self._nearest(pose, turn, takes), self._any_step(pose, turn)) <= charge
+        enough = self.goes_on_with(pose, turn) <= charge
         if enough and not direct:
             return None
         if met and charges and self._stays(pose, turn) <= self.battery.capacity:
@@ -198,6 +198,12 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         if place in (None, pose):  # with a full battery nothing is gained by a longer stay
             return pose if charges and charge < self.battery.capacity else None
         return self._entry(pose, place)
+
+    def goes_on_with(self, pose: int, turn: int) -> int:
+        """Return the least charge with which a robot continues in a pose; with less it charges
+        first."""
+        takes = self._path_charges(pose, turn)
+        return max(self._nearest(pose, turn, takes), self._any_step(pose, turn))
 
     def steps(self, pose: int, at: int) -> int:
         """The steps to a pose; FAR for none."""

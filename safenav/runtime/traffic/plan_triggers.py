@@ -161,7 +161,7 @@ class PlanTriggers:
 
     def _runs_low(self, robot: RobotState, distance: int) -> bool:
         """Return whether a waiting robot uses charge that it needs, with a small reserve, for its
-        next ``distance`` steps or to continue from here."""
+        next ``distance`` steps or to continue from here without charging first."""
         battery, stops = robot.robot.model.battery, self.state.stops(robot)
         if battery is None or stops is None or not battery.stay or robot.charge is None:
             return False
@@ -170,8 +170,14 @@ class PlanTriggers:
             return False
         need = distance * battery.move
         if robot.stop is None or robot.stop.region not in chargers:
-            turn = stops.turn(robot.own.memory.index)
-            need = max(need, stops.needed(stops.graph.number(robot.pose), turn))
+            turn, pose = stops.turn(robot.own.memory.index), stops.graph.number(robot.pose)
+            duty = (
+                stops.for_duty(robot.assignment.goal, turn)
+                if robot.assignment.role is Role.HELPS
+                else None
+            )
+            goes_on = stops.goes_on_with(pose, turn) if duty is None else duty.goes_on_with(pose, 0)
+            need = max(need, min(goes_on, battery.capacity))
         return robot.charge <= need + SPARE * battery.move
 
     def _awaits_charger(self, robot: RobotState) -> bool:

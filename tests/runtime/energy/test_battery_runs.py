@@ -665,3 +665,31 @@ def test_a_robot_charges_while_the_team_waits(clock: str) -> None:
         """)
     assert run.all("waiting") and not run.all("service")
     assert run.all("synthesis", robot="rover", reason="charge")
+
+
+def test_a_helper_gets_past_another_one_before_it_charges_again(clock: str) -> None:
+    """The first of two stands in the nearest region of their need; the other one is to wait for the
+    plan for it, next to its charger, no longer than its charge lasts."""
+    completed(f"""
+        map: {{grid: ["#######", "#..#..#", "#.....#", "#.....#", "#######"]}}
+        catalogue:
+          robots:
+            cart: {{mobility: free, layer: ground, capabilities: [lift]}}
+            rover:
+              {{mobility: free, layer: ground, capabilities: [lift],
+                battery: {{capacity: 12, charge: 3, stay: 1}}}}
+          obstacles:
+            crate:
+              needs:
+                - {{action: lift, robots: 2, at: [8, 9, 23], together: true}}
+                - {{action: lift, at: [17, 18], together: true, same: true}}
+              blocks: []
+        robots:
+          cart: {{model: cart, start: 23, objective: {{hold: 23}}}}
+          rover: {{model: rover, start: 17, objective: {{hold: 17}}}}
+        orders: [{{at: 5, type: crate, region: 25}}]
+        chargers: [12, 15]
+        until: {{rounds: 1}}
+        limits: {{ticks: 60}}
+        clock: {clock}
+        """)
