@@ -119,11 +119,12 @@ def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
     return team.can_continue(name, frozenset([now.pose(name)]), open_obstacles(now))
 
 
-def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
+def serving(now: Situation, *, own: bool = False, exact: bool = False) -> dict[str, frozenset[str]]:
     """Return the robots that serve each requested obstacle, by the objectives in force. Of several
     whose regions are the same a robot serves that of its first act, if something was due, or the
     one for which it was named last. ``own``: so does one whose own objective reads as that duty,
-    which the objectives do not tell."""
+    which the objectives do not tell. ``exact``: only one whose target is all regions of a need;
+    the others may serve another obstacle."""
     found = dict[str, frozenset[str]]()
     for name in now.requests:
         needs = now.obstacles[name].all_needs[: now.open[name].stage + 1]
@@ -132,6 +133,7 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
             robot
             for robot in now.helping.get(name, ())
             if (own or now.objectives[robot] != now.own[robot])
+            and (not exact or {*now.objectives[robot].targets[:1]} & {*regions})
             and (
                 _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
                 or is_stop(robot, now.objectives[robot].targets, now)

@@ -166,7 +166,7 @@ class HelperRule(Rule):
 
     def __init__(self) -> None:
         self._lines: list[Line] = []
-        self._present: tuple[Serving, Serving] = {}, {}
+        self._present: tuple[Serving, ...] = ()
         self._before: Mapping[str, Objective] = {}
         self._duties: Mapping[str, Duty] | None = None
 
@@ -187,7 +187,8 @@ class HelperRule(Rule):
             yield from self._judged(now)
         if settles:
             if not self._lines:
-                self._present = self._serving(now), self._serving(now, own=True)
+                others = self._serving(now, own=True), self._serving(now, exact=True)
+                self._present = self._serving(now), *others
                 self._before = dict(now.objectives)
             self._lines.append(record)
 
@@ -198,10 +199,10 @@ class HelperRule(Rule):
     def ending(self, now: Situation) -> Iterator[Said]:
         yield from self._judged(now)
 
-    def _serving(self, now: Situation, *, own: bool = False) -> Serving:
+    def _serving(self, now: Situation, **reading: bool) -> Serving:
         """The robots that serve each obstacle: no line says that one that has helped has no duty
         any longer, but that follows from the last settlement if that was judged."""
-        found, duties = serving(now, own=own), self._duties
+        found, duties = serving(now, **reading), self._duties
         if duties is None:
             return found
         given = {(robot, duty.obstacle) for robot, duty in duties.items()}
@@ -215,9 +216,10 @@ class HelperRule(Rule):
         said = [line for line in lines if line.type in ("request", "push", "pop", "told", "acts")]
         if not said or now.is_cut_short() or now.external:
             return
-        sure, perhaps = self._present
+        sure, *perhaps = self._present
         problems = [*self._problems(lines, said, sure, now)]
-        if problems and perhaps != sure and not [*self._problems(lines, said, perhaps, now)]:
+        others = [each for each in perhaps if each != sure] if problems else []
+        if any(not [*self._problems(lines, said, each, now)] for each in others):
             return
         if problems:
             self._duties = None
