@@ -28,13 +28,15 @@ _SETTLES_AGAIN = ("request", "push", "pop", "blocked", "service", "objective")
 @dataclass
 class _Clock:
     """The time of a robot's present round: when it began, whether the robot did something else in
-    it or in the one before, whether it is judged, or said to be lost."""
+    it or in the one before, whether it is judged, or said to be lost. ``rounds``: those before it,
+    as told at first and then judged."""
 
     begun: int = 0
     away: bool = False
     before: bool = False
     over: bool = False
     lost: bool = False
+    rounds: int = 0
 
     @classmethod
     def continued(cls, told: Line) -> _Clock:
@@ -88,6 +90,8 @@ class DeadlineRule(Rule):
         clocks = {name: done.clock for name, done in now.done.items() if done.clock is not None}
         told = {name: _Clock.continued(clock) for name, clock in clocks.items()}
         self._clocks = {name: told.get(name) or _Clock() for name in now.header.robots}
+        for name, done in now.done.items():
+            self._clocks[name].rounds = done.rounds or 0
         if promises is not None:
             self._within = dict(promises.within)
             if promises.by is not None:
@@ -222,6 +226,7 @@ class DeadlineRule(Rule):
                 self._ends(record.obstacle, "kept")
                 for clock in self._clocks.values() if now.restarts(record) else ():
                     clock.restart(tick)
+                    clock.rounds = 0
             case "gone" | "blocked":
                 self._ends(record.obstacle, "excused")
             case "synthesis":
@@ -271,8 +276,9 @@ class DeadlineRule(Rule):
     def _goal(self, record: Line, now: Situation) -> None:
         robot, clock = record.robot, self._clocks[record.robot]
         own = now.objectives[robot] == now.own[robot]
-        if not own or record.round <= now.progress[robot].rounds:
+        if not own or record.round <= clock.rounds:
             return
+        clock.rounds = record.round
         within = self._within.get(robot)
         if within is not None and not clock.over:
             self._turn_owes.append((robot, clock.begun + within, "kept"))
