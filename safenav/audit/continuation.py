@@ -196,7 +196,7 @@ def _charges(robot: str, now: Situation) -> bool:
 
 
 def _stays(robot: str, now: Situation) -> bool:
-    """Return whether a robot is where it is to stay."""
+    """Return whether a robot has arrived at the region where it stays."""
     objective = now.objectives[robot]
     return objective.kind == STAYING and now.region[robot] in objective.targets[0]
 

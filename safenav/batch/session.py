@@ -15,7 +15,7 @@ from safenav.batch.journal import StateFile
 
 
 class Arrival(Struct, frozen=True):
-    """A result, and where the trace of the run lies until somebody wants it or not."""
+    """A result, and the file of its trace until it is kept or discarded."""
 
     case: Case
     result: Result

@@ -1,4 +1,4 @@
-"""The facts of the assurance page as data: what was asked, guaranteed, assumed, seen, left open."""
+"""The facts of the assurance page as data: objectives, guarantees, assumptions, observations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verified checker, where it is built, and the checkers behind each claim of a bundle.
+"""The verified checker, if it is built, and the checkers behind each claim of a bundle.
 
 Its verdicts follow from theorems (docs/proof.md); ``make proof`` builds it.
 """

@@ -193,7 +193,7 @@ def limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenari
 
 
 def attendant(given: str | None, live: bool, as_json: bool) -> str | None:
-    """The file of interventions; TERMINAL where somebody can be asked. Raises UsageError."""
+    """The file of interventions; TERMINAL if a user can answer there. Raises UsageError."""
     if given is not None and not live:
         raise UsageError("--operator helps live runs only; add '--clock live'")
     if given is None and live and not as_json and sys.stdin.isatty() and sys.stderr.isatty():

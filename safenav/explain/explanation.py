@@ -24,7 +24,7 @@ class NoStrategyCause(StrEnum):
     OBSTACLE = "obstacle"
     """A known obstacle is on the only path."""
     PARKED_ROBOT = "parked_robot"
-    """A robot that stays where it is stands on the only path."""
+    """A robot that never moves blocks the only path."""
     HEADING = "heading"
     """From where it starts it faces the wrong way, and cannot turn on the spot."""
     ONE_WAY = "one_way"

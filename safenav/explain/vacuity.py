@@ -1,6 +1,6 @@
 """Vacuity: wins of a robot that come from breaking its assumptions on the other robots.
 
-A strategy may bring the environment where it has no move left, or where it can no longer meet a
+A strategy may force the environment into a state with no move left, or one where it cannot meet a
 fairness assumption. From there on the robot owes nothing: it has won, and may do nothing at all.
 Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1) specifications, HVC
 2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE 2016, who look at the

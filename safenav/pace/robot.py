@@ -87,7 +87,7 @@ class Pace(ABC):
         self._foot = self._then
 
     def placed(self, now: float, heading: str | None) -> None:
-        """Note that it was placed somewhere."""
+        """Record that it was placed."""
         self.facing = self._next = YAW[heading] if heading else self.facing
         self._since, self._settling, self._foot, self._short = now, 0.0, 0, False
 
@@ -104,7 +104,7 @@ class Pace(ABC):
         return begin + self._turning(_between(before, self.facing))
 
     def faces(self, at: int, region: int) -> None:
-        """Note that in ``at`` it has turned towards ``region``, where it acts."""
+        """Record that in ``at`` it has turned towards ``region`` to act there."""
         if at != region and self.turns:
             self.facing = self._direction(at, region)
 

@@ -207,7 +207,7 @@ class Knowledge:
         return sum(robot in work.carriers for work in self._unmet.open.values())
 
     def appear(self, obstacle: Obstacle) -> None:
-        """Note that an obstacle has appeared; no robot has encountered it."""
+        """Record that an obstacle has appeared; no robot has encountered it."""
         self.forget(obstacle)
         if _takes_more(obstacle):
             self._unmet.open[obstacle.name] = work_on(obstacle, self._unmet.scenario)

@@ -275,7 +275,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _on_chargers(self) -> Stops:
-        """The same if it could charge everywhere: it needs nothing where it can continue."""
+        """The same if it could charge everywhere: nothing is needed while it can continue."""
         return replace(self, chargers=self.allowed)
 
     @property

@@ -338,7 +338,7 @@ class Scenario(Struct, frozen=True):
 
     @property
     def deadlines(self) -> bool:
-        """Whether anything can be due in lockstep: a promise, or what a charge does not outlast."""
+        """Whether lockstep has deadlines: of the scenario, or because a charge runs out."""
         charged = [r.model.battery for r in self.robots] if self.chargers else []
         return self.promises or any(each is not None and each.stay for each in charged)
 

@@ -131,7 +131,7 @@ class TargetObjective(Struct, frozen=True):
         return sum(1 << i for i, target in enumerate(self.targets) if region in target)
 
     def met(self, memory: int, region: Region) -> tuple[int, ...]:
-        """Return the targets that count for being in ``region``."""
+        """Return the targets that are met in ``region``."""
         return tuple(bits(self.pursuit.met(memory, self.reached(region))))
 
     def turned(self, memory: int, region: Region) -> int:

@@ -43,7 +43,7 @@ def among(poses: Collection[Pose], mark: str = "") -> str:
 
 
 def step_formula(variable: str, heading: Heading, world: RegionMap) -> str:
-    """Return the atom that ``variable`` makes one step that way (edges aside)."""
+    """Return the atom for one step of ``variable`` in that direction (ignoring edges)."""
     offset = world.cols if heading in (Heading.NORTH, Heading.SOUTH) else 1
     if heading in (Heading.NORTH, Heading.WEST):
         return f"{variable} = {variable}' + {offset}"

@@ -71,7 +71,7 @@ class LiveView:
         """The next line of the trace, from the thread of the mission."""
         studio = self._server.studio
         assert isinstance(studio, _Watching)
-        with suppress(RuntimeError):  # nobody looks any longer
+        with suppress(RuntimeError):  # the server has ended
             self._loop.call_soon_threadsafe(studio.hear, as_data(record))
 
     def wait(self) -> None:

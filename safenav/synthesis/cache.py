@@ -31,7 +31,7 @@ _TEXT_SUFFIX = ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _PRUNE_TO = 0.75
 _LISTINGS = 64
-"""How often the directory is listed, on average, while as much is written as it may hold."""
+"""Average number of listings of the directory per amount of data equal to its limit."""
 _STALE_TEMPORARY_SECONDS = 3600.0
 _LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
 

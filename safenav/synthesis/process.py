@@ -155,7 +155,7 @@ class ProcessGroup:
 
 def kill_group(process: subprocess.Popen[bytes]) -> None:
     """SIGKILL to the process group that this process leads, unless it has been reaped (its
-    number may belong to somebody else by then)."""
+    number may belong to another process by then)."""
     if process.returncode is None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
@@ -249,7 +249,7 @@ class _Conversation:
         return True
 
     def drain(self, deadline: float) -> None:
-        """Take what a killed process had printed."""
+        """Read the remaining output of a killed process."""
         self.deadline = deadline
         self.until_silence()
         self._selector.close()

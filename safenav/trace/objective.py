@@ -36,7 +36,7 @@ class Objective(Struct, frozen=True):
 
     @classmethod
     def of(cls, value: object) -> Objective | None:
-        """The objective in a JSON value; None if it is none."""
+        """The objective in a JSON value; None if it is not an objective."""
         if not isinstance(value, Mapping):
             return None
         literal = value.get("form") == "literal"

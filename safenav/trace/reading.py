@@ -65,7 +65,7 @@ def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
 
 
 def _shown(value: Any, *, lines: bool = False) -> Any:
-    """A value with all its names fit for a terminal; ``lines``: it is a text of several lines."""
+    """A value with all its names fit for a terminal; ``lines``: a text keeps its line ends."""
     match value:
         case str():
             return "\n".join(map(_escaped, value.split("\n"))) if lines else _escaped(value)

@@ -317,7 +317,7 @@ class Inputs(Record, frozen=True, tag="inputs"):
 
 class Service(Record, frozen=True, tag="service"):
     """A robot stands still from now on (``active`` false), or is back. It ends a step that it has
-    begun, and what it can do where it stands it still does."""
+    begun, and it still acts from its present region."""
 
     robot: str
     active: bool

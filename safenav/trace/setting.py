@@ -19,8 +19,8 @@ class TimingHeader(Struct, frozen=True):
 
 
 class BatteryHeader(Struct, frozen=True):
-    """Charge: the most that it holds, what it begins with, what a step (``move``) and a tick
-    without one (``stay``) take, what a tick on a charger gives."""
+    """Charge: its capacity, its initial value, the cost of a step (``move``) and of a tick
+    without one (``stay``), the gain of a tick on a charger."""
 
     capacity: Positive
     start: Count

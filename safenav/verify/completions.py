@@ -1,7 +1,7 @@
 """Number of completions of a partial transition, without listing them.
 
 For each row of known values (a state, say): how many valuations of the unknown variables (the
-next inputs, say) satisfy all constraints. 2^n valuations are never gone through:
+next inputs, say) satisfy all constraints. The 2^n valuations are never enumerated:
 
 - variables that no constraint connects are counted apart and multiplied;
 - a constraint sees few of the known variables, so its verdict on every value of an unknown is

@@ -19,7 +19,7 @@ Values = Mapping[str, int]
 
 
 class MoveCheck:
-    """Checks what a synthesizer answers about one specification.
+    """Checks the answers of a synthesizer for one specification.
 
     Raises InputError if the specification cannot be read; the methods raise SynthesizerError for
     an answer that is wrong.

@@ -320,7 +320,7 @@ def _least_round(now: Situation, robot: str, strict: bool) -> int | None:
 
 
 def impossible(line: Line, now: Situation, tick: int, had: int) -> Iterator[str]:
-    """Yield what cannot be as a line on acts tells it; ``had`` as in ``Bound``."""
+    """Yield claims of a line on acts that are impossible; ``had`` as in ``Bound``."""
     bound = Bound(now, tick, had, slow=True)
     for name, regions in (line.around or {}).items():
         bound.sealed[name] |= {*regions}

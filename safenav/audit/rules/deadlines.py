@@ -101,7 +101,7 @@ class DeadlineRule(Rule):
         return ()
 
     def open(self) -> dict[str, int]:
-        """Return what is due, with the tick, without what a charge makes due."""
+        """Return the pending deadlines with their ticks, except those that a charge implies."""
         return {of: due for of, due in self._open.items() if of not in self._by_charge}
 
     def begun(self, robot: str) -> int:
@@ -141,7 +141,7 @@ class DeadlineRule(Rule):
             yield from self._tick_begins(record.tick)
         yield from self._missing(self._owed)
         if record.type == "move":
-            if self._had:  # else it is the first turn, which says what happened before it
+            if self._had:  # otherwise the first turn, which reports the events before it
                 yield from self._missing(self._turn_owes)
             self._had = [*now.header.robots].index(record.robot) + 1
         self._happened(record, now)

@@ -46,7 +46,7 @@ class CommandRule(Rule):
     depart from where it is to another region, or to act. Each ``arrive`` and ``acted`` ends the
     command of its robot that is open: it has arrived where it was to go, or is back if it was
     blocked; a lost one is in some region; it leaves to others only what it has just failed on.
-    Nobody is sent anywhere while it is out of service (T, Live runs)."""
+    No robot gets a command while it is out of service (T, Live runs)."""
 
     name, kinds = "command", ("depart", "act", "arrive", "acted")
 
@@ -240,7 +240,7 @@ class WaitingRule(Rule):
                 if record.t is None if until is None else until <= moment(record):
                     yield "the team waits, but no change is due"
             case "act" if waiting is not None and waiting.until is not None:
-                pass  # nobody comes
+                pass  # no robot comes
             case "depart" | "act" | "move" if waiting is not None and self._waits(record, now):
                 yield f"{record.robot} gets a command while the team waits"
             case "gone" if not is_of_user(record):

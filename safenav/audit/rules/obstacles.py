@@ -198,7 +198,7 @@ class MissedResolutionRule(Rule):
                 tried = (robot, name) in self._tried
                 later = self._changed.get(name, 0) > self._came.get(robot, 0)
                 if now.live and name not in now.requests and (later or need.robots > 1):
-                    continue  # it acts when it comes; nobody knows what is possible since then
+                    continue  # it acts on arrival; the possibilities since then are unknown
                 if not lacks and not tried and _can_act(robot, name, now):
                     yield f"{robot} departs without acting on {name}, though it could act"
 

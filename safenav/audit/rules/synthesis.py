@@ -79,7 +79,7 @@ class SynthesisRule(Rule):
         if turn.robot is None or turn.final or now.header.coordination != RESYNTHESIS or now.live:
             return  # live, a strategy may come later: StrategyRule judges each move
         if now.waits:
-            return  # none is looked for before something has changed
+            return  # no search until something changes
         done = {(s.robot, s.objective) for s in turn.all("synthesis")}
         for robot, objective in now.objectives.items():
             same = _alternating(objective) == _alternating(turn.objectives[robot])

@@ -61,7 +61,7 @@ class Robots:
         """The end of each robot's last step: live until its next move shows it; in ticks the move,
         until its next turn, if the robot ended elsewhere than commanded."""
         self.lost: dict[str, frozenset[int]] = {}
-        """Live: the regions in one of which each robot is whose step ended nobody knows where."""
+        """Live: the possible regions of each robot whose step ended in an unknown region."""
         self.acting: dict[str, Line] = {}
         """Live: the action of each robot that has not ended."""
         self._rivals = {n: [o for o in robots if o != n and self.conflict(n, o)] for n in robots}

@@ -58,7 +58,7 @@ def _send(channel: int, data: bytes) -> None:
         while data:
             data = data[os.write(channel, data) :]
     except BrokenPipeError:
-        os._exit(0)  # nobody waits for the answer
+        os._exit(0)  # the reader has gone
 
 
 def _forbid_core_dumps() -> None:

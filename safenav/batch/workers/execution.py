@@ -1,4 +1,4 @@
-"""Run one case here and now: load, vary, run, compare. It never raises for what a case does."""
+"""Run one case in this process: load, vary, run, compare. Failures of the case never raise."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ def _kill(pid: int) -> None:
 _START_SECONDS = 60.0
 _LAST_WORDS = 4000
 _STACK_SECONDS = 0.5
-"""For a hung worker to say where it is before it is killed."""
+"""Lets a hung worker print its stack before it is killed."""
 
 _ROOT = str(Path(__file__).resolve().parents[3])
 _PROGRAM = (

@@ -38,7 +38,7 @@ STRAYING = {
 """Rules on moves and sightings. In an external world a robot may end up elsewhere than
 commanded."""
 APART = {"collision", "never-together"}
-"""Rules that in time hold in an external world, too; in ticks nobody knows who left first."""
+"""Rules that also hold in an external world with a clock: ticks do not show who left first."""
 
 
 class Evidence(Rule):
@@ -189,7 +189,7 @@ class Evidence(Rule):
         return ()
 
     def give(self, robot: Robot, given: Objective) -> None:
-        """Note that a robot has another objective of its own."""
+        """Record a new objective of a robot's own."""
         self.state_form(robot)
         robot.objective = given if robot.objective.serves(robot.own) else robot.objective
         robot.own = given

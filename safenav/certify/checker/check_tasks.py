@@ -294,7 +294,7 @@ class Task:
         return self.following(robot.nodes, robot.row)
 
     def following(self, nodes: Iterable[int], row: Row) -> set[int]:
-        """Return the nodes after some, by inputs."""
+        """Return the successors of some nodes, by inputs."""
         graph = self.graph
         return {n for n in chain(*map(graph.next.__getitem__, nodes)) if graph.inputs[n] == row}
 

@@ -208,7 +208,7 @@ def main(world_file: Path, pace: float) -> None:
             due = (time.monotonic() - begun) * pace >= at
             if not due or any(robot.is_sent_to(halls[name]) for robot in robots.values()):
                 continue
-            # pyrobosim refuses as long as a robot stands in the hallway
+            # pyrobosim refuses while a robot is in the hallway
             if world.close_location(name).is_success():
                 del closing[name]
         time.sleep(1 / RATE)

@@ -303,7 +303,7 @@ class _Order:
                 wrong("obstacle", f"enters region {step.to} {early:.3f} s before {name} {event}")
 
     def _since(self, robot: str) -> float:
-        """When what a robot did ended; not the step that it has begun and not ended."""
+        """Return the end of a robot's last completed command; a step in progress does not count."""
         ended = self.ended.get(robot, 0.0)
         return self.begun[robot][1] if robot in self.begun else ended
 

@@ -247,7 +247,7 @@ class Wait(Struct, frozen=True):
 
 
 class Link(Struct, frozen=True, array_like=True):
-    """A part of the longest chain: what a robot did without anybody being able to do it
+    """A part of the critical path: actions of a robot that no robot could have done
     earlier."""
 
     robot: str

@@ -45,7 +45,7 @@ class PageKnowledge(Protocol):
 
 
 class NewPage(PageKnowledge):
-    """A page that begins with this data, which holds the sets that it refers to."""
+    """A page that opens with this data; the sets that it refers to are included."""
 
     def __init__(self, world: RegionMap) -> None:
         self.texts: dict[str, int] = {}

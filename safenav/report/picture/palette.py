@@ -13,7 +13,7 @@ Numbers = npt.NDArray[np.uint8]
 
 
 CLEAR = 255
-"""The number of what a frame leaves as it was."""
+"""The colour number of unchanged pixels."""
 
 
 class Palette:
@@ -28,7 +28,7 @@ class Palette:
         colours, counts = np.unique(packed, return_counts=True)
         self._colours = colours[np.argsort(-counts, kind="stable")[:CLEAR]].astype(np.int64)
         self._numbers = np.zeros(1 << 24, dtype=np.uint16)
-        """The number of the nearest colour of each one, from 1 on; 0 until it is looked for."""
+        """The number of the nearest colour of each one, from 1 on; 0 until computed."""
         self._shown = np.empty((0, 0), dtype=np.uint8)
 
     def applied(self, image: Image.Image) -> Image.Image:

@@ -88,7 +88,7 @@ class ObstacleHistory:
                     self._status(line, ObstacleStatus.FOUND)  # an order that has to wait
             case records.Act():
                 self._acts[line.command] = line.tick
-            case records.ActionEnd(results=results):  # only its end names what nobody knew
+            case records.ActionEnd(results=results):  # it names undiscovered ones
                 begun = self._acts.pop(line.command, line.tick)
                 for name in results:
                     self._seen(name, begun)

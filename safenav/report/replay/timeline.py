@@ -286,7 +286,7 @@ class Replay(Struct):
     plans: Changes[Mapping[str, tuple[Region, ...]]] = field(default_factory=lambda: Changes.of({}))
     """The paths of the robots of a joint plan; none while there is no plan."""
     beliefs: dict[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
-    """Knowledge of a robot (first name) about another one (second), None while none is recorded."""
+    """Knowledge of a robot (first name) about another one (second); None until recorded."""
     deadlines: list[Slack] = field(default_factory=list)
     charges: Mapping[str, Changes[int]] = field(default_factory=dict)
     """The charge of each robot with a battery, in percent of its capacity."""

@@ -1,4 +1,4 @@
-"""Compare what a run gave with what its scenario expects."""
+"""Compare the results of a run with its scenario's expectations."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class ObstaclesEnd(Struct):
 
     @classmethod
     def of(cls, begun: Begun | None) -> ObstaclesEnd:
-        """Return what a run begins with."""
+        """Return the obstacles at the start of a run."""
         if begun is None:
             return cls()
         return cls(
@@ -111,7 +111,7 @@ class ObstaclesEnd(Struct):
         self.given_up.discard(obstacle)
 
     def _over(self, obstacle: str) -> None:
-        """Note that no request for an obstacle is due from here on."""
+        """Record that requests for an obstacle have ended."""
         self.due.pop(obstacle, None)
         self.late.discard(obstacle)
 

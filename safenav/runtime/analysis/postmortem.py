@@ -190,7 +190,7 @@ def _start(model: RobotModel, region: Region, heading: Heading | None) -> Pose:
 
 
 def _starts(failed: _Failure) -> Iterator[Repair]:
-    """A robot that has the action starts where it is needed."""
+    """Start a robot that has the action in the region where it is needed."""
     for lacks in failed.lacks:
         for helper in lacks.helpers:
             if helper.hindrance not in (Hindrance.GATES, Hindrance.WALLS):
@@ -300,7 +300,7 @@ def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) ->
 
 
 def _walls(failed: _Failure) -> Iterator[Repair]:
-    """A wall taken away between what a robot reaches and where it is to be; for robots in each
+    """A wall removed between a robot's reachable regions and its target; for robots in each
     other's way beside where they are, as a place to give way."""
     world, scenario = failed.scenario.map, failed.scenario
     if not failed.lacks:

@@ -227,7 +227,7 @@ class TraceEnd(Struct):
         return {name: age for name, age in ages.items() if age > 0 and not self._stays(name)}
 
     def _stays(self, robot: str) -> bool:
-        """Whether a robot is where it is to stay."""
+        """Whether a robot has arrived at the region where it stays."""
         there = station(objective_of(self.in_force[robot]) or Ltl())
         return there is not None and self.poses[robot].region in there
 
@@ -320,7 +320,7 @@ class TraceEnd(Struct):
             self.own[robot] = Pursued(record.objective, record.within, clock=clock)
 
     def _turned(self, record: records.Synthesis) -> None:
-        """Note that a strategy begins with another target than the one whose turn it was."""
+        """Record that a strategy begins with another target than the next one."""
         if record.form is vocabulary.Form.OTHER_MEMORY and self.pursues(record.robot):
             self.own[record.robot].turn = next(iter((record.memory or {"": 0}).values()))
 

@@ -37,7 +37,7 @@ class ObstacleEncountered(Struct, frozen=True):
 
 
 class HelpRequested(Struct, frozen=True):
-    """A robot has backed up from an obstacle, and requests help from where it stands now."""
+    """A robot has backed up from an obstacle, and requests help from its present region."""
 
     violation: ForbiddenMove
 

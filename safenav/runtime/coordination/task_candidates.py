@@ -184,7 +184,7 @@ def misses_its_rounds(team: TeamState, robot: RobotState) -> bool:
 def _task(
     team: TeamState, state: RobotState, draft: TaskDraft, objective: Objective, memory: Memory
 ) -> Task:
-    """The task of a robot from where it can next decide anything."""
+    """The task of a robot from the pose of its next decision."""
     robot = state.robot
     observed = []
     for other in team.robots.values():

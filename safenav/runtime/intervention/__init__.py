@@ -1,1 +1,1 @@
-"""Interventions: what a user changes during a run, as data, read from words, and applied."""
+"""Interventions: a user's changes during a run, as data, read from words, and applied."""

@@ -130,7 +130,7 @@ class Interventions(Struct):
         yield from self._inputs()
 
     def _note_change(self) -> None:
-        """Note that the scenario or an input changes something: it may help the team."""
+        """Record a change by the scenario or an input: it may help the team."""
         self.ends_wait |= self.state.waiting is not None
 
     def _has_effect(self, wanted: kinds.Intervention) -> bool:

@@ -1,4 +1,4 @@
-"""The kinds of interventions: what a user can change between two ticks, as data."""
+"""The kinds of interventions: a user's possible changes between two ticks, as data."""
 
 from __future__ import annotations
 

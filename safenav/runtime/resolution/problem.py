@@ -113,7 +113,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
         return stage.done if stage.done and self.takes(stage) else frozenset()
 
     def advanced(self, stage: Stage, group: Collection[int] | None) -> Stage:
-        """The stage after the next need is met, by ``group`` (None: nobody knows) and those that
+        """The stage after the next need is met, by ``group`` (None: unknown) and those that
         had their part in it before."""
         met = stage.group if group is None else stage.done.union(group)
         same = len(self.chain(stage.need)) > 1
@@ -370,6 +370,6 @@ class Floor(Struct, frozen=True):
         return self.names.index(robot)
 
     def reach(self, robot: int) -> Mask:
-        """The poses that a robot can reach from where it is while the open obstacles are walls."""
+        """The poses that a robot can reach from its present one if open obstacles are walls."""
         allowed = self.problem.allowed(robot, self.stages)
         return self.problem.members[robot].graph.closure(1 << self.poses[robot], allowed)

@@ -162,7 +162,7 @@ def options(
         found += _for_gate(gate, now, origins, present, every)
         sure = next((option for option in found if option.lossless), None)
         if origins is None and not every and sure is not None:
-            return [sure]  # nobody asks for the best, and it loses nothing
+            return [sure]  # no optimum is required, and it is lossless
     return sorted(found, key=lambda option: (option.partial, not option.lossless, option.rank))
 
 

@@ -68,7 +68,7 @@ FEW_STATES = 20_000
 
 CERTIFICATE_CHAIN = 1_000
 CERTIFICATE = 1, 2_000, CERTIFICATE_CHAIN
-"""Rounds, states and chain of the search for a certificate. A move that has none is refused, and
+"""Rounds, states and chain of the search for a certificate. A move without one is refused, and
 may be tried again in the next tick. A chain as for a plan takes 5 s in a team of 20."""
 CERTIFICATE_WORK = 600_000
 """Effort of certificates in a row without success, as of ``MOST_WORK``: after it, moves are refused

@@ -72,7 +72,7 @@ class Actions(Struct):
         return self._without_echoes(event, ()) if external else event
 
     def waits_to_sweep(self, robot: RobotState) -> bool:
-        """Whether a helper stands where it is to act, and others still where that sweeps."""
+        """Whether a helper is in its place to act while others are still in the swept regions."""
         helps = robot.assignment.obstacle
         return helps is not None and helps in self._must_not_sweep(robot)
 

@@ -40,7 +40,7 @@ class MoveRecorder:
         command: int = 0,
         seconds: float | None = None,
     ) -> None:
-        """Record that a robot is on its way. ``step``: None in later ticks of it. ``seconds``: what
+        """Record that a robot is on its way. ``step``: None in its later ticks. ``seconds``: what
         it is expected to take."""
         transit = robot.transit
         assert transit is not None

@@ -131,7 +131,7 @@ class Moves(Struct, frozen=True):
         if strayed or not (before and after):
             memory = later = robot.memory.values
             if isinstance(own, Ltl) and not own.memory.keys() <= memory.keys():
-                return {}, {}  # it has had no strategy yet, and counts nothing
+                return {}, {}  # no strategy yet: nothing to count
             then, now = self.state.inputs_before, self.state.inputs
             if isinstance(own, Ltl) and robot.pose != start:
                 found = guarantees_of(own).remembered(memory, start, robot.pose, (then, now))
@@ -142,7 +142,7 @@ class Moves(Struct, frozen=True):
         return before, after
 
     def _remembers_after(self, robot: RobotState, step: DecidedStep) -> Values:
-        """Return what a robot's formulas remember after a step that it begins."""
+        """Return the memory of a robot's formulas after a step that it begins."""
         own, memory = robot.robot.objective, robot.memory.values
         if not (isinstance(own, Ltl) and isinstance(robot.progress.objective, Ltl)):
             return memory

@@ -112,7 +112,7 @@ class Turns:
         return here in self.state.scenario.chargers and not away
 
     def _awaits_action(self, name: str) -> bool:
-        """Live: whether a robot has followed a helper that stands where it is to act."""
+        """Live: whether a robot has followed a helper that is in its place to act."""
         return self.traffic.plan.follows(name) and any(
             other.assignment.role is Role.HELPS
             and other.transit is None

@@ -1,4 +1,4 @@
-"""The ``expect:`` of a scenario: what a run of it should give."""
+"""The ``expect:`` of a scenario: the expected results of a run."""
 
 from __future__ import annotations
 

@@ -245,7 +245,7 @@ def load_draft(
 
 
 def load_catalogue(path: Path) -> Catalogue:
-    """Return the built-in catalogue with what a scenario or a catalogue file adds.
+    """Return the built-in catalogue with the additions of a scenario or a catalogue file.
 
     Raises InputError with every diagnostic if the file is neither.
     """

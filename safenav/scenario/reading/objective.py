@@ -224,7 +224,7 @@ def _ltl(node: Node, what: str, mobility: Mobility | None, reading: Reading) -> 
         return None
     memory = _memory(item.memory, what, reading)
     if item.memory is not None and not isinstance(item.memory, Mapping):
-        return None  # what it declares is not known, so that each formula could be right
+        return None  # its declarations are unknown, so no formula can be refuted
     declared = {**memory, **_pose(mobility, reading)}
     inputs: Declared = dict.fromkeys(sorted(reading.inputs))
     init = _lines(item.init, f"'init' in {what}", declared, False, reading)

@@ -28,7 +28,7 @@ def referenced_files(root: Node | None, folder: Path) -> list[Path]:
 
 
 def root_of(text: str) -> Node | None:
-    """Return the document in a text, None if it is none."""
+    """Return the YAML document in a text; None if it is not valid."""
     try:
         return read_document(text).root
     except DocumentError:

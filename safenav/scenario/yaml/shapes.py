@@ -1,4 +1,4 @@
-"""Shapes of values and tables of keys: the one description of what a document may hold.
+"""Shapes of values and tables of keys: the only description of a document's allowed contents.
 
 Readers take values through a table, ``safenav.scenario.yaml.json_schema`` writes its JSON Schema.
 Checks that need more than the value itself (a region of the map, a known model) are code of the

@@ -83,7 +83,7 @@ def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> No
 
 @cache
 def _tell_outside(file: str, path: Path) -> None:
-    """Once for each, on standard error unless somebody listens to the log."""
+    """Once for each, on standard error unless the log has a handler."""
     from logging import getLogger  # only needed here
 
     getLogger("safenav").warning("note: %s reads a file outside of its folder: %s", file, path)

@@ -197,7 +197,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _sight(model: Model, item: str) -> Iterator[Constraint]:
-    """Seen only where it is in sight."""
+    """Observed only while in sight."""
     name, size, visibility = model.other.variable, model.size, model.watch.visibility
     origin = Origin(item, f"{model.other.name} is seen only where it is in sight", SOURCE)
     alike: dict[Mask, Mask] = {}

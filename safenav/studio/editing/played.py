@@ -25,7 +25,7 @@ from safenav.trace.vocabulary import ChangeCause
 
 
 def played(text: str, records: Sequence[Record], seed: int | None) -> str:
-    """The text with what a user changed in the run, and the seed that it ran with."""
+    """The text with the user's changes during the run, and the seed of the run."""
     if not any(_by_user(record) for record in records) and seed is None:
         return text
     return changed(text, lambda data: _replay(data, records, seed))

@@ -48,7 +48,7 @@ def changed(text: str, change: Callable[[Any], None]) -> str:
 
 
 def parsed(text: str, *, flow: bool = True) -> Any:
-    """A value as it would stand in a scenario. ``flow``: in flow style where it is a collection."""
+    """A value in the notation of a scenario. ``flow``: collections in flow style."""
     value = YAML(typ="rt").load(text)
     if flow and hasattr(value, "fa"):
         value.fa.set_flow_style()

@@ -81,7 +81,7 @@ def _serve(orders: IO[str], say: Any) -> None:
         elif data["do"] == "change":
             try:
                 if data.get("kind") == ADD:
-                    if changed:  # what was asked for before takes effect first
+                    if changed:  # earlier changes take effect first
                         mission.step()
                     rest = _rest(mission, told, data)
                     told.clear()

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from safenav.world.map import Region
 
 Blocked = NDArray[np.bool_]
-"""Rows of pixels from the north, true where nobody can go."""
+"""Rows of pixels from the north, true where no robot can go."""
 
 _TOLERANCE = 1e-9
 _FINEST = 1000

@@ -1,4 +1,4 @@
-/* sources fdfe942bb5b27eab8a23d4a52f9cbf571c24ff256ebdf5b46085203e39c93678 */
+/* sources 4f280eba5cf90ce45430c25e6f1f6e2405ca42bb793ee147aecf7f879fc673c1 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -151,7 +151,7 @@ def arrival_of(joint: Timed, robot: int) -> int:
 
 
 def closed_by(joint: Timed, robot: int, apart: Separation, graph: PoseGraph) -> list[Mask]:
-    """Return the poses that other robots close in each tick: where they are before or after it."""
+    """Return the poses that other robots close in each tick: theirs before and after it."""
     return [graph.poses_on(apart.closed(robot, *ends)) for ends in pairwise(joint)]
 
 

@@ -36,7 +36,7 @@ interface AppProps {
   extras?: Extras;
 }
 
-/** What a page that is more than a replay puts in the place of its parts, or beside them. */
+/** Replacements of parts of the page, and additions, on pages that are more than a replay. */
 export interface Extras {
   /** Beside the title. */
   title?: ComponentChildren;
@@ -50,7 +50,7 @@ export interface Extras {
   hand?: Hand | undefined;
   /** Keys that mean something else than in a replay, and further ones. */
   keys?: Keys;
-  /** What the help says of the run. */
+  /** The description of the run in the help. */
   about?: ComponentChildren;
 }
 
@@ -82,7 +82,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   const openHelp = (): void => help.current!.showModal();
   useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
   useLayoutEffect(() => applyTheme(theme), [theme]);
-  // Before the page shows: whoever sees it may press a key.
+  // Before the page shows: a reader who sees it may press a key.
   useLayoutEffect(
     () => listen(run, player, { eye, help: openHelp, theme: () => setTheme(nextTheme) }),
     [run, player, eye],
@@ -222,7 +222,7 @@ function Choices({ run, shown, choices, onChange }: ChoicesProps) {
   );
 }
 
-/** How the run ended and where it comes from; `extras.about` covers live runs. */
+/** The end of the run and its origin; `extras.about` covers live runs. */
 function About({ run }: { run: Run }) {
   const { ending } = run;
   return (

@@ -1,4 +1,4 @@
-/** Keys of the page; what a focused control does with a key of its own goes first. */
+/** Keys of the page; a focused control's own keys come first. */
 
 import type { Eye } from "./map/camera";
 import type { Player } from "./run/player";

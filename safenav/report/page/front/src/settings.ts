@@ -1,4 +1,4 @@
-/** What the reader of the page chose: theme and what the map shows. */
+/** The reader's choices: the theme and the contents of the map. */
 
 import { useEffect, useState } from "preact/hooks";
 
@@ -12,7 +12,7 @@ export interface Shown {
   hidden: boolean;
   sight: boolean;
   beliefs: boolean;
-  /** Whose sight and beliefs: the index of a robot, or `EVERYONE`. */
+  /** The robot whose sight and beliefs are shown: its index, or `EVERYONE`. */
   viewer: number;
 }
 
@@ -39,7 +39,7 @@ export function applyTheme(theme: Theme): void {
   }
 }
 
-/** The next of auto, light, dark. */
+/** The theme after this one: auto, light, dark. */
 export function nextTheme(theme: Theme): Theme {
   return theme === "auto" ? "light" : theme === "light" ? "dark" : "auto";
 }

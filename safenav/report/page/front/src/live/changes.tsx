@@ -19,11 +19,11 @@ export interface ObjectiveKind {
   most: number | null;
   /** Its target is written as it is, not in a list. */
   one: boolean;
-  /** It has a literal form, and a weaker one. */
+  /** Whether it has a literal form and a weaker one. */
   strict: boolean;
 }
 
-/** What the next click on the map does. */
+/** The effect of the next click on the map. */
 export type Tool =
   | { does: "look" }
   | { does: "close"; type: string; truth: boolean }
@@ -78,12 +78,16 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
       {waits !== null && !over && (
         <div class="operator" role="group" aria-label="The run waits for an operator">
           <p role="status">{waits}</p>
+          <p class="quiet">
+            {there.length > 0 && "Resolve an obstacle by hand and mark it resolved, or mark it permanent. "}
+            Below, assign another objective, put a robot back, or add one. The run then continues.
+          </p>
           {there.map((o) => (
             <p class="truth" key={o.name}>
               <b>{o.label}</b>{" "}
               {(["resolved", "permanent"] as const).map((kind) => (
                 <button type="button" key={kind} onClick={() => say("change", { kind, obstacle: o.name })}>
-                  {kind}
+                  mark {kind}
                 </button>
               ))}
             </p>

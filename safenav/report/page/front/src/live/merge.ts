@@ -13,7 +13,7 @@ interface RobotNews extends Pick<Robot, Series> {
 
 export interface News extends Pick<Run, "last" | "times" | "stack" | "events" | "deadlines"> {
   robots: RobotNews[];
-  /** Those of which there is anything new. */
+  /** The changed ones. */
   obstacles: Obstacle[];
 }
 

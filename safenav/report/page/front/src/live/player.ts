@@ -52,7 +52,7 @@ export class LivePlayer extends Player {
     this.tickChanged();
   }
 
-  /** To the newest tick, and on with it. */
+  /** Show the newest tick and follow the run. */
   follow(): void {
     this.following = true;
     super.seek(this.last);
@@ -94,7 +94,7 @@ export class LivePlayer extends Player {
     return this.timed ? this.speed * Math.max(1, behind / this.far) : Math.max(this.speed, 2 * behind);
   }
 
-  /** How far behind the newest moment it continues at the usual pace: ticks, or seconds. */
+  /** The distance from the newest moment within which the usual pace suffices: ticks, or seconds. */
   private get far(): number {
     return this.timed ? 3 * this.speed : 1;
   }

@@ -1,5 +1,5 @@
 /**
- * What part of the map is shown: a centre, a scale, and whom it follows.
+ * The visible part of the map: its centre, its scale, and the robot that it follows.
  *
  * The camera owns the `viewBox` of every layer of the map and writes it by hand, as it changes
  * with every frame while a robot is followed. Lengths: cells for places, pixels for the screen.
@@ -12,7 +12,7 @@ export const CELL = 40;
 const MARGIN = 2 / CELL;
 const CLOSEST = 160;
 
-/** What every stage lets a reader do with the view. */
+/** Operations on the view, on every stage. */
 export interface Eye {
   /** The index of the robot that stays in the middle, or null. */
   readonly followed: number | null;

@@ -9,14 +9,14 @@ import type { Shown } from "../settings";
 /** From the nose of a robot to the sign in the next region. */
 export const ARROW = "M20.5 0H29M24.5 -4.5L29.5 0L24.5 4.5";
 
-/** Where regions are smaller, the pictogram of an obstacle would be too small: its status stands alone. */
+/** In smaller regions the pictogram of an obstacle would be illegible: only its status is shown. */
 const MOST_GROWN = 2;
 
 interface KnowledgeProps {
   run: Run;
   tick: number;
   shown: Shown;
-  /** How much larger than a cell allows: on large maps marks would be too small to be seen. */
+  /** Enlargement of marks on large maps, where a cell is too small for them. */
   grown: number;
 }
 

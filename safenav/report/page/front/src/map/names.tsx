@@ -26,7 +26,7 @@ interface Name extends Box {
   area: boolean;
 }
 
-/** What a name belongs to: the boxes that it may be placed in or beside, the best first. */
+/** The boxes in or beside which a name may be placed, the best first. */
 interface Subject {
   text: string;
   area: boolean;
@@ -61,7 +61,7 @@ function subjectsOf(run: Run, scale: number): Subject[] {
   return [...subjects, ...areas];
 }
 
-/** Where a text can stand for a box: in it at the bottom, below, above, beside, and aslant. */
+/** Positions of a text for a box: inside at the bottom, below, above, beside, diagonal. */
 function* places(box: Box, width: number, height: number, area: boolean): Generator<[x: number, y: number]> {
   const x = (box.left + box.right) / 2;
   const y = (box.top + box.bottom) / 2;

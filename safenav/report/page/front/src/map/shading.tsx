@@ -1,4 +1,4 @@
-/** What robots see and believe, as shading of the floor: the same as in picture_shading.py. */
+/** Sight and beliefs of robots as shading of the floor: the same as in report/picture/shading.py. */
 
 import { memo } from "preact/compat";
 import { at, label, type Robot, type Run, type Told } from "../run/run";
@@ -98,7 +98,7 @@ function Believed({ run, robot, of, told, cell }: BelievedProps) {
   );
 }
 
-/** What a robot knows of the others since it last looked, at the beginning of its turn. */
+/** A robot's knowledge of the others since its last observation, at the beginning of its turn. */
 export function knowledgeOf(run: Run, robot: Robot, tick: number): string[] {
   return (robot.view?.beliefs ?? []).flatMap(([of, told]) => {
     const [, seen, set] = at(told, tick);

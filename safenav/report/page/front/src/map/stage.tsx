@@ -16,7 +16,7 @@ export interface StageProps {
   /** A region that the reader was pointed to just now, or null. */
   pointed: number | null;
   theme: Theme;
-  /** What presses on the map do instead of moving it, and what is drawn over it. */
+  /** The effect of presses on the map, instead of moving it, and the drawing above the map. */
   hand?: Hand | undefined;
 }
 
@@ -37,7 +37,7 @@ export interface Hand {
 /** Something that can be shown or hidden, in words. */
 export type Choice = [key: Exclude<keyof Shown, "viewer">, words: string];
 
-/** Where a robot is drawn: its region, and one of N E S W if it has a heading. */
+/** The drawn pose of a robot: its region, and one of N E S W if it has a heading. */
 export interface Whereabouts {
   region: number;
   heading: string | null;
@@ -47,7 +47,7 @@ export interface Stage {
   View: ComponentType<StageProps>;
   eye: Eye;
   choices: Choice[];
-  /** Where robots are drawn at a time, if that is not where they are after a whole tick. */
+  /** Positions of robots between whole ticks. */
   where?: (robot: number, time: number) => Whereabouts;
 }
 

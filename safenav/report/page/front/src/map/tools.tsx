@@ -1,4 +1,4 @@
-/** What the map can be asked for: nearer, farther, whole, whom to follow, a picture. */
+/** Tools of the map: zoom, show the whole, follow a robot, save a picture. */
 
 import { useLayoutEffect, useReducer } from "preact/hooks";
 import type { Camera } from "./camera";

@@ -53,7 +53,7 @@ export function BackButtons({ player }: { player: Player }) {
   );
 }
 
-/** How fast ticks pass: slower, a choice, faster. */
+/** Speed of playback: slower, a choice, faster. */
 export function SpeedButtons({ player }: { player: Player }) {
   return (
     <div class="group speed">

@@ -41,7 +41,7 @@ export function slackOf(bars: readonly Bar[]): string {
   return `met, ${slack} ${slack === 1 ? "tick" : "ticks"} of slack`;
 }
 
-/** Where words leave the bars in sight, if there is room at an end. */
+/** The side on which words do not hide the bars, if there is room. */
 function sideOf(bars: readonly Bar[], last: number): "before" | "after" | "over" {
   const begin = Math.min(...bars.map((bar) => bar.begin));
   const end = Math.max(...bars.map((bar) => Math.max(bar.due, bar.end)));

@@ -28,7 +28,7 @@ const FILLED: Record<Doing, [top: number, bottom: number][]> = {
 export const bar = (kind: Doing, from: string, to: string): string =>
   FILLED[kind].map(([top, bottom]) => `M${from} ${top}H${to}V${bottom}H${from}z`).join("");
 
-/** What a robot does in the tick that ends at `tick`. */
+/** A robot's activity in the tick that ends at `tick`. */
 export function doingAt(run: Run, robot: Robot, tick: number): Doing {
   const frames = at(run.stack, Math.max(0, tick - 1))[1];
   for (let i = frames.length - 1; i >= 0; i--) {

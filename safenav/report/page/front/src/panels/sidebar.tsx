@@ -122,7 +122,7 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
   );
 }
 
-/** What a battery holds, in percent. */
+/** The charge of a battery in percent. */
 function Charge({ percent }: { percent: number }) {
   return (
     <span class={`charge ${percent <= 20 ? "low" : ""}`} title="Charge of its battery">
@@ -140,7 +140,7 @@ function fade(section: HTMLElement): void {
   section.classList.toggle("more", below > 1);
 }
 
-/** What a robot does for the topmost frame that names it. */
+/** A robot's role in the topmost stack entry that names it. */
 function roleOf(name: string, frames: readonly Frame[]): [kind: string, words: string] | null {
   for (let i = frames.length - 1; i >= 0; i--) {
     const [about, , requester, helpers] = frames[i]!;
@@ -198,7 +198,7 @@ export function Obstacles({ run, tick }: PanelProps) {
   );
 }
 
-/** What a status says already has the same sign. */
+/** Hide a sign that repeats the status. */
 const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" | "blocked">, string> = {
   outcome: "end of the run",
   assumption: "assumption broken",

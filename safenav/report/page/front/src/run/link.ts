@@ -2,7 +2,7 @@
 
 import type { Player } from "./player";
 
-/** What the address names where this moment is shown. */
+/** The part of the address that names this moment. */
 export function linkTo(player: Player): string {
   return player.timed ? `#t=${player.time.toFixed(1)}` : `#tick=${player.tick}`;
 }

@@ -89,7 +89,7 @@ export class Player {
     this.changed();
   }
 
-  /** Stops and goes some whole ticks on or back. */
+  /** Stops, and moves by some whole ticks. */
   step(by: number): void {
     this.playing = false;
     this.seek(this.tick + by);
@@ -118,7 +118,7 @@ export class Player {
     if (this.tick !== before || !this.playing) this.tickChanged();
   };
 
-  /** How much time passes in a second of playing. */
+  /** Time that passes per second of playback. */
   protected pace(): number {
     return this.speed;
   }

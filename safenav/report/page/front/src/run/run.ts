@@ -71,12 +71,12 @@ export interface Robot {
   look: Look;
   tasks: Task[];
   progress: Progress[];
-  /** Of a robot with a battery: its charge, in percent of what it holds. */
+  /** The charge of a robot with a battery, in percent of its capacity. */
   charge: [tick: number, percent: number][] | null;
   view: View | null;
 }
 
-/** What a robot sees (if its vision has a radius) and believes; sets by their place in `Run.sets`. */
+/** A robot's sight (if its vision has a radius) and beliefs; sets are indices into `Run.sets`. */
 export interface View {
   vision: number | null;
   sight: [tick: number, set: number][];
@@ -103,13 +103,13 @@ export interface Obstacle {
   shape: string;
   region: number;
   action: string;
-  /** What each of its needs takes, in words. */
+  /** Each of its needs, in words. */
   needs: string[];
   blocks: string[];
   /** The tick from which on it stands there. */
   since: number;
   status: [tick: number, status: Status][];
-  /** How many of its needs are met. */
+  /** The number of its needs that are fulfilled. */
   met: [tick: number, needs: number][];
   /** The robots that carry it. */
   carried: [tick: number, robots: number[]][];
@@ -121,7 +121,7 @@ export type Frame = [about: string, roles: string, requester: string | null, hel
 /** [tick, kind, text, index of the robot or -1, region or -1] */
 export type RunEvent = [tick: number, kind: EventKind, text: string, robot: number, region: number];
 
-/** What becomes, in a tick, of a promise that begins in a tick and is due at the end of another. */
+/** A change of a deadline in a tick: when it begins, and the tick at whose end it is due. */
 export type Slack = [
   tick: number,
   of: string,
@@ -211,7 +211,7 @@ export function transitAt(robot: Robot, tick: number): Step | null {
 /** A robot that comes back to where it set out turns after this part of its step. */
 const TURNED_BACK = 0.4;
 
-/** Where a robot is at a moment, in ticks, or in seconds where the run has a clock. */
+/** A robot's position at a moment, in ticks, or in seconds if the run has a clock. */
 export function poseAt(run: Run, robot: Robot, time: number): Pose {
   const tick = tickAt(run, time);
   const next = Math.min(tick + 1, run.last);

@@ -25,7 +25,7 @@ const HEADINGS: Record<string, [dx: number, dy: number]> = {
 /** The tick of an order that is put down. */
 const FIRST_ORDER = 5;
 
-/** What is held between a press and its release. */
+/** The item held between a press and its release. */
 type Held =
   | { what: "paint"; wall: boolean; regions: Set<number>; last: [number, number] }
   /** `again`: it was chosen before; a click then chooses the next item in its region. */
@@ -43,7 +43,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   const regionAt = (x: number, y: number): number =>
     x >= 0 && y >= 0 && x < cols && y < rows ? Math.floor(y) * cols + Math.floor(x) : -1;
   const edit = (op: string, data: object): void => say("edit", { op, ...data });
-  // Who carries: a robot that can lift, or do anything at all.
+  // The robot to carry it: one that can lift, or else has any capability.
   const can = drawing.run.robots.flatMap((robot) => robot.can);
   const lifting = can.includes("lift") ? "lift" : (can[0] ?? "lift");
   const robotAt = (region: number) => drawing.robots.find((robot) => robot.start === region);

@@ -15,7 +15,7 @@ export async function linkOf(text: string): Promise<string> {
   return `#${KEY}${await packed(text)}`;
 }
 
-/** What a fragment holds, null if it is none of ours. */
+/** The scenario in a fragment, null if there is none. */
 export function packedIn(fragment: string): string | null {
   const found = fragment.replace(/^[^#]*#/, "");
   return found.startsWith(KEY) ? found.slice(KEY.length) : null;

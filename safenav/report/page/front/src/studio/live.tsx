@@ -97,11 +97,14 @@ function Badge({ player, run }: { player: LivePlayer; run: Run }) {
       </p>
     );
   }
-  if (waitsFor(run) !== null) return <p class="badge bad">waits for an operator</p>;
+  if (waitsFor(run) !== null) {
+    const show = (): void => document.querySelector(".operator")?.scrollIntoView({ block: "center" });
+    return <button type="button" class="badge bad" title="Show why, and the remedies" onClick={show}>waits for an operator</button>;
+  }
   return <p class="badge cut">{busy ? "thinking" : phase}</p>;
 }
 
-/** What can be saved of a run, so far. */
+/** Downloads of the run so far. */
 export function RunDownloads() {
   return (
     <>

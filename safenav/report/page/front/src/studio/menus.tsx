@@ -1,4 +1,4 @@
-/** Menus and dialogs of the studio: one that is open closes with Esc, and with what it offers. */
+/** Menus and dialogs of the studio: Esc, or a choice, closes an open one. */
 
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";

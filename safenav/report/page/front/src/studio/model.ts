@@ -20,7 +20,7 @@ export interface DrawnRobot {
 export interface DrawnObstacle {
   list: "obstacles" | "orders";
   index: number;
-  /** Of an order: its tick. */
+  /** The tick of an order. */
   at: number | null;
   type: string;
   region: number;
@@ -63,7 +63,7 @@ export interface Kind {
   blocks: boolean;
 }
 
-/** What resolves it, in words. */
+/** The actions that resolve it, in words. */
 export function resolving(kind: Kind): string {
   return `'${kind.actions.join(" and ")}'`;
 }
@@ -76,7 +76,7 @@ export function isOrder(kind: Kind, robots: readonly { can: readonly string[] }[
 export interface Palette {
   objectives: ObjectiveKind[];
   robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
-  /** Those that block no robot are ordered, also where a robot stands. */
+  /** Types that block no robot: they can be ordered in a robot's region too. */
   obstacles: Kind[];
   keys: Record<"scenario" | "robot" | "objective" | "obstacle" | "order" | "model" | "type", KeyAbout[]>;
 }
@@ -105,7 +105,7 @@ export interface Verdict {
 export interface Doc {
   text: string;
   revision: number;
-  /** Another number for every scenario that is begun or opened. */
+  /** A number that differs for each scenario created or opened. */
   origin: number;
   undoable: boolean;
   redoable: boolean;
@@ -116,7 +116,7 @@ export interface Doc {
   problems: Problem[];
 }
 
-/** What the next press on the drawing does. */
+/** The effect of the next press on the drawing. */
 export type Pen =
   | { does: "select" }
   | { does: "wall" }
@@ -137,7 +137,7 @@ export type Target = number | number[] | string;
 
 export type Chosen = { robot: string } | { obstacle: string } | { region: number; naming?: boolean } | { area: string; naming?: boolean } | null;
 
-/** What names an obstacle or an order as long as the text stays: its path in the document. */
+/** The path of an obstacle or an order in the document, valid until the text changes. */
 export function idOf(obstacle: DrawnObstacle): string {
   return `${obstacle.list}/${obstacle.index}`;
 }

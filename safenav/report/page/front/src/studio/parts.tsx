@@ -7,10 +7,10 @@ import type { Doc, Drawing, KeyAbout, Problem } from "./model";
 interface PartsProps {
   doc: Doc;
   say: Say;
-  /** Where the keys stand: names of keys, and numbers of items of a list. */
+  /** The position of the keys: names of keys, and indices of list items. */
   path: (string | number)[];
   keys: KeyAbout[];
-  /** What the button says that adds a key. */
+  /** The words on the button that adds a key. */
   add: string;
 }
 
@@ -74,7 +74,7 @@ interface PartProps {
   name: string;
   about: string;
   text: string;
-  /** It was just added, and is typed into next. */
+  /** Whether it was just added and has the focus. */
   fresh: boolean;
   problems: Problem[];
   set(text: string): void;
@@ -130,7 +130,7 @@ function Part({ name, about, text, fresh, problems, set }: PartProps) {
   );
 }
 
-/** How the values of some keys are written. */
+/** The notation of the values of some keys. */
 const EXAMPLES: Record<string, string> = {
   areas: "{store: {rows: 1-2, columns: 1-3}}",
   inputs: "{alarm: {at: [10-20]}}",

@@ -1,4 +1,4 @@
-/** The text of the scenario, with line numbers and what is wrong at its line. */
+/** The text of the scenario, with line numbers, and problems at their lines. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";

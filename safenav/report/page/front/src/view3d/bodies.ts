@@ -21,7 +21,7 @@ import { Vehicle, buggy, carrier, manipulator, mast, rover, truck, turtlebot } f
 
 const UP = new Vector3(0, 0, 1);
 
-/** What a robot does with its hands or its sensor right now; 0 to 1 as it begins and ends. */
+/** A robot's present action with its hands or its sensor; 0 at its start, 1 at its end. */
 export interface Doing {
   action: string;
   strength: number;
@@ -29,9 +29,9 @@ export interface Doing {
 
 export interface Body {
   readonly group: Group;
-  /** Where signs over the robot hang, in metres above its group. */
+  /** The height of signs above the robot, in metres above its group. */
   readonly top: number;
-  /** Where it holds a load: metres ahead of its middle, and above its group or, of a flyer, its middle. */
+  /** The position of a load that it holds: metres ahead of its centre, and above its group (a flyer: its centre). */
   readonly hold: [ahead: number, up: number];
   /** Metres that a load may measure. */
   readonly room: number;
@@ -330,7 +330,7 @@ class Quadruped implements Body {
   }
 }
 
-/** What moves without a model of its motion. */
+/** A robot without a motion model. */
 class Disc implements Body {
   readonly group = new Group();
   readonly top = 0.6;

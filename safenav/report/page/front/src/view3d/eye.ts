@@ -5,7 +5,7 @@ import type { Eye } from "../map/camera";
 /** Around the map, from above, at what happens, or after the robot with that number. */
 export type View = "orbit" | "top" | "story" | number;
 
-/** What an eye asks of the scene. */
+/** The part of the scene that an eye needs. */
 export interface Lens {
   look(view: View): void;
   dolly(factor: number): void;

@@ -13,7 +13,7 @@ export interface Track {
   columns: string[];
   /** Column by column: the first value, then the differences; deflated, base64. */
   data: string;
-  /** Of a robot that was measured: its plan. */
+  /** The plan of a robot whose motion was measured. */
   ghost?: { columns: string[]; data: string };
   /** Planned footholds: x, y, yaw (thousandths), side (1 left, -1 right), down and up (ms). */
   feet: [x: number, y: number, yaw: number, side: number, down: number, up: number][];
@@ -30,7 +30,7 @@ export interface Motion {
   actions: [robot: number, obstacle: string, action: string, from: number, to: number][];
 }
 
-/** What a sampled robot is at a moment; columns that its kind does not have are undefined. */
+/** The state of a sampled robot at a moment; columns that its kind lacks are undefined. */
 export type Sample = Record<string, number>;
 
 export interface Sampled {

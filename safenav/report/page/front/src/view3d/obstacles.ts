@@ -1,7 +1,7 @@
 /**
  * Hidden obstacles in the scene: a door whose leaf swings open as it is pushed, fog that lifts
- * when it is sensed, and a heap for types that have no picture of their own. What nobody has met
- * yet is a faint outline.
+ * when it is sensed, and a heap for types that have no picture of their own. An obstacle that no
+ * robot has met yet is a faint outline.
  */
 
 import { BoxGeometry, CapsuleGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry, type BufferGeometry } from "three";
@@ -13,7 +13,7 @@ import { sampleAt, type Motion, type Sampled } from "./motion";
 
 const HEIGHT = 1.5;
 
-/** Where a load is while robots carry it: metres from its region, at a share of its size. */
+/** The position of a load while robots carry it: metres from its region, and its scale. */
 interface Held {
   x: number;
   y: number;
@@ -22,7 +22,7 @@ interface Held {
   scale: number;
 }
 
-/** What a load needs to know of the bodies that carry it. */
+/** The properties of the carriers that place a load. */
 export interface Holder {
   readonly hold: [ahead: number, up: number];
   readonly room: number;
@@ -48,7 +48,7 @@ abstract class Thing {
     this.solid.rotation.z = yaw;
   }
 
-  /** How the thing is turned in its region. */
+  /** The orientation of the obstacle in its region. */
   protected get turned(): number {
     return 0;
   }
@@ -66,7 +66,7 @@ abstract class Thing {
   /** Whether something of it is left when it is resolved. */
   protected readonly stays: boolean = false;
 
-  /** How many of its actions have been done. */
+  /** The number of its actions that are done. */
   stage(_done: number): void {}
 
   protected abstract become(status: Status, gone: number): void;
@@ -446,7 +446,7 @@ export class Obstacles {
     return (northSouth ? y! - doorY : doorX - x!) > 0 ? -1 : 1;
   }
 
-  /** How far it is resolved: it gives way during the action that resolves it. */
+  /** The share of its resolution: it opens during the action that resolves it. */
   private resolved(obstacle: Obstacle, status: Status, seconds: number): number {
     if (status === "blocked") return 0;
     const acts = this.motion.actions.filter((action) => action[1] === obstacle.name);

@@ -9,7 +9,7 @@ import { centreOf } from "./floor";
 import { FIELD_ANGLE, sign } from "./signs";
 
 const HEIGHT = 0.034;
-/** How a name may hang at its place, in its own heights: on it, below, above, far below. */
+/** Vertical offsets of a name from its position, in its own heights: on it, below, above, far below. */
 const HANGS = [0.5, 1.6, -0.7, 2.7];
 const FIELD = 2 * Math.tan((FIELD_ANGLE * Math.PI) / 360);
 
@@ -78,7 +78,7 @@ export class Places {
   }
 }
 
-/** Where a sign is on the canvas; null behind the camera. */
+/** The position of a sign on the canvas; null behind the camera. */
 function boxOn(found: Sprite, camera: PerspectiveCamera, canvas: HTMLCanvasElement): Box | null {
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   const where = found.getWorldPosition(new Vector3()).project(camera);

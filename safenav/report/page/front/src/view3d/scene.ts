@@ -44,7 +44,7 @@ function fade(group: Group): void {
     found.material = material;
   });
 }
-/** How fast the camera turns to what happens, per second. */
+/** The rate at which the camera turns to the action, per second. */
 const STORY_PACE = 0.9;
 
 export class RunScene implements Lens {
@@ -56,7 +56,7 @@ export class RunScene implements Lens {
   private readonly obstacles: Obstacles;
   private readonly trails: Trails;
   private readonly bodies: Body[];
-  /** Of robots that were measured: a translucent body where the plan has them. */
+  /** Translucent bodies at the planned positions of measured robots. */
   private readonly ghosts: (Body | null)[];
   private readonly notices: Notice[];
   private readonly places: Places;
@@ -160,7 +160,7 @@ export class RunScene implements Lens {
     this.home();
   }
 
-  /** Where the camera begins in the present view. */
+  /** The initial position of the camera in the present view. */
   private home(): void {
     const [west, south, east, north] = this.floor.extent;
     const [width, depth] = [east - west, north - south];
@@ -277,7 +277,7 @@ export class RunScene implements Lens {
     }
   }
 
-  /** Who asks for help or helps right now; and who pushes or senses. */
+  /** The robots that request help or help now, and those that push or sense. */
   private showNotices(tick: number, seconds: number): void {
     const words = this.run.robots.map(() => "");
     for (const [about, , requester, helpers] of at(this.run.stack, tick)[1]) {

@@ -14,7 +14,7 @@ export function paint(colour: string | number): MeshLambertMaterial {
   return new MeshLambertMaterial({ color: new Color(colour) });
 }
 
-/** A round shade on the ground, which tells where something that flies is. */
+/** A round shadow on the ground, below a flying robot. */
 export function shade(radius: number): Mesh {
   const material = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.22, depthWrite: false });
   return solid(new CircleGeometry(radius, 24), material, 0, 0, 0.012);

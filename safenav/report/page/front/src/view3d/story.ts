@@ -1,4 +1,4 @@
-/** What the camera looks at that follows the story. */
+/** The subject of the camera that follows the story. */
 
 import { at, type EventKind, type Run } from "../run/run";
 import { centreOf } from "./floor";

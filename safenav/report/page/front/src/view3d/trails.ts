@@ -1,4 +1,4 @@
-/** What robots leave behind: footprints, the way of the centre of mass or of the flight. */
+/** Trails of robots: footprints, the path of the centre of mass or of the flight. */
 
 import {
   BoxGeometry,
