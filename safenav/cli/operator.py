@@ -188,8 +188,8 @@ def _known(wanted: Intervention, scenario: Scenario) -> None:
 
 
 def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
-    """The interventions of each wait: lines without an empty one between them. Those before a robot
-    joins are read with the scenario, so that a mistake does not end a run that has begun."""
+    """The interventions of each wait: lines without an empty one between them. They are read with
+    the scenario, so that a mistake does not end a run that has begun."""
     from safenav.runtime.intervention.reading import LINES, read_intervention
 
     try:
@@ -200,7 +200,7 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
         byte = f"byte 0x{error.object[error.start]:02X}"
         raise UsageError(f"--operator {path}: not UTF-8: {byte}") from error
     found: list[Lines] = [[]]
-    joining = False
+    team: Scenario | None = scenario
     for number, line in enumerate(lines, 1):
         told = re.split(r"(?:^|\s)#", line, maxsplit=1)[0].strip()  # not crate@47#2
         if told and told.split()[0] not in (*LINES, ADD):
@@ -208,10 +208,11 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
             raise UsageError(
                 f"{path}:{number}: '{told[:60]}' is not an intervention; known: {known}"
             )
-        joining = joining or _joining(told, "") is not None
-        if told and not joining:
+        if told and (joins := _joining(told, "")) is not None:
+            team = team and _with_another(team, joins.line)
+        elif told and team is not None:
             try:
-                _known(read_intervention(told, scenario), scenario)
+                _known(read_intervention(told, team), team)
             except UsageError as error:
                 raise UsageError(f"{path}:{number}: {error}") from error
         if told:
@@ -219,6 +220,16 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
         elif not line.strip() and found[-1]:
             found.append([])
     return iter([batch for batch in found if batch])
+
+
+def _with_another(scenario: Scenario, line: str) -> Scenario | None:
+    """The scenario with a robot that joins; None if it cannot join now, but perhaps later."""
+    from safenav.scenario.reading.joining import joined
+
+    try:
+        return joined(scenario, line)
+    except UsageError:
+        return None
 
 
 def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:

@@ -161,3 +161,22 @@ def test_what_an_operator_adds_wrongly_is_said_with_its_line(tmp_path: Path) -> 
     done = warm.safenav("run", scenario, "--operator", lines, "--no-map")
     assert done.returncode == 2 and "Traceback" not in done.stderr
     assert f"{lines}:2: the team has a robot cart already" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "later",
+    [
+        "service nobody out",
+        "put_back digit 9999",
+        "resolved gaet@27",
+        "objective digit {hold: [0, 0]}",
+    ],
+)
+def test_the_lines_after_one_that_adds_a_robot_are_read_before_the_run(
+    later: str, tmp_path: Path
+) -> None:
+    scenario, lines, trace = (tmp_path / n for n in ("gate.yaml", "lines.txt", "run.jsonl"))
+    scenario.write_text(GATE)
+    lines.write_text(f"add {PUSHER}\n\n{later}\n")
+    done = warm.safenav("run", scenario, "--operator", lines, "--no-map", "--trace", trace)
+    assert (done.returncode, f"{lines}:3: " in done.stderr, trace.exists()) == (2, True, False)
