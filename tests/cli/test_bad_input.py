@@ -60,11 +60,17 @@ UNREADABLE = [
     ("verify lift.slugs", "deep", "deep: the strategy is malformed"),
     ("synth", "fire.spec", "from LTLMoP and TuLiP, name the slugsin file"),
     ("check", "rooms.pddl", "rooms.pddl: neither a scenario (YAML) nor a specification"),
+    ("check", "random-1.scen", "then each as [ROW, COLUMN]"),
+    ("draw", "random-1.scen", "then each as [ROW, COLUMN]"),
+    ("run", "floor.sdf", "occupancy map (ROS map_saver)"),
+    ("run", "arm.urdf", "safenav catalogue"),
     ("synth", "next.slugs", "next.slugs:4:9: unexpected '!='"),
 ]
 
 
-@pytest.mark.parametrize(("command", "name", "told"), UNREADABLE, ids=[c for c, _, _ in UNREADABLE])
+@pytest.mark.parametrize(
+    ("command", "name", "told"), UNREADABLE, ids=[f"{c} {n}" for c, n, _ in UNREADABLE]
+)
 def test_a_file_that_cannot_be_read_is_named(
     safenav: Command, command: str, name: str, told: str, tmp_path: Path
 ) -> None:
@@ -72,6 +78,9 @@ def test_a_file_that_cannot_be_read_is_named(
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
     (tmp_path / "deep").write_text("[" * 100_000)
     (tmp_path / "hello.yaml").write_text(HELLO.read_text())
+    (tmp_path / "random-1.scen").write_text("version 1\n0\tr.map\t8\t8\t1\t2\t3\t4\t5.0\n")
+    for other in ("floor.sdf", "arm.urdf"):
+        (tmp_path / other).write_text("<?xml version='1.0'?>\n<sdf/>\n")
     (tmp_path / "lift.slugs").write_text("[OUTPUT]\nx\n[SYS_LIVENESS]\nx\n")
     (tmp_path / "next.slugs").write_text("[OUTPUT]\nx: 0...4\n[SYS_TRANS]\nnext(x) != 3\n")
     (tmp_path / "fire.spec").write_text("Actions: # enabled: 1\nSensors: person, 1\n Env: false\n")

@@ -29,6 +29,18 @@ _FOREIGN = (
     "a scenario is YAML ('safenav new FILE' writes one); from LTLMoP and TuLiP, name the slugsin "
     "file that they write"
 )
+_ROOM = "save the floor as an occupancy map (ROS map_saver): safenav new FILE --map MAP.yaml"
+_STARTS = (
+    "each line has a map, and x and y (column and row) of a start and a goal: safenav new FILE "
+    "--map MAP.map, then each as [ROW, COLUMN]"
+)
+_BODY = "a scenario lists robots by models: 'safenav catalogue', or its own with 'size' and 'speed'"
+FOREIGN = {
+    ".scen": _STARTS,
+    **dict.fromkeys((".sdf", ".world"), _ROOM),
+    **dict.fromkeys((".urdf", ".xacro"), _BODY),
+}
+"""Hints for files of other tools that contain a part of a scenario, by suffix."""
 _IMAGES = {b"\x89PNG": "PNG", b"P5": "PGM", b"P2": "PGM", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF"}
 
 
@@ -163,14 +175,16 @@ def parsed(text: str, findings: Findings) -> Node | None:
         findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB")
         return None
     findings.read_from(text)
-    foreign = Path(findings.file).suffix not in _SUFFIXES
+    suffix = Path(findings.file).suffix
+    foreign = suffix not in _SUFFIXES
+    told = FOREIGN.get(suffix, _FOREIGN)
     try:
         document = read_document(text)
     except DocumentError as error:
-        findings.add(error.place, error.found, _FOREIGN if foreign else error.hint)
+        findings.add(error.place, error.found, told if foreign else error.hint)
         return None
     if foreign and not isinstance(document.root, Mapping):
-        findings.add(None, "neither a scenario (YAML) nor a specification of slugs", _FOREIGN)
+        findings.add(None, "neither a scenario (YAML) nor a specification of slugs", told)
         return None
     for place, found, hint in document.flaws:
         findings.add(place, found, hint)

@@ -13,7 +13,7 @@ from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.maps.map import read_map
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
-from safenav.scenario.yaml.source import parsed, read_source
+from safenav.scenario.yaml.source import FOREIGN, parsed, read_source
 from safenav.world.map import RegionMap
 
 _IMAGES = (".png", ".pgm")
@@ -65,7 +65,8 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
     """
     form = form_of(path)
     if form is None:
-        hint = "PNG or PGM images, the YAML file of ROS map_server, MovingAI maps (.map)"
+        maps = "PNG or PGM images, the YAML file of ROS map_server, MovingAI maps (.map)"
+        hint = FOREIGN.get(path.suffix, maps)
         raise InputError([Diagnostic(str(path), 0, 0, "this is not a map file", hint)])
     name = os.path.relpath(path, folder)
     quoted = name if re.fullmatch(r"[\w./][\w./-]*", name) else "'" + name.replace("'", "''") + "'"
