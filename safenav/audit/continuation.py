@@ -6,7 +6,8 @@ with either."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from safenav.audit.judging import findings
 from safenav.audit.kinds import STAYING, shape_of
@@ -71,24 +72,22 @@ def continuation_problems(
     for _ in findings(now, records, [deadlines, plan, standing]):
         pass
     tick, had = _last_tick(now, records, {*(begun.had or ())})
-    if {*(begun.had or ())} != had:
-        said = ", ".join(begun.had or ()) or "no robot"
-        yield f"{said} moved in tick 1; in the first run: {', '.join(sorted(had)) or 'none'}"
+    yield from _others(begun.had, had, "robot", "moved in tick 1; in the first run:")
+    earlier = begun.robots or {}
     for name in now.header.robots:
         if name not in robots:
             yield f"{name} is missing"
         else:
-            yield from _robot_problems(name, robots[name], now, (begun.robots or {}).get(name))
-            done = (begun.robots or {}).get(name)
+            done = earlier.get(name)
+            yield from _robot_problems(name, robots[name], now, done)
             if done is not None and done.clock is not None and not now.is_away(name):
                 since = -1 if now.is_to_return(name) else tick - deadlines.begun(name)
                 within = deadlines.within(name)
                 if done.clock.since not in (since, since if within is None else min(since, within)):
                     yield f"the round of {name} began {since} ticks earlier, not {done.clock.since}"
     for name in now.memories.possible:
-        done = (begun.robots or {}).get(name)
-        if done is not None and now.own[name].kind == "ltl":
-            told = done.memory or {}
+        if name in earlier and now.own[name].kind == "ltl":
+            told = earlier[name].memory or {}
             begins = not told and name not in now.memories.begun
             if not begins and not now.memories.may_be(name, told, now):
                 yield f"{name} begins with the memory {told or 'of no step'}, which it cannot have"
@@ -103,13 +102,18 @@ def continuation_problems(
     if dict(begun.waited or {}) != waited:
         yield f"the waiting times {begun.waited or 'none'}; in the first run: {waited or 'none'}"
     charging = {name for name in now.header.robots if name in robots and _charges(name, now)}
-    if {*(begun.charging or ())} != charging:
-        said = ", ".join(begun.charging or ()) or "no robot"
-        yield f"{said} charges at first; in the first run {', '.join(sorted(charging)) or 'none'}"
+    yield from _others(begun.charging, charging, "robot", "charges at first; in the first run")
     due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
     told = dict(begun.due or {})
     if not now.live and told != due:
         yield f"{told or 'nothing'} is due, but the first run leaves {due or 'nothing'}"
+
+
+def _others(told: Sequence[str] | None, truth: set[str], kind: str, claim: str) -> Iterator[str]:
+    """Yield the claim about the names that a header tells, if others are true."""
+    if {*(told or ())} != truth:
+        said = ", ".join(told or ()) or f"no {kind}"
+        yield f"{said} {claim} {', '.join(sorted(truth)) or 'none'}"
 
 
 def _plan_problems(told: Line | None, left: Left | None) -> Iterator[str]:
@@ -201,9 +205,13 @@ def _stays(robot: str, now: Situation) -> bool:
     return objective.kind == STAYING and now.region[robot] in objective.targets[0]
 
 
-def _waits_at(robot: str, region: int, now: Situation) -> int | None:
-    """Return where a robot waits; None if that is not known, as its step has no end."""
-    return region if now.toward[robot] is None else None
+def _waits(requests: Mapping[str, Mapping[str, int]], now: Situation) -> dict[str, Any]:
+    """Return where the robots wait that make requests; None if that is not known, as the step of a
+    robot has no end."""
+    return {
+        name: {robot: at if now.toward[robot] is None else None for robot, at in waits.items()}
+        for name, waits in requests.items()
+    }
 
 
 def _seen(robot: str, now: Situation) -> set[int]:
@@ -228,9 +236,7 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
     begun, listed = rest.scenario.begun, rest.scenario.obstacles
     closed = {name for name, is_ in now.status.items() if is_ is Status.UNTRAVERSABLE}
     closed &= {obstacle.name for obstacle in listed}
-    if {*(begun.closed or ())} != closed:
-        said = ", ".join(begun.closed or ()) or "no obstacle"
-        yield f"{said} is untraversable; the first run found {', '.join(sorted(closed)) or 'none'}"
+    yield from _others(begun.closed, closed, "obstacle", "is untraversable; the first run found")
     for obstacle in listed:
         gone = now.status.get(obstacle.name) is Status.RESOLVED
         if gone and obstacle.from_ is None:
@@ -238,20 +244,12 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
     there = {obstacle.name for obstacle in listed if obstacle.from_ is None}
     stay = now.permanent & there
     there -= closed | stay
-    asked = {
-        name: {robot: _waits_at(robot, at, now) for robot, at in waits.items()}
-        for name, waits in (now.requests | now.given_up).items()
-        if name in there
-    }
-    told = {
-        name: {robot: _waits_at(robot, at, now) for robot, at in waits.items()}
-        for name, waits in (begun.asked or {}).items()
-    }
+    requests = now.requests | now.given_up
+    asked = _waits({name: waits for name, waits in requests.items() if name in there}, now)
+    told = _waits(begun.asked or {}, now)
     if told != asked:
         yield f"{told or 'nothing'} is requested; in the first run: {asked or 'nothing'}"
-    if {*(begun.stays or ())} != stay:
-        said = ", ".join(begun.stays or ()) or "no obstacle"
-        yield f"{said} is kept; in the first run: {', '.join(sorted(stay)) or 'none'}"
+    yield from _others(begun.stays, stay, "obstacle", "is kept; in the first run:")
     for name, groups in (begun.met or {}).items():
         before = (now.begun.met or {}).get(name, ((),))[-1]  # it appears again in tick 1
         carriers = now.open[name].carriers() if name in now.open else frozenset()

@@ -110,7 +110,7 @@ def case_of(
         {name: _remaining_goals(name, now, team) for name in team.names},
         frozenset(name for name, status in now.status.items() if status is Status.GIVEN_UP),
         now.header.until.rounds or 1,
-        tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),
+        now.exclusions,
         now.header.flat,
     )
 

@@ -181,10 +181,8 @@ def collision(record: Line, now: Situation) -> Iterator[Said]:
 def never_together(record: Line, now: Situation) -> Iterator[Said]:
     """At most one robot of an exclusion is in its regions, from its departure
     for the first to its arrival outside (D 4)."""
-    if not now.header.never_together:
-        return
     robot = record.robot
-    for other in now.region.keys() - {robot}:
+    for other in now.region.keys() - {robot} if now.exclusions else ():
         for zone in now.zones(robot, other):
             if all(regions & zone for regions in _held(record, other, now)):
                 yield f"{robot} and {other} are together in {sorted(zone)}"

@@ -196,48 +196,46 @@ def _meetings(plan: Line, now: Situation) -> Iterator[Said]:
                     yield robot, f"{robot} would enter {now.show(region)}, where {outsider} is"
 
 
+Event = tuple[str, int, bool]
+"""A robot departs for a place of its plan, or (True) arrives there."""
+
+
 class Precedence:
-    """Events of a plan: each robot departs for its place ``i`` (from 1) and arrives there. A robot
-    does so in order; ``(first, i, then, j)``: ``then`` departs for its place ``j`` when ``first``
-    has arrived at its place ``i``."""
+    """The order of the events of a plan. A robot departs for its places and arrives there in turn;
+    ``(first, i, then, j)``: ``then`` departs for its place ``j`` when ``first`` has arrived at its
+    place ``i``."""
 
     def __init__(
         self, lengths: Mapping[str, int], orders: Iterable[tuple[str, int, str, int]]
     ) -> None:
-        self._lengths = dict(lengths)
-        self._number: dict[tuple[str, int], int] = {}
+        self._lengths = lengths
+        after: dict[Event, list[Event]] = {}
         for robot, length in lengths.items():
             for place in range(length):
-                self._number[robot, place] = 2 * len(self._number)
-        count = 2 * len(self._number)
-        after: list[list[int]] = [[] for _ in range(count)]
-        for (robot, place), arrival in self._number.items():
-            after[arrival + 1].append(arrival)  # an odd number is departing for the place
-            if place:
-                after[self._number[robot, place - 1]].append(arrival + 1)
+                after[robot, place, False] = [(robot, place, True)]
+                after[robot, place, True] = [(robot, place + 1, False)][: length - 1 - place]
         for first, i, then, j in orders:
-            after[self._number[first, i]].append(self._number[then, j] + 1)
+            after[first, i, True].append((then, j, False))
+        self._bits = {event: 1 << number for number, event in enumerate(after)}
+        self._later = dict.fromkeys(after, 0)  # as bits, all events that come after each
         self.has_circle = False
-        # For each event, as bits, all that come after it.
-        self._later = [0] * count
         try:
-            for event in TopologicalSorter(dict(enumerate(after))).static_order():  # the last first
+            for event in TopologicalSorter(after).static_order():  # the last first
                 for other in after[event]:
-                    self._later[event] |= self._later[other] | 1 << other
+                    self._later[event] |= self._later[other] | self._bits[other]
         except CycleError:
             self.has_circle = True
 
     def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
         """Yield the robots of two visits of which none is certainly over before the other."""
         for (one, i), (other, j) in combinations(visits, 2):
-            apart = self.left_before(one, i, other, j) or self.left_before(other, j, one, i)
+            apart = self._left_before(one, i, other, j) or self._left_before(other, j, one, i)
             if one != other and not apart:
                 yield one, other
 
-    def left_before(self, one: str, i: int, other: str, j: int) -> bool:
+    def _left_before(self, one: str, i: int, other: str, j: int) -> bool:
         """Return whether ``one`` has certainly left its place ``i`` (arrived at the next) when
         ``other`` departs for its place ``j``."""
         if i + 1 >= self._lengths[one] or j == 0:
             return False
-        arrival = self._number[one, i + 1]
-        return bool(self._later[arrival] >> (self._number[other, j] + 1) & 1)
+        return bool(self._later[one, i + 1, True] & self._bits[other, j, False])

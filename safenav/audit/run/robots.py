@@ -65,15 +65,11 @@ class Robots:
         self.acting: dict[str, Line] = {}
         """Live: the action of each robot that has not ended."""
         self._rivals = {n: [o for o in robots if o != n and self.conflict(n, o)] for n in robots}
-        self._zones = {
-            (one, other): [
-                frozenset(zone.regions)
-                for zone in self.header.never_together or ()
-                if {one, other} <= {*zone.robots}
-            ]
-            for one in robots
-            for other in (robots if self.header.never_together else ())
-        }
+        self.exclusions = tuple(
+            (frozenset(each.robots), frozenset(each.regions))
+            for each in self.header.never_together or ()
+        )
+        """Robots of which at most one may be in some regions."""
 
     def has_heading(self, robot: str) -> bool:
         return self.header.robots[robot].mobility == "heading"
@@ -142,7 +138,7 @@ class Robots:
 
     def zones(self, one: str, other: str) -> list[frozenset[int]]:
         """Return the sets of regions that two robots must never occupy together."""
-        return self._zones.get((one, other), [])
+        return [regions for robots, regions in self.exclusions if {one, other} <= robots]
 
     def rivals(self, robot: str) -> list[str]:
         """Return the robots with which this one must never share a region."""

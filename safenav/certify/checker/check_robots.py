@@ -44,13 +44,6 @@ class Robot:
         own = places if self.now.conflict(self.name, other.name) else set[int]()
         return own.union(*zones)
 
-    def at_pose(self) -> set[int]:
-        """Return the nodes of its strategy with its pose."""
-        return self._nodes_in(self.pose)
-
-    def at_destination(self) -> set[int]:
-        """Return the nodes of its strategy where its step ends."""
-        return self._nodes_in(self.destination)
-
-    def _nodes_in(self, pose: Pose) -> set[int]:
+    def nodes_in(self, pose: Pose) -> set[int]:
+        """Return the nodes of its strategy with a pose."""
         return set(self.task.of_pose.get(pose, ())) if self.task else set()

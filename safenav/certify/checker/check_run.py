@@ -159,12 +159,11 @@ class Evidence(Rule):
                 given = self.robots[record.robot]
                 self.give(given, Objective(record.data["objective"]))
                 if record.data["at_once"]:  # it continues in any node where its step ends
-                    given.came_from, given.nodes = set(), given.at_destination()
+                    given.came_from, given.nodes = set(), given.nodes_in(given.destination)
             case "operator" if record.intervention == "put_back" and robot:
-                put: Pose = record.region, record.heading
-                robot.nodes = robot.task.of_pose.get(put, set()) if robot.task else set()
+                robot.nodes = robot.nodes_in((record.region, record.heading))
             case "service" if record.active and robot and now.toward[robot.name] is None:
-                robot.nodes = robot.at_pose()
+                robot.nodes = robot.nodes_in(robot.pose)
             case "assumption" if robot:
                 require(
                     robot.answers == set(), f"{robot.name} has a successor: no assumption failed"
@@ -177,7 +176,7 @@ class Evidence(Rule):
                     each = self.robots[name]
                     if node is not None and each.task and now.toward[name] is None:
                         first = each.task.graph.first[node]
-                        require(first in each.at_pose(), f"{name} is not in {node}")
+                        require(first in each.nodes_in(each.pose), f"{name} is not in {node}")
                         each.nodes = {node}
             case "goal" if robot and robot.task and robot.task.objective.kind == "ltl":
                 own = robot.objective.serves(robot.own)  # else it only helps
@@ -334,10 +333,8 @@ class Evidence(Rule):
         except RefusedError:
             if not (failed or now.external):
                 raise
-            self.strayed += 1
-            robot.nodes = set()
-            if failed and robot.task:  # it continues from there
-                robot.nodes = robot.task.of_pose.get((record.to, record.heading), set())
+            self.strayed += 1  # if its step has failed, it continues from there
+            robot.nodes = robot.nodes_in((record.to, record.heading)) if failed else set()
 
     def step(self, record: Line, robot: Robot, now: Situation) -> None:
         """Refuse unless a move agrees with the strategy. If the node is unknown, all nodes in its
