@@ -178,3 +178,53 @@ def test_a_helper_that_a_newer_order_frees_continues_its_rounds() -> None:
     run = completed(TWO_TASKS)
     rounds = [line["round"] for line in run.all("goal", robot="cart", tick=11)]
     assert rounds == [4] and run.all("push", tick=11)
+
+
+BACK = """
+map: {grid: ["########", "#......#", "########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [lift, push]}
+    bee: {mobility: free, layer: air, capabilities: [lift]}
+  obstacles:
+    lever: {needs: [{action: push, at: [14]}], blocks: []}
+    box: {needs: [{action: lift, at: [12]}], blocks: []}
+robots:
+  cart: {model: cart, start: 9, objective: {visit: [9, 10]}}
+  bee: {model: bee, start: 9, objective: {hold: 9}}
+orders: [{at: 2, type: lever, region: 14}, {at: 7, type: box, region: 12}]
+changes: [{at: 3, robot: cart, service: out}, {at: 6, robot: cart, service: back}]
+until: {rounds: 1}
+clock: CLOCK
+"""
+
+
+def test_a_helper_that_is_back_in_service_keeps_its_duty(clock: str) -> None:
+    """No line names it again. The bee serves the second order, since the cart serves the first."""
+    run = completed(BACK.replace("CLOCK", clock))
+    assert run.one("request", obstacle="box@12")["helper"] == "bee"
+
+
+GATED = """
+map: {grid: ["########", "#......#", "########"]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles:
+    gate: {action: lift, resolve_at: [13, 14]}
+    box: {needs: [{action: lift, at: [13]}, {action: lift, at: [14], same: true}], blocks: []}
+    bag: {needs: [{action: lift, at: [10]}, {action: lift, at: [12], same: true}], blocks: []}
+robots:
+  a: {model: cart, start: 10, objective: {visit: [13, 11, 9]}}
+  b: {model: cart, start: 11, objective: {visit: [9, 11]}}
+obstacles: [{type: gate, region: 12, until: 16}]
+orders: [{at: 6, type: box, region: 13}, {at: 10, type: bag, region: 10}]
+until: {rounds: 1}
+clock: CLOCK
+"""
+
+
+def test_a_helper_keeps_its_duty_while_the_team_waits(clock: str) -> None:
+    """The requests without a helper are those of decisions that could not take effect."""
+    run = play(GATED.replace("CLOCK", clock))
+    gone = run.one("gone")["tick"]
+    assert [r["helper"] for r in run.all("request", tick=gone)] == ["b", "a"]

@@ -131,7 +131,7 @@ def serving(now: Situation, *, own: bool = False, exact: bool = False) -> dict[s
         regions = [frozenset(need.regions) for need in needs]
         found[name] = frozenset(
             robot
-            for robot in now.helping.get(name, ())
+            for robot in now.helping.get(name, frozenset()) - now.resting
             if (own or now.objectives[robot] != now.own[robot])
             and (not exact or {*now.objectives[robot].targets[:1]} & {*regions})
             and (

@@ -233,7 +233,8 @@ class Situation(State):
                 if record.aside:
                     self.aside.add(record.obstacle)
                 helpers = helpers_of(record)
-                self.helping[record.obstacle] = frozenset(helpers)
+                if helpers:  # otherwise the decision may have failed: the objectives tell
+                    self.helping[record.obstacle] = frozenset(helpers)
                 self._perhaps_changed(helpers, record.line)
                 self.named |= dict.fromkeys(helpers, record.obstacle)
             case "push":
@@ -401,9 +402,8 @@ class Situation(State):
                 self._reset(robot, line)
 
     def _rests(self, robot: str) -> None:
-        """Relieve a robot out of service of its duty: others take it over."""
-        if robot in self.out:
-            self.helping = {name: who - {robot} for name, who in self.helping.items()}
+        """Relieve a robot out of service of its duty, until it is back and gets an objective."""
+        self.resting = self.resting | {robot} if robot in self.out else self.resting - {robot}
 
     def _fit_again(self, *, robot: str = "", obstacle: str = "") -> None:
         """Let a robot act on all obstacles again, or all robots on one obstacle."""

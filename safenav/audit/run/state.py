@@ -36,6 +36,8 @@ class State(Robots):
         self.stack: list[StackEntry] = []
         self.helping: dict[str, frozenset[str]] = {}
         """The helpers of each obstacle that were named last."""
+        self.resting = frozenset[str]()
+        """Those that have no duty, since they are out of service."""
         self.named: dict[str, str] = {}
         """The obstacle for which each robot was named a helper last."""
         self.helped: dict[str, str] = {}
