@@ -95,16 +95,19 @@ def test_names_of_a_trace_give_no_orders_to_the_terminal() -> None:
 
 @pytest.mark.parametrize("reverse", [False, True])
 def test_an_obstacle_that_comes_back_is_listed_in_any_order(reverse: bool) -> None:
-    listed = [
-        {"type": "door", "region": 10, "until": 3},
-        {"type": "door", "region": 10, "from": 5, "until": 9},
-    ]
-    completed(
+    """The first one is found to be closed, the second one to be open."""
+    fog = {"type": "uncertainty", "region": 10}
+    listed = [fog | {"traversable": False, "until": 6}, fog | {"from": 9}]
+    run = completed(
         {
             "safenav": 1,
             "map": {"grid": ["#######", "#.....#", "#######"]},
-            "robots": {"spot": {"model": "fetch", "start": 8, "objective": {"visit": [12, 8]}}},
+            "robots": {
+                "spot": {"model": "fetch", "start": 8, "objective": {"visit": [12, 8]}},
+                "quad": {"model": "quadcopter", "start": 9, "objective": {"hold": 9}},
+            },
             "obstacles": listed[::-1] if reverse else listed,
-            "until": {"rounds": 1},
+            "until": {"rounds": 3},
         }
     )
+    assert [line["traversable"] for line in run.all("resolved")] == [False, True]

@@ -250,8 +250,8 @@ class SimulatedWorld:
                 self.works.open[obstacle.name] = work_on(obstacle, scenario)
         self._drawn = draw_truths(scenario)
         self.truths: dict[str, bool | None] = {}
-        for obstacle, truth in self._drawn.items():
-            self.truths.setdefault(obstacle.name, truth)
+        for obstacle, truth in sorted(self._drawn.items(), key=lambda each: each[0].appears or 0):
+            self.truths.setdefault(obstacle.name, truth)  # of several, that of the first to appear
         self._brought: set[Obstacle] = set()
         self._taken_away: set[str] = set()
         self.cleared: Collection[str] = ()
