@@ -90,7 +90,6 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     for constant in (
         "safenav.explain.investigation.REPAIR_SECONDS",
         "safenav.runtime.analysis.postmortem.RUN_SECONDS",
-        "safenav.runtime.deadlines.worst.SECONDS",
         "safenav.runtime.analysis.explanation.QUESTION_SECONDS",
     ):
         monkeypatch.setattr(constant, 120.0)

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
-from time import monotonic
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -30,10 +29,10 @@ from safenav.world.poses import FAR, bits, plain_graph, region_mask
 
 MOST_MOMENTS = 2_000
 """Moments of one obstacle that are compared; beyond that the helpers are examined one by one."""
-SECONDS = 0.25
-"""Seconds for one obstacle; moments not examined by then are left out, and reported so."""
-ALL_SECONDS = 4.0
-"""Seconds for all obstacles together: unused shares go to the next ones."""
+WORK, ALL_WORK = 3_000, 50_000
+"""Work of one comparison, and of all together, in bounds for one robot and one obstacle of a moment
+(20 to 70 microseconds each); further moments are left out, and reported so. Counted, not timed, so
+that a busy machine finds the same."""
 
 
 class Times(Struct, frozen=True):
@@ -81,10 +80,9 @@ def worst_cases(
     show."""
     listed = (*(scenario.suspects or ()), *scenario.obstacles)  # if both: with its deadline
     known = list({o.name: o for o in listed if o.appears is None and o.goes is None}.values())
-    found, ends = [], monotonic() + ALL_SECONDS
-    for number, obstacle in enumerate(known):
-        left = 2 * (len(known) - number)
-        alone = _times(scenario, poses, obstacle, [obstacle], _share(ends, left))
+    found, work = [], min(WORK, ALL_WORK // (2 * max(1, len(known))))
+    for obstacle in known:
+        alone = _times(scenario, poses, obstacle, [obstacle], work)
         if alone is None:
             continue
         if obstacle.name in never:
@@ -92,16 +90,9 @@ def worst_cases(
             found.append(Worst(obstacle, scenario.limit_of(obstacle), alone, None))
             continue
         rest = [other for other in known if other is not obstacle]
-        until = _share(ends, left - 1)
-        around = _times(scenario, poses, obstacle, [obstacle, *rest], until) if rest else None
+        around = _times(scenario, poses, obstacle, [obstacle, *rest], work) if rest else None
         found.append(Worst(obstacle, scenario.limit_of(obstacle), alone, around))
     return found
-
-
-def _share(ends: float, left: int) -> float:
-    """Return when the next of the ``left`` comparisons must end so that all end by ``ends``."""
-    now = monotonic()
-    return now + min(SECONDS, max(ends - now, 0.0) / left)
 
 
 def _times(
@@ -109,11 +100,10 @@ def _times(
     poses: Mapping[str, Sequence[Pose]],
     obstacle: Obstacle,
     standing: Sequence[Obstacle],
-    ends: float,
+    work: int,
 ) -> Times | None:
     """Return the times of an obstacle among those that are ``standing``; None if no robot that it
-    blocks can encounter it. ``ends``: time limit on the monotonic clock; one moment is always
-    examined."""
+    blocks can encounter it. ``work``: its limit; one moment is always examined."""
     robots, shut = scenario.robots, {o.region for o in standing}
     by = scenario.until.by
     opens = tuple(
@@ -131,7 +121,7 @@ def _times(
     }
     steady = all(robot.model.timing.most == 1 for robot in robots)
     moving = {name for name, places in poses.items() if len(places) > 1}
-    requesters = [*_requesters(scenario, poses, obstacle, shut)]
+    requesters, cost = [*_requesters(scenario, poses, obstacle, shut)], len(robots) * len(opens)
     if not requesters:
         return None
     far: dict[str, Pose] = {}
@@ -147,13 +137,15 @@ def _times(
         far = far if told or far else _farthest(scenario, pools, obstacle, standing)
         every = (dict(zip(others, each, strict=True)) for each in product(*others.values()))
         for places in every if told else _one_by_one(others, far):
-            if moment and monotonic() > ends:
+            if moment and work <= 0:
                 whole = False
                 break
+            work -= cost
             at = {name: pose, **places}
             ticks = _resolved_after(scenario, at, opens, index, slow=moving)
             for begun in _begun(scenario, poses, opens, index):
                 same = steady and begun == opens
+                work -= 0 if same else cost
                 soon = ticks if same else _resolved_after(scenario, at, begun, index)
                 best = soon if best is None or (soon is not None and soon < best) else best
             if worst is not None and (ticks is None or ticks > worst):
