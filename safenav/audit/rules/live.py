@@ -265,8 +265,9 @@ class WaitingRule(Rule):
                     yield f"the run ends as {record.outcome} while it waits"
 
     def _waits(self, record: Line, now: Situation) -> bool:
-        """Return whether a robot is to stay, and sets out or acts."""
-        if _goes_on(record, now):
+        """Return whether a robot is to stay, and sets out or acts; in the world of a user it may be
+        taken elsewhere."""
+        if _goes_on(record, now) or (now.has_failed(record.robot) and not now.live):
             return False
         if record.type != "move":
             return True
