@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from safenav.audit.check import check_trace
     from safenav.report.notebook import ProgressBar
     from safenav.report.replay.reading import read_replay
+    from safenav.runtime.analysis.resuming import resumed
     from safenav.runtime.intervention.kinds import (
         AddObstacle,
         AssignObjective,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     )
     from safenav.scenario.model import Need, Obstacle, ObstacleType, ResolveAt, Robot, Scenario
     from safenav.scenario.reading.catalogue import built_in
+    from safenav.scenario.reading.joining import joined
     from safenav.scenario.reading.loader import load_scenario
     from safenav.spec.compile import compile_task
     from safenav.spec.task import Task
@@ -66,6 +68,7 @@ _MODULES = {
     "safenav.audit.check": "check_trace",
     "safenav.report.notebook": "ProgressBar",
     "safenav.report.replay.reading": "read_replay",
+    "safenav.runtime.analysis.resuming": "resumed",
     "safenav.runtime.intervention.kinds": "AddObstacle AssignObjective GiveUp MarkPermanent "
     "MarkResolved PlaceOrder PutBack RemoveObstacle SetInput SetService SetTruth",
     "safenav.runtime.intervention.reading": "read_intervention",
@@ -74,6 +77,7 @@ _MODULES = {
     "PausingWorld PlacingWorld RememberingWorld Sensed TimedWorld World WorldEvent",
     "safenav.scenario.model": "Need Obstacle ObstacleType ResolveAt Robot Scenario",
     "safenav.scenario.reading.catalogue": "built_in",
+    "safenav.scenario.reading.joining": "joined",
     "safenav.scenario.reading.loader": "load_scenario",
     "safenav.spec.compile": "compile_task",
     "safenav.spec.task": "Task",
@@ -135,10 +139,12 @@ __all__ = [
     "check_trace",
     "compile_task",
     "first_failure",
+    "joined",
     "load_scenario",
     "read_intervention",
     "read_replay",
     "read_trace",
+    "resumed",
 ]
 
 
@@ -174,15 +180,17 @@ def _drawing(draws: str) -> Callable[[object], str]:
     return draw
 
 
-def __getattr__(name: str) -> object:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
+if not TYPE_CHECKING:  # or a type checker would take any name for a public one
 
-    found: object = getattr(import_module(_HOMES[name]), name)
-    globals()[name] = found
-    _let_draw()
-    return found
+    def __getattr__(name: str) -> object:
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from importlib import import_module
+
+        found: object = getattr(import_module(_HOMES[name]), name)
+        globals()[name] = found
+        _let_draw()
+        return found
 
 
 def __dir__() -> list[str]:

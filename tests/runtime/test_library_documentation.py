@@ -161,5 +161,6 @@ def test_the_public_names_are_those_of_their_modules() -> None:
     assert safenav.World is World
     assert safenav.Synthesizer is Synthesizer
     assert safenav.load_scenario is load_scenario
+    assert [safenav.resumed.__name__, safenav.joined.__name__] == ["resumed", "joined"]
     with pytest.raises(AttributeError, match="has no attribute 'Misson'"):
-        _ = safenav.Misson
+        _ = safenav.Misson  # type: ignore[attr-defined]  # nor has it for a type checker
