@@ -15,11 +15,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.begun import PlanLeft
+from safenav.components import explored
 from safenav.runtime.resolution.problem import Floor, KeepOut, Problem, Stages
 from safenav.runtime.traffic.joint_search.states import Count, JointState
 from safenav.trace import records
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask, bits
+from safenav.world.poses import Mask, bits, region_mask
 
 Ways = tuple[tuple[int, ...], ...]
 """The poses of each robot in order, from its present one."""
@@ -116,7 +117,6 @@ class Execution:
         self.schedule = schedule
         self.dues = dues
         self.taken = [0] * len(schedule.ways)
-        self._ahead: list[list[Mask]] = [[] for _ in schedule.ways]
         self._needed: dict[tuple[int, int], Mask] = {}
         self._waits: dict[tuple[int, int], list[Order]] = {}
         for order in schedule.orders:
@@ -141,13 +141,8 @@ class Execution:
     def ahead(self, robot: int, size: int) -> Mask:
         """Return the remaining regions of a robot's path, from its present one; empty at the end.
         ``size``: number of regions of its map."""
-        found = self._ahead[robot]
-        if not found:
-            found.append(0)  # with that many steps to take
-            way = self.schedule.ways[robot]
-            for pose in reversed(way[:-1]):
-                found.append(found[-1] | 1 << pose % size | 1 << way[-1] % size)
-        return found[len(found) - 1 - self.taken[robot]]
+        way = self.schedule.ways[robot][self.taken[robot] :]
+        return region_mask(pose % size for pose in way) if len(way) > 1 else 0
 
     def needed(self, robot: int, others: Collection[int], size: int) -> Mask:
         """Return the remaining regions of ``others``, the robots in conflict with this one."""
@@ -198,12 +193,8 @@ def in_turn(schedule: Schedule) -> list[tuple[int, ...]] | None:
 def still(waits: Mapping[str, Collection[str]], busy: Collection[str]) -> set[str]:
     """Return the robots that wait only for waiting robots: no chain of waits leads from them to a
     ``busy`` robot. ``waits``: the adjacent robots in conflict with each robot."""
-    moving = set(busy)
-    while True:
-        more = {n for n, others in waits.items() if n not in moving and moving & set(others)}
-        if not more:
-            return set(waits) - moving
-        moving |= more
+    moving = explored(busy, lambda name: [n for n, others in waits.items() if name in others])
+    return waits.keys() - moving.keys()
 
 
 def still_needed(problem: Problem, plan: Execution, robot: int, stages: Stages) -> Mask:
