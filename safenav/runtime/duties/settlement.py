@@ -17,6 +17,7 @@ from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.resolution.problem import Floor, Stages
 from safenav.runtime.resolution.proofs import Refutation, refute
 from safenav.runtime.resolution.solve import Plan, PoseSets, Present, Solver
+from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits
 
 
@@ -68,7 +69,8 @@ class TrafficNotes(Struct):
     a plan was wanted for a robot in a helper's way, for what is due, with other targets first;
     ``followed``: a plan was begun, at whose end ``followers`` stand behind their helper;
     ``hopeless``: obstacles that no joint state serves; ``hemmed_in``: robots that no order of moves
-    brings to their next target; ``impasses``: states in which no plan helped."""
+    brings to their next target, with the pose from which; ``impasses``: states in which no plan
+    helped."""
 
     cleared: bool = False
     hurried: bool = False
@@ -76,7 +78,7 @@ class TrafficNotes(Struct):
     followed: bool = False
     followers: frozenset[str] = frozenset()
     hopeless: frozenset[str] = frozenset()
-    hemmed_in: frozenset[int] = frozenset()
+    hemmed_in: dict[int, Pose] = field(default_factory=dict)
     impasses: set[Hashable] = field(default_factory=set)
 
 

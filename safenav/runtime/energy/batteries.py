@@ -324,11 +324,12 @@ class Batteries:
         return {**found.early, **found.duties}.get(floor.index(robot.name))
 
     def _hemmed_in(self, robot: RobotState) -> bool:
-        """Return whether a search has shown that no order of moves brings a robot to its stop."""
+        """Return whether a search has shown that no order of moves brings a robot from its pose to
+        its stop."""
         settled = self.team.settled
         if settled is None:
             return False
-        return settled.floor.index(robot.name) in settled.notes.hemmed_in
+        return settled.notes.hemmed_in.get(settled.floor.index(robot.name)) == robot.pose
 
     def _stays(self, robot: RobotState) -> bool:
         """Return whether a robot stays in its region: it is out of service, or its only target is

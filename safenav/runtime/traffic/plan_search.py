@@ -163,8 +163,7 @@ class PlanSearch(Struct):
         return whole
 
     def continued(self, problem: SearchProblem, states: Sequence[JointState]) -> Found | None:
-        """Return moves followed by a plan for the rest of the mission; None if none is found
-        soon."""
+        """Return moves followed by a plan for the rest of the mission; None if none is found."""
         own = self.searches.own_of_charging()
         rest = self.search_of(problem.at(states[-1]), own).run(1)
         return Found((*states, *rest.states[1:])) if isinstance(rest, Found) else None
@@ -173,11 +172,11 @@ class PlanSearch(Struct):
         """Return moves that bring at least the starving robot to its target: because of formula
         memory a plan for all may assume goals met that are not. None if there are no such moves, or
         the team could not continue after them."""
-        answer = self._leg_of_starved(problem)
+        answer, robot = self._leg_of_starved(problem), self.state.robots[self.starved]
         if isinstance(answer, Exhausted):
-            if self.charges(self.state.robots[self.starved]):  # another stop may suffice
-                hemmed_in = problem.floor.index(self.starved)
-                self.state.last_settled.notes.hemmed_in |= {hemmed_in}
+            if self.charges(robot):  # another stop may suffice
+                hemmed_in = self.state.last_settled.notes.hemmed_in
+                hemmed_in[problem.floor.index(self.starved)] = robot.pose
             elif self.state.out_of_service:
                 self._only_out_hinder(problem.floor)
         if not isinstance(answer, Found):
@@ -189,9 +188,9 @@ class PlanSearch(Struct):
     def _only_out_hinder(self, floor: Floor) -> None:
         """Record that no order of moves brings the starving robot to its target while some are out
         of service: others may be served without the obstacle that it was to resolve."""
-        assignment = self.state.robots[self.starved].assignment
+        assignment = (robot := self.state.robots[self.starved]).assignment
         if assignment.role is Role.OWN:
-            self.state.last_settled.notes.hemmed_in |= {floor.index(self.starved)}
+            self.state.last_settled.notes.hemmed_in[floor.index(self.starved)] = robot.pose
         elif assignment.role is Role.HELPS and assignment.obstacle in floor.gates:
             self.hopeless = self._with_those_after({floor.gates.index(assignment.obstacle)})
 

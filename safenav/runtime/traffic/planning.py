@@ -279,7 +279,7 @@ class Traffic:
         done = ((self.state.rounds_counted(r), r.own.memory.index, r.own.seen) for r in robots)
         now = floor.poses, tuple(done), tuple(robot.charge for robot in robots)
         if now in notes.impasses:
-            notes.hemmed_in |= {i for i, robot in enumerate(robots) if robot.active}
+            notes.hemmed_in |= {i: each.pose for i, each in enumerate(robots) if each.active}
         notes.impasses.add(now)
 
     def _set_aside(self, floor: Floor, gates: frozenset[int]) -> None:

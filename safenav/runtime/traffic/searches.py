@@ -214,7 +214,7 @@ class Searches:
             ways = (graph.distances(goal & allowed, allowed) for goal in goals)
             if any(way[floor.poses[index]] >= FAR for way in ways):
                 found.add(index)
-        return frozenset(found) | self._state.last_settled.notes.hemmed_in
+        return frozenset(found) | self._state.last_settled.notes.hemmed_in.keys()
 
     def own_of_charging(self) -> dict[int, None]:
         """Return the goals of robots that go to a charger, for plans for the whole mission: those

@@ -693,3 +693,22 @@ def test_a_helper_gets_past_another_one_before_it_charges_again(clock: str) -> N
         limits: {{ticks: 60}}
         clock: {clock}
         """)
+
+
+def test_a_robot_that_is_hemmed_in_elsewhere_keeps_its_stop() -> None:
+    """The proof that no moves bring the rover to its stop is of the pose that it left since."""
+    completed("""
+        map: {grid: ["#######", "#.....#", "#..#..#", "#######"]}
+        catalogue:
+          robots:
+            rover: {mobility: heading, layer: ground, battery: {capacity: 15, charge: 1}}
+            guard: {mobility: free, layer: ground, timing: 2}
+          obstacles: {gate: {action: none}}
+        robots:
+          rover: {model: rover, start: 12, heading: east, objective: {patrol: [16, 8]}}
+          guard: {model: guard, start: 8, objective: {hold: {any: [10, 16]}}}
+        obstacles: [{type: gate, region: 9, until: 15}]
+        chargers: [10, 12, 19]
+        changes: [{at: 8, robot: guard, service: out}, {at: 53, robot: guard, service: back}]
+        until: {rounds: 1}
+        """)
