@@ -59,6 +59,9 @@ def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> 
     announced = {obstacle.name for obstacle in now.header.obstacles}
     ends = [rule for rule in rules if _judges(rule, "turn")]
     judges: dict[str, list[Rule]] = {}  # of the lines of each type
+    if strangers := _strangers_before(now):
+        yield from (_of_run(opening, f"{name!r} is not in the scenario") for name in strangers)
+        return  # the state at the header names them
     for rule in rules:
         for said in rule.opening(now):
             yield rule.finding(said, opening, None)
@@ -111,6 +114,14 @@ def _turn_over(rules: Iterable[Rule], now: Situation, *, last: bool) -> Iterator
     for rule in rules:
         for said in rule.turn(now):
             yield rule.finding(said, now.turn, now.turn.robot)
+
+
+def _strangers_before(now: Situation) -> list[str]:
+    """Return the robots and obstacles that a run which this one continues has besides."""
+    begun, asked = now.begun, now.begun.asked or {}
+    robots = {*now.done}.union(*asked.values()) - now.header.robots.keys()
+    obstacles = {*asked, *(begun.met or ()), *(begun.stays or ())} - now.obstacles.keys()
+    return sorted(robots | obstacles)
 
 
 def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -> str | None:
