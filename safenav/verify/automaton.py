@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import count
 
+from safenav.cached_method import cached_method
 from safenav.components import path_to, shortest_paths
 from safenav.errors import Diagnostic, InputError
 from safenav.formula.parser import FormulaError, parse
@@ -61,7 +62,6 @@ class Automaton:
         self._before = shortest_paths(self.starts, strategy.transitions.__getitem__)
         self.nodes = list(self._before)
         self.edges = Edges(self.nodes, strategy.transitions)
-        self._parts: dict[Owner, dict[int, Row]] = {owner: {} for owner in Owner}
 
     def clauses(self, section: Section) -> list[Clause]:
         return clauses(self.spec, section)
@@ -87,7 +87,7 @@ class Automaton:
     ) -> Iterator[Failure]:
         """A cycle of the ``allowed`` edges on which each condition is met (see ``fair_cycle``)."""
         self.alive()
-        cycle = fair_cycle(self.edges, allowed, unmet, self._outputs)
+        cycle = fair_cycle(self.edges, allowed, unmet, self.numbered(Owner.OUTPUT))
         if cycle is not None:
             yield self.failure(fault, cycle[0], clause=clause, cycle=cycle)
 
@@ -98,25 +98,16 @@ class Automaton:
         rows: Iterable[Row] = zip(*columns, strict=True) if columns else [()] * len(self.nodes)
         return dict(zip(self.nodes, rows, strict=True))
 
+    @cached_method
     def part(self, node: int, owner: Owner) -> Row:
         """The inputs or the outputs of a node, in the specification's order."""
-        known = self._parts[owner]
-        if node not in known:
-            state = self.strategy.states[node]
-            fields = [self._fields[variable.name] for variable in self.spec.owned(owner)]
-            known[node] = tuple([field.decode(state) for field in fields])
-        return known[node]
+        state = self.strategy.states[node]
+        fields = [self._fields[variable.name] for variable in self.spec.owned(owner)]
+        return tuple([field.decode(state) for field in fields])
 
-    @cached_property
-    def inputs(self) -> dict[int, int]:
-        """Return for each node a number that identifies its inputs."""
-        return self._numbered(Owner.INPUT)
-
-    @cached_property
-    def _outputs(self) -> dict[int, int]:
-        return self._numbered(Owner.OUTPUT)
-
-    def _numbered(self, owner: Owner) -> dict[int, int]:
+    @cached_method
+    def numbered(self, owner: Owner) -> dict[int, int]:
+        """Return for each node a number that identifies its inputs or its outputs."""
         owners = [v.owner for v in self.spec.variables]
         own = [c for c, o in zip(self._columns, owners, strict=True) if o is owner]
         if not own:

@@ -142,10 +142,9 @@ def _count_component(
     if len(part) == 1 or domain <= _JOINT_DOMAIN:
         return [mask.bit_count() for mask in _masks(rows, index, part, tied)]
     seen = frozenset().union(*(c.places for c in tied))
-    keys, distinct = _projected(rows, index, seen)
+    places, keys, distinct = _projected(rows, index, seen)
     split = max(part, key=lambda place: sum(place.key in c.places for c in tied))
     rest = [place for place in part if place is not split]
-    places = sorted((k for k in index if k in seen), key=index.__getitem__)
     deeper = {key: i for i, key in enumerate((*places, split.key))}
     if len(distinct) * len(split.range) > _MOST_ROWS:
         raise ResourceLimitError(
@@ -193,8 +192,7 @@ def _masks(
     for clause in clauses:
         by_support.setdefault(clause.places - free, []).append(clause.formula)
     for support, formulas in by_support.items():
-        keys, distinct = _projected(rows, index, support)
-        places = sorted((k for k in index if k in support), key=index.__getitem__)
+        places, keys, distinct = _projected(rows, index, support)
         allowed: dict[Row, int] = {}
         block = max(1, _BLOCK_BITS // domain)
         for start in range(0, len(distinct), block):
@@ -206,14 +204,15 @@ def _masks(
 
 def _projected(
     rows: Sequence[Row], index: Mapping[Key, int], support: frozenset[Key]
-) -> tuple[list[Row], list[Row]]:
-    """The values of ``support`` in each row, and the distinct ones."""
-    columns = sorted(index[key] for key in support if key in index)
+) -> tuple[list[Key], list[Row], list[Row]]:
+    """The known places of ``support`` in order, their values in each row, and the distinct ones."""
+    places = sorted(support & index.keys(), key=index.__getitem__)
+    columns = [index[key] for key in places]
     if len(columns) > 1:
         keys = list(map(itemgetter(*columns), rows))
     else:
         keys = [tuple(row[column] for column in columns) for row in rows]
-    return keys, list(dict.fromkeys(keys))
+    return places, keys, list(dict.fromkeys(keys))
 
 
 def _block(

@@ -117,7 +117,7 @@ def _successor_failures(
     allowed = completions.count(rows)
     banned = automaton.edges.flags(forbidden) if forbidden else b""
     reported: set[Fault] = set()
-    told = automaton.inputs.__getitem__
+    told = automaton.numbered(Owner.INPUT).__getitem__
     by_node = automaton.edges.by_node()
     for (node, targets, first), row, count in zip(by_node, rows, allowed, strict=True):
         different = set(map(told, targets))

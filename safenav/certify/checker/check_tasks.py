@@ -88,11 +88,10 @@ class Task:
         own, last, awaited = graph.rows(self.own), nothing, nothing
         if self.objective.shape.in_turn:
             last = graph.columns.get(next(iter(self.memory), ""), nothing)
-            here = zip(last, self.regions, strict=True)
-            awaited = [(k + (region in targets[k])) % len(targets) for k, region in here]
-            if self.objective.shape.settles:  # from the last one on it awaits that
-                here, last_one = zip(last, self.regions, strict=True), len(targets) - 1
-                awaited = [min(k + (region in targets[k]), last_one) for k, region in here]
+            here, count = zip(last, self.regions, strict=True), len(targets)
+            turns_met = [k + (region in targets[k]) for k, region in here]
+            settles = self.objective.shape.settles  # from the last one on it awaits that
+            awaited = [min(k, count - 1) if settles else k % count for k in turns_met]
         self.before = [*zip(self.poses, awaited, own, graph.rows(self.heard), strict=True)]
         self.done = [*zip(self.poses, last, own, strict=True)]
         names = [*self.told, *self.busy, *self.positions, *self.heard]
