@@ -88,7 +88,7 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
             actions = obstacle.type.actions(number)
             able = sum(actions <= robot.capabilities for robot in scenario.robots)
             if able < need.robots:
-                found = f"{obstacle.name} is to be resolved within {limit} ticks, and "
+                found = f"{obstacle.name} must be resolved within {limit} ticks, but "
                 found += f"{able or 'no'} robot{'s' * (able > 1)} can '{need.action}'"
                 report("obstacles", found, "leave out 'resolve_within'")
                 break
