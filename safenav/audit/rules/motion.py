@@ -102,7 +102,10 @@ class UnresolvedObstacleRule(Rule):
 @judges("line", "move")
 def known_obstacle(record: Line, now: Situation) -> Iterator[Said]:
     """An obstacle that was found untraversable, or that no robot can resolve, has joined O for the
-    robots that it stops, whatever they can do: none of them enters it (D 5.1)."""
+    robots that it stops, whatever they can do: none of them enters it (D 5.1). A robot of an
+    external world may be taken there."""
+    if now.external and now.has_failed(record.robot):
+        return
     for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
         for _, problem in _entered(record.robot, now.entered(record), now, status):
             yield problem
