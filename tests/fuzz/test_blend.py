@@ -88,6 +88,7 @@ BOTH = {
     "an order comes in the moment in which a robot's charge is used up": 90085,
     "a sensor misses what it has shown where a robot was held back": 161098,
     "another objective while it waits, and could not set out for a charger": 148096,
+    "an action that ends in a wait resolves what was requested": 242,
 }
 LOCKSTEP = {
     "back in service, as it was": 7452,
