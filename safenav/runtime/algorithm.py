@@ -54,7 +54,7 @@ from safenav.trace.vocabulary import HoldReason, Reason
 class Algorithm(Struct):
     """The loop over a team; ``Passes`` runs it as long as the system is active. ``apply`` alone
     changes what follows from decisions: requests, assignments, objectives, service and strategies.
-    Where robots are and what they have done and seen there changes by their turns."""
+    Turns change the robots' poses, progress and observations."""
 
     team: TeamState
     world: Commands
@@ -71,7 +71,7 @@ class Algorithm(Struct):
     _astray: list[events.OutsideStrategy] = field(default_factory=list)
     _paying: bool = False
     _outdated: bool = False
-    """Whether a robot has been put in or out of service since the team waits."""
+    """Whether a robot has been put in or out of service since the team began to wait."""
 
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
@@ -84,7 +84,7 @@ class Algorithm(Struct):
         self.deadlines.turn_ends(0)
 
     def execute_controllers(self) -> None:
-        """Line 6: the turn of each robot that is not in transit, and its consequences."""
+        """Line 6: the turn of each robot that stands or may have arrived, and its consequences."""
         for number, robot in enumerate(self.team.robots.values(), 1):
             self.stop.check()
             self.deadlines.turn_begins(number)

@@ -1,8 +1,8 @@
 """Knowledge of robots about each other during a run: a seen region, or a belief.
 
-Updated with the same function from which the specifications were written
-(``safenav.spec.other_robots.knowledge``), by one look per turn: a strategy observes exactly what
-it was synthesized for.
+Each look, one per turn, updates it with the function that also derives the specifications
+(``safenav.spec.other_robots.knowledge``), so a strategy observes exactly what it was synthesized
+for.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ def after_look(watch: Tracker, own: Region, other: Region, knowledge: Knowledge)
     """Return the knowledge after a look from region ``own`` while the other is in ``other``;
     ``knowledge`` is from the look before.
 
-    The other's region only decides whether it is seen. If it is not seen although every region
-    that it can have reached is in sight, it may be anywhere: in all cells.
+    The other's region only decides whether it is seen. If it is not seen although every region that
+    it can have reached is in sight, the belief is all cells.
     """
     if watch.visibility.sees(own, other):
         return other
@@ -30,21 +30,21 @@ def after_look(watch: Tracker, own: Region, other: Region, knowledge: Knowledge)
 
 
 class Beliefs:
-    """The knowledge of every robot of a team about the robots that its task is about."""
+    """The knowledge of every robot of a team about the robots in its task."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[str, str], Knowledge] = {}
 
     def of(self, robot: str, other: str, told: Knowledge) -> Knowledge:
-        """Return the knowledge of ``robot`` about ``other``, or ``told`` if it has not kept track
-        so far: the start of the mission is known, and a waiting robot reports its region."""
+        """Return the knowledge of ``robot`` about ``other``, or ``told`` if there is none yet: the
+        start of the mission is known, and a waiting robot reports its region."""
         return self._known.get((robot, other), told)
 
     def look(
         self, task: Task, world: RegionMap, own: Region, positions: Mapping[str, Region]
     ) -> dict[str, Knowledge]:
-        """Let a robot look around from region ``own``: once each turn, before it moves. What it
-        then knows, by the others' names."""
+        """Update a robot's knowledge by a look from region ``own``, once per turn before it moves.
+        Return the knowledge by the other robots' names."""
         if task.tracking is not Tracking.BELIEF:
             return {}
         robot, watch = task.robot.name, watch_for(task, world)

@@ -1,4 +1,4 @@
-"""Environment characterization (EC): whether a proposed move is one that the actual world allows.
+"""Environment characterization (EC): whether the actual world allows a proposed move.
 
 Source: paper, Section V-A.
 """
@@ -35,7 +35,7 @@ def characterize(
         obstacle = world.sense(robot, target)
         if obstacle is None:
             return None
-        if team.live:  # a sensor may miss it next time; in lockstep all show the same
+        if team.live:  # a sensor may miss it next time; in lockstep all sensors agree
             team.knowledge.sight(obstacle)
         if not _stops(team, obstacle, robot):
             return None
@@ -43,8 +43,8 @@ def characterize(
 
 
 def _stops(team: TeamState, obstacle: Obstacle, robot: Robot) -> bool:
-    """Whether a robot must not enter an obstacle that it notices: the regions that one sweeps have
-    to be reserved first, so the team has to know of it."""
+    """Whether a robot must not enter an obstacle that it notices. One that sweeps regions must
+    first be known to the team, which reserves them."""
     if team.knowledge.closed_to(obstacle, robot):
         return True
     sweeps = bool(obstacle.swept(team.scenario.map))

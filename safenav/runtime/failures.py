@@ -1,5 +1,4 @@
-"""Failures of robots in a live run: what has failed so far, and what follows
-(docs/coordination.md)."""
+"""Failures of robots in a live run: counts and reactions (docs/coordination.md)."""
 
 from __future__ import annotations
 
@@ -23,10 +22,10 @@ class Reaction(Enum):
 
 
 class FailureCounts(Struct):
-    """Failures since they last meant nothing. ``moves``: of each robot into each region, and
-    ``in_row``: without an arrival; ``actions``: of each robot on each obstacle; ``barred``: robots
-    that no longer act on an obstacle; ``opened``: when each obstacle was resolved or gone;
-    ``out``: why each robot is out of service."""
+    """Failures that still count. ``moves``: failed steps of each robot into each region;
+    ``in_row``: those since its last arrival; ``actions``: failed actions of each robot on each
+    obstacle; ``barred``: robots that no longer act on an obstacle; ``opened``: when each obstacle
+    was resolved or disappeared; ``out``: why each robot is out of service."""
 
     moves: Counter[tuple[str, Region]] = field(default_factory=Counter)
     in_row: Counter[str] = field(default_factory=Counter)
@@ -47,13 +46,13 @@ class FailureCounts(Struct):
         return Reaction.OUT_OF_SERVICE if gives_up else Reaction.OBSTACLE
 
     def arrived(self, robot: str) -> None:
-        """A robot moves: forget its failures."""
+        """Forget the failed steps of a robot that has arrived."""
         self.in_row.pop(robot, None)
         for key in [key for key in self.moves if key[0] == robot]:
             del self.moves[key]
 
     def back(self, robot: str) -> None:
-        """A robot is back in service, with all that it can do."""
+        """Forget the failures of a robot that is back in service."""
         self.arrived(robot)
         self.out.pop(robot, None)
         self.barred = {entry for entry in self.barred if entry[0] != robot}
@@ -61,7 +60,7 @@ class FailureCounts(Struct):
             del self.actions[key]
 
     def action_failed(self, policy: Failures, robot: str, obstacle: str) -> bool:
-        """Count a failed action; whether the robot is to leave the obstacle to others now."""
+        """Count a failed action; return whether the robot no longer acts on the obstacle."""
         self.actions[robot, obstacle] += 1
         if self.actions[robot, obstacle] < policy.actions:
             return False
@@ -69,7 +68,7 @@ class FailureCounts(Struct):
         return True
 
     def gone(self, obstacle: str, now: float) -> None:
-        """An obstacle is resolved or has disappeared."""
+        """Record that an obstacle is resolved or has disappeared."""
         self.opened[obstacle] = now
         self.barred = {entry for entry in self.barred if entry[1] != obstacle}
         for key in [key for key in self.actions if key[1] == obstacle]:
@@ -85,7 +84,8 @@ class FailureCounts(Struct):
 
 
 def unknown(robot: Robot, region: Region) -> Obstacle:
-    """Something that stops robots of a layer in a region: only an operator can remove it."""
+    """Return an obstacle that blocks the robot's layer in a region; only an operator can resolve
+    it."""
     layer = robot.model.layer
     return Obstacle(
         ObstacleType(f"unknown_{layer}", OPERATOR_ACTION, blocks=frozenset({layer})), region
@@ -93,11 +93,11 @@ def unknown(robot: Robot, region: Region) -> Obstacle:
 
 
 def stands_for(obstacle: Obstacle, robot: str) -> bool:
-    """Whether an obstacle is a region in which that robot may be lost."""
+    """Whether an obstacle marks a region where that robot may be lost."""
     return obstacle.type.name == f"lost_{robot}"
 
 
 def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
-    """A region in which a lost robot may be, closed to itself and to ``others``."""
+    """Return an obstacle where a lost robot may be; it blocks that robot and ``others``."""
     blocks = frozenset({robot.name, *others})
     return Obstacle(ObstacleType(f"lost_{robot.name}", OPERATOR_ACTION, blocks=blocks), region)

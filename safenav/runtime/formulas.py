@@ -28,7 +28,7 @@ class Formulas:
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
         """Return for each goal the poses in which it may be met: by staying there, or by a step
-        into the pose where neither end suffices."""
+        into it if staying at neither end meets the goal."""
         return tuple(self._poses_of(goal) for goal in range(self.guarantees.goals))
 
     @cached_property
@@ -42,7 +42,7 @@ class Formulas:
 
     @cached_property
     def staying(self) -> Mask:
-        """The poses in which they allow the robot to stay, with some memory."""
+        """The poses in which the formulas allow the robot to stay, with some memory."""
         poses = ((number, self._graph.pose(number)) for number in bits(self._graph.everywhere))
         allows = self.guarantees.allows
         return sum(1 << number for number, pose in poses if allows(pose, pose))
@@ -73,7 +73,7 @@ _formulas = lru_cache(maxsize=256)(Formulas)
 
 
 def graph_of(robot: Robot, world: RegionMap) -> PoseGraph:
-    """The poses of a robot on a map and the steps that its guarantees allow, made once."""
+    """The poses of a robot on a map and the steps that its guarantees allow; cached."""
     found, mobility = formulas_in(robot.objective), robot.model.mobility
     if found is None:
         return plain_graph(world, mobility)

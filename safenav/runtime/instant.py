@@ -1,4 +1,4 @@
-"""The passes of a live run at one moment of its clock, so that no run decides without end."""
+"""A limit on the passes of a live run at one moment of its clock."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from safenav.trace import records
 from safenav.trace.words import counted, listed
 
 MOST_PASSES = 500, 50
-"""The most passes at one moment in which no further round is counted, and more for each robot."""
+"""The most passes at one moment without another round: in all, plus per robot."""
 
 
 class Instant(Struct):
-    """A moment of a run; a listener. ``rounds``: the most that were counted; ``lines``: kinds of
-    the lines of each robot that decides again."""
+    """One moment of a run; a trace listener. ``rounds``: the most counted so far; ``lines``: the
+    kinds of each robot's trace lines after the first pass."""
 
     time: float = -1.0
     rounds: int = 0
@@ -28,7 +28,8 @@ class Instant(Struct):
                 found.append(str(kind))
 
     def livelock(self, time: float, rounds: int, robots: int) -> str:
-        """Count a pass. Return who decides without end, and what; an empty text below the limit."""
+        """Count a pass. Return the robots that decide endlessly, with the kinds of their lines;
+        empty below the limit."""
         if time != self.time or rounds > self.rounds:
             self.time, self.rounds, self.passes = time, rounds, 0
             self.lines.clear()

@@ -1,8 +1,7 @@
 """The team's knowledge about obstacles (the paper's environment characterization).
 
 An obstacle that a robot encountered is ``pending`` until it is resolved, disappears, or becomes
-permanent (the paper's set O). How far a pending one is resolved follows from where robots have
-stood since it was there.
+permanent (the paper's set O). Its progress follows from the robots' actions since it appeared.
 """
 
 from __future__ import annotations
@@ -37,8 +36,8 @@ class NeedMet(Struct, frozen=True):
 
 class Knowledge:
     """The obstacles that the team knows. Owner of ``pending``, ``permanent`` and ``given_up_need``
-    (the open need of an obstacle that was given up), all by name. ``sighted``: seen by robots that
-    they do not stop, and encountered by none that they stop."""
+    (the open need of an obstacle that was given up), all by name. ``sighted``: obstacles seen by
+    robots that may enter them, and encountered by no other robot."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.permanent: dict[str, tuple[Obstacle, str]] = {}
@@ -57,7 +56,7 @@ class Knowledge:
                 self._unmet.open[obstacle.name] = work_on(obstacle, scenario)
 
     def copy(self) -> Knowledge:
-        """The same knowledge, to be changed apart from this one."""
+        """Return an independent copy."""
         other = copy(self)
         other.permanent, other.given_up_need = dict(self.permanent), dict(self.given_up_need)
         other.sighted = dict(self.sighted)
@@ -71,19 +70,19 @@ class Knowledge:
 
     @property
     def pending(self) -> dict[str, Work]:
-        """The obstacles that are pending, by name, and how far each is resolved."""
+        """The pending obstacles by name, with their progress."""
         return self._known.open
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
-        """Whether a robot must not enter an obstacle's region, as far as it is resolved. One that
-        is in O is closed to every robot that it blocks."""
+        """Whether a robot must not enter an obstacle's region now. An obstacle in O is closed to
+        every robot that it blocks."""
         if obstacle.name in self.permanent:
             return obstacle.blocks(robot)
         return obstacle.closed_to(robot, self.need_of(obstacle))
 
     def need_of(self, obstacle: Obstacle) -> int:
-        """The number of the need that is next; the last one while the world does not say that
-        the obstacle is resolved."""
+        """The number of the next need; the last one until the world reports the obstacle
+        resolved."""
         work = self.pending.get(obstacle.name) or self._unmet.open.get(obstacle.name)
         if work is None:
             return 0
@@ -103,8 +102,8 @@ class Knowledge:
         return found | {name: obstacle for name, (obstacle, _) in self.permanent.items()}
 
     def sight(self, obstacle: Obstacle) -> None:
-        """Remember an obstacle that a sensor shows to a robot that may enter its region. Another
-        robot may not, whether or not its own sensor shows it."""
+        """Remember an obstacle that a robot has sensed and may enter. It stays closed to other
+        robots that it blocks, whether or not they sense it."""
         if not self.knows(obstacle):
             self.sighted[obstacle.name] = obstacle
 
@@ -127,10 +126,10 @@ class Knowledge:
         only: Collection[str] | None = None,
         takers: Takers = NO_TAKERS,
     ) -> tuple[bool, tuple[NeedMet, ...]]:
-        """Record the actions of a robot in its region. Return whether they fulfilled some need of a
-        pending obstacle without resolving it, and the needs fulfilled. ``only``: the obstacles by
-        name on which it acts (None: all that it can act on); ``takers``: of some loads the only
-        robots that take them."""
+        """Record the actions of a robot in its region. Return whether they advanced a pending
+        obstacle without resolving it, and the needs fulfilled. ``only``: names of the obstacles on
+        which it acts (None: all that it can); ``takers``: for some loads, the only robots that take
+        them."""
         before = {name: (work.need, work.done) for name, work in self.pending.items()}
         unmet = self._unmet.among(only)
         works = [*self._known.among(only).open.values(), *unmet.open.values()]
@@ -140,7 +139,7 @@ class Knowledge:
             del self._unmet.open[work.obstacle.name]
         known = self._known.among(only)
         known.takers = takers
-        known.perform(robot, regions, cleared)  # whether it is resolved, the world says
+        known.perform(robot, regions, cleared)  # the world reports whether it is resolved
         self._finished = {work.obstacle.name: work for work in finished}
         further = any(
             (work.need, work.done) != before[name]
@@ -159,8 +158,9 @@ class Knowledge:
         return further, met
 
     def affected(self, told: Collection[str]) -> set[str]:
-        """The obstacles by name that an action may have affected which has resolved those that are
-        ``told``: not one that a single action resolves, as it may have come since."""
+        """The names of the obstacles that an action may have affected, given that it resolved those
+        in ``told``. Excluded are others that a single action resolves: they may have appeared
+        since."""
         names = {*self.pending, *self._unmet.open}
         single = {
             name
@@ -173,21 +173,21 @@ class Knowledge:
     def within_reach(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[tuple[Obstacle, tuple[str, ...]]]:
-        """The pending obstacles of which a robot can meet a need where it stands, or its part of
-        one; each with the robots that take part. ``regions``: of those that may."""
+        """The pending obstacles of which a robot can fulfil a need, or its part of one, where it
+        stands; each with the robots that take part. ``regions``: those of the robots that may."""
         found = self._known.within_reach(robot, regions, cleared)
         return [(work.obstacle, group) for work, group in found]
 
     def is_being_met(self, obstacle: Obstacle, leads: Collection[str]) -> bool:
-        """Whether the next need of a pending obstacle is met once the actions end that ``leads``
-        have begun on it: another robot would find nothing left to do."""
+        """Whether the actions that ``leads`` have begun on a pending obstacle fulfil its next need,
+        so that nothing is left for another robot."""
         work = self.pending[obstacle.name]
         need = obstacle.needs[self.need_of(obstacle)]
         return bool(leads) and (need.together or len(work.done.union(leads)) >= need.robots)
 
     def to_take(self, robot: Robot, sent_for: str | None, here: Region) -> list[Obstacle]:
         """The pending loads that a robot in ``here`` may take. If it is sent for one of them, it
-        takes that before others, and keeps room for it elsewhere."""
+        takes that one first, and keeps room for it elsewhere."""
         loads = taking(self.pending.values())
         sent = next((w for w in loads if w.obstacle.name == sent_for and w.is_taken_whole), None)
         if sent is None:
@@ -202,8 +202,8 @@ class Knowledge:
         return found
 
     def burden(self, robot: str) -> int:
-        """The loads that a robot carries and that are no longer pending: no robot can ever put
-        them down, as far as the team knows."""
+        """The number of loads that a robot carries and that, as far as the team knows, no robot can
+        ever put down."""
         return sum(robot in work.carriers for work in self._unmet.open.values())
 
     def appear(self, obstacle: Obstacle) -> None:
@@ -213,7 +213,7 @@ class Knowledge:
             self._unmet.open[obstacle.name] = work_on(obstacle, self._unmet.scenario)
 
     def knows(self, obstacle: Obstacle) -> bool:
-        """Whether the team has met an obstacle, or has it in O."""
+        """Whether an obstacle is pending or permanent."""
         return obstacle.name in self.pending or obstacle.name in self.permanent
 
     def forget(self, obstacle: Obstacle) -> bool:
@@ -254,7 +254,7 @@ class Knowledge:
 
     def walls_for(self, robot: Robot, avoid: Collection[str] = ()) -> tuple[Known, ...]:
         """The regions beyond the walls that the robot must not plan through: those that its
-        objective forbids, of permanent obstacles, and of pending ones that it is to ``avoid``."""
+        objective forbids, those of permanent obstacles, and those of pending ones in ``avoid``."""
         item = f"robots.{robot.name}.objective.avoid"
         found = [Known(r, item, f"{robot.name} avoids it") for r in robot.objective.avoid]
         found += [
@@ -271,5 +271,5 @@ class Knowledge:
 
 
 def _takes_more(obstacle: Obstacle) -> bool:
-    """Whether an obstacle may be resolved in part before any robot has met it."""
+    """Whether an obstacle may be resolved in part before any robot encounters it."""
     return len(obstacle.needs) > 1 or obstacle.needs[0].robots > 1

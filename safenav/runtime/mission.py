@@ -176,8 +176,8 @@ class Mission:
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
-        """Abort, by an exception, a synthesis or verification that exceeds the time limit of the
-        run. In other threads this has no effect."""
+        """Abort, by an exception, a running synthesis or verification if the run must end. Other
+        threads have no effect."""
         if self._search.busy and get_ident() == self._thread:
             self._stop.check()
 
@@ -278,7 +278,7 @@ class Mission:
         return self._traffic.search.spent
 
     def _guarded(self, part: Callable[[], None]) -> None:
-        """End the run; called for every outcome."""
+        """Run a part of the mission; end the run if the part raises."""
         try:
             part()
         except RunEnded as over:
@@ -286,7 +286,7 @@ class Mission:
         except KeyboardInterrupt:
             self._end(Conclusion(Outcome.INTERRUPTED, "interrupted by the user"))
         except SafenavError as error:
-            with suppress(SafenavError):  # the trace itself may be what cannot be written
+            with suppress(SafenavError):  # writing the trace may be what failed
                 self._tell_end(Conclusion(Outcome.ERROR, str(error)))
             self._close()
             raise

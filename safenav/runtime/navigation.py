@@ -1,7 +1,7 @@
 """Navigation planner (NP): a robot's automaton in execution.
 
 Given the robot's observation it proposes the automaton's next state; on a request to replan, it
-goes back to the state before and offers the alternatives there (paper, Section V-B).
+returns to the previous state and offers the alternatives there (paper, Section V-B).
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from safenav.world.moves import Pose
 
 class Proposal(Struct, frozen=True):
     """A next pose; ``node`` is the automaton's state after it, None off the automaton. ``answers``:
-    the automaton goes there; else robot and node both stay. ``shown``: regions that were shown to
-    it as occupied although no robot is there."""
+    it is the automaton's successor; otherwise robot and node stay. ``shown``: regions observed as
+    occupied although no robot is there."""
 
     pose: Pose
     node: int | None
@@ -33,8 +33,8 @@ class Proposal(Struct, frozen=True):
 
 
 class Controller(Protocol):
-    """A strategy that a planner can follow: nodes and their successors. The explicit ``Strategy``
-    and ``OnDemand`` are two."""
+    """A strategy that a planner can follow: nodes and their successors. ``Strategy`` (explicit) and
+    ``OnDemand`` implement it."""
 
     @property
     def specification(self) -> Specification: ...
@@ -47,10 +47,9 @@ class Controller(Protocol):
 
 
 class Planner:
-    """One robot's strategy and where in it the robot is: at ``node``, None when it has left it.
-
-    ``behind``: the node remembers how things were before the last look, since the robot was kept
-    from answering it. ``switch`` steers the strategy where goals are assignable.
+    """One robot's strategy and its current ``node``, None off the automaton. ``behind``: the node
+    precedes the last observation, since the robot was held back. ``switch`` steers the strategy
+    where goals are assignable.
     """
 
     def __init__(self, task: Task, strategy: Controller, node: int) -> None:
@@ -106,14 +105,14 @@ class Planner:
         return waiting or Proposal(pose, self.node)
 
     def follow(self, proposal: Proposal) -> None:
-        """The proposal was carried out."""
+        """Record that the proposal was carried out."""
         self.node = proposal.node
         self.behind = not proposal.answers
 
     def relocate(self, pose: Pose, progress: Progress, inputs: Mapping[str, int]) -> bool:
-        """Go to a node of the automaton for a pose, for the rest of an objective and for inputs
-        that it remembers; return whether there is one. The strategy meets its goals from every
-        node, so any of them suffices."""
+        """Go to a node of the automaton for a pose, the rest of an objective and remembered inputs;
+        return whether there is one. The strategy meets its goals from every node, so any of them
+        suffices."""
         wanted = {**values_of(pose), **inputs}
         if self.switch is not None:
             wanted["request"] = 0
@@ -136,7 +135,7 @@ class Planner:
 
 
 def pose_of(values: Mapping[str, int]) -> Pose:
-    """The pose that the variables of a specification say."""
+    """The pose encoded in the variables of a specification."""
     return Pose(values["region"], Heading(values["heading"]) if "heading" in values else None)
 
 

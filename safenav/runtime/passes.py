@@ -39,10 +39,10 @@ SLOWEST = 20.0
 
 
 class Passes(Algorithm):
-    """The passes of a team. ``attended`` (live): an operator can intervene, so the run waits where
-    it would end. Any run waits where it would end while its scenario still changes something,
-    until ``team.waits_until``. It needs an operator only after that, except in a world that runs in
-    real time."""
+    """The passes of a team. ``attended`` (live): an operator can intervene, so the run waits
+    instead of ending. So does any run while its scenario has changes to come, until
+    ``team.waits_until``. It needs an operator only after that, except in a world that runs in real
+    time."""
 
     attended: bool = False
     limit: float | None = None
@@ -100,9 +100,9 @@ class Passes(Algorithm):
         self._together |= waited or self.interventions.finds_lost
         while not self.run_part(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
-        if waited:  # whatever it was, nothing of it is decided yet
+        if waited:  # no intervention is decided yet
             self._together = together or self.interventions.took_effect
-        elif goes_on:  # all of it is decided with the requests of the run before
+        elif goes_on:  # decided with the requests of the run before
             self._together = together
         self._together |= self.interventions.ends_wait or outdated
         if goes_on:
@@ -231,7 +231,7 @@ class Passes(Algorithm):
             return False
 
     def may_wait(self, end: Conclusion) -> bool:
-        scenario = self.team.scenario  # with assignable goals strategies are for those alone
+        scenario = self.team.scenario  # strategies with assignable goals serve only those
         kept = scenario.coordination is Coordination.ASSIGNABLE
         return scenario.continues and not kept and self._may_be_helped(end)
 
@@ -257,15 +257,15 @@ class Passes(Algorithm):
         return None
 
     def _may_be_helped(self, conclusion: Conclusion) -> bool:
-        """Whether an operator, or what the scenario still changes, can help."""
+        """Whether an operator or a coming change of the scenario can help."""
         if conclusion.outcome is Outcome.TIME_LIMIT:  # no robot moves
             return self.attended and bool(self.team.scenario.inputs)
         coming = conclusion.outcome is Outcome.OPERATOR_NEEDED and self._to_come()
         return conclusion.outcome in WAITS and (self.attended or bool(coming))
 
     def _for_want_of(self, conclusion: Conclusion) -> Conclusion:
-        """The end of a search without a verdict, if only an operator can bring back a robot with
-        remaining duties: the operator is needed whatever another search would find."""
+        """Return ``operator_needed`` instead of a search limit if only an operator can bring back a
+        robot with remaining duties, whatever another search would find."""
         wanted, robots = self.team.scenario.until.rounds, self.team.robots.values()
         out = [r.name for r in robots if not r.active and r.own.rounds < wanted]
         if conclusion.outcome is not Outcome.SEARCH_LIMIT or not out or self._times():
@@ -285,7 +285,7 @@ class Passes(Algorithm):
         outcome = conclusion.outcome
         cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)
         told = conclusion.explanation, cause, conclusion.proof
-        asks = self.attended and not self.world.simulated  # what comes ends such a wait as well
+        asks = self.attended and not self.world.simulated  # any change ends such a wait
         coming = self._to_come() if outcome is Outcome.OPERATOR_NEEDED and not asks else []
         team.waits_until = min(coming, default=None)
         team.emit(records.Waiting(team.tick, outcome, *told, team.waits_until))
@@ -343,7 +343,7 @@ class Passes(Algorithm):
         return not acting and self.team.waiting is None
 
     def _end_if_due(self) -> None:
-        """Raises RunEnded if the mission is completed, or has exhausted its ticks or seconds."""
+        """Raise RunEnded if the mission is completed, or has exhausted its ticks or seconds."""
         team, scenario = self.team, self.team.scenario
         wanted = scenario.until.rounds
         if self.completes():
@@ -385,7 +385,7 @@ class Passes(Algorithm):
         unless one may return by itself."""
         now, live = self.world.now(), self.team.live
         charges = live and any(time > now for time in self.batteries.times())
-        if not (self.batteries.returns or charges or self._to_come()):  # random inputs bring none
+        if not (self.batteries.returns or charges or self._to_come()):  # no random inputs
             out = [self.team.robots[name] for name in self.team.out_of_service]
             said = f"{' and '.join(where_out(self.team, robot) for robot in out)} out of service"
             flat = " and ".join(robot.name for robot in out if robot.too_flat)

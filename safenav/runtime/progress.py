@@ -20,7 +20,7 @@ from safenav.world.map import Region
 
 @lru_cache(maxsize=1 << 13)
 def holds(formula: str) -> Predicate:
-    """Whether a formula is true, as a function of a state and the next one."""
+    """Return a formula as a predicate of a state and its successor."""
     return predicate(parse(formula))
 
 
@@ -31,11 +31,11 @@ class Progress:
         self.objective = objective
         self.rounds = 0
         self._pursuit = None if isinstance(objective, Ltl) else objective
-        self._state = memory.index  # of the pursuit
+        self._state = memory.index  # memory of the pursuit
         self._values: Mapping[str, int] = memory.values
         self._seen: set[int] = set()
         self._holding = False
-        self._completed = False  # a round, by what was met last
+        self._completed = False  # whether the last goals completed a round
 
     @property
     def memory(self) -> Memory:
@@ -49,13 +49,13 @@ class Progress:
 
     @property
     def mark(self) -> tuple[int, ...]:
-        """Changes whenever a turn counts for anything."""
+        """A key that changes with every turn that makes progress."""
         holds = self._holding, self._completed
         return self.rounds, self._state, len(self._seen), *holds
 
     @classmethod
     def continued(cls, objective: Objective, done: Done) -> Progress:
-        """Return the progress of a run that began before."""
+        """Return the progress with which a continued run begins."""
         found = cls(objective, Memory(done.turn, done.memory))
         found.rounds = done.rounds
         found._seen.update(done.seen)
@@ -64,25 +64,25 @@ class Progress:
         return found
 
     def begin_with(self, index: int) -> None:
-        """Continue with another target than the one whose turn it was."""
+        """Make target ``index`` the next one."""
         assert self.objective.strict
         self._state = index
 
     def awaited(self) -> Target:
-        """The regions of which the robot must reach one next; none known for ``ltl``."""
+        """The regions of which the robot must reach one next; empty for ``ltl``."""
         return frozenset() if self._pursuit is None else self._pursuit.awaited(self._state)
 
     def means(self, memory: int, region: Region) -> bool:
-        """Whether a specification that remembers ``memory`` in ``region`` has as much left to do
-        as this: there memory changes in the step after a goal, here with it."""
+        """Whether ``memory`` of a specification in ``region`` represents this progress: there
+        memory changes one step after a goal, here with the goal."""
         return self._pursuit is None or self._pursuit.turned(memory, region) == self._state
 
     def keep_memory(self, former: Progress) -> None:
-        """Carry on with what formulas remember from a former objective."""
+        """Keep the formula memory of a former objective."""
         self._values = former.memory.values
 
     def remember(self, values: Mapping[str, int]) -> None:
-        """Take note of what formulas remember now."""
+        """Update the formula memory."""
         if isinstance(self.objective, Ltl):
             self._values = {n: values[n] for n in self.objective.memory if n in values}
 
@@ -137,8 +137,8 @@ class Progress:
     def met_by_staying(
         self, region: Region, before: Mapping[str, int], after: Mapping[str, int]
     ) -> bool:
-        """Whether every goal is met, turn for turn, by a robot that stays in ``region`` though it
-        need not; values as ``arrive`` has them."""
+        """Whether a robot that stays in ``region`` without having to meets every goal in each turn;
+        ``before`` and ``after`` as in ``arrive``."""
         if self._pursuit is not None:
             free = not self._pursuit.settles
             return free and all(region in target for target in self._pursuit.targets)
@@ -158,7 +158,7 @@ class Progress:
         return self._pursuit is not None and self._pursuit.in_turn
 
     def _met(self, region: Region) -> tuple[tuple[int, ...], int]:
-        """The goals that count in ``region``, and of how many."""
+        """The goals that count in ``region``, and the number of all goals."""
         assert self._pursuit is not None
         met = self._pursuit.met(self._state, region)
         self._state = self._pursuit.turned(self._state, region)
@@ -167,7 +167,7 @@ class Progress:
     def _met_by_formulas(
         self, objective: Ltl, before: Mapping[str, int], after: Mapping[str, int]
     ) -> tuple[tuple[int, ...], int]:
-        """The same for the goals in formulas that a step meets. Without any every step counts."""
+        """The same for the formula goals that a step meets. Without goals every step counts."""
         if not after:  # off the automaton: it backtracked, and nothing counts
             return (), 1
         self.remember(after)

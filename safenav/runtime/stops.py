@@ -22,10 +22,10 @@ SPARE = 4
 
 
 class Stops(Struct, frozen=True, eq=False, dict=True):
-    """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
-    it charges to the full, since others can keep it waiting, or its formula from the shortest
-    paths; ``settles``: it stays at the last target. ``afterwards``: of a duty, its only target:
-    the need of each pose once it is there."""
+    """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``: it
+    charges fully, since other robots or its formula can delay it; ``settles``: it stays at the last
+    target. ``afterwards`` (of a duty, the only target): the need of each of its poses
+    afterwards."""
 
     graph: PoseGraph
     targets: tuple[Mask, ...]
@@ -42,7 +42,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         least charge with which the robot can continue forever. More charge is never worse, so one
         number per pose suffices, without a product with the charge: ``need_k(p)`` is the least over
         steps p -> q of ``move`` + (``need_{k+1}(q)`` if q is target k, else ``need_k(q)``), and 0
-        at a charger if what leaving it takes is at most the capacity; the greatest fixpoint of
+        at a charger if the charge for leaving it is at most the capacity; the greatest fixpoint of
         that. Where staying meets a target, a strategy may step to another of its poses instead."""
         before: dict[int, list[int]] = {pose: [] for pose in bits(self.allowed)}
         for pose in before:
@@ -67,7 +67,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
     def _leg(
         self, before: dict[int, list[int]], turn: int, then: Mapping[int, int]
     ) -> dict[int, int]:
-        """The charge for a path to a target plus the need there; chargers use none."""
+        """The charge of each pose for a path to the target plus the need there; 0 at chargers."""
         best: dict[int, int] = {}
         queue: list[tuple[int, int]] = []
 
@@ -110,7 +110,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return max((then.get(at, NEVER) + self.battery.move for at in steps), default=0)
 
     def turn(self, index: int) -> int:
-        """The next target after this many."""
+        """The number of the next target after ``index`` targets."""
         return min(index, len(self.targets) - 1) if self.settles else index % len(self.targets)
 
     def need(self, pose: int, turn: int) -> int:
@@ -118,7 +118,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return self.needs[turn].get(pose, NEVER)
 
     def needed(self, pose: int, turn: int) -> int:
-        """The same for a pose that may be open by then: none where it is not known."""
+        """The same, but 0 for an unknown pose, which may be open by then."""
         return self.needs[turn].get(pose, 0)
 
     def charge_after(self, charge: int, pose: int, *, moves: bool) -> int:
@@ -128,18 +128,18 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return charge - self.battery.move if moves else charge
 
     def takes_way(self, way: Sequence[int], turn: int) -> int:
-        """The charge that a way takes to its next charger, or to its end with what is needed there
-        where target ``turn`` is next."""
+        """The charge for a path (poses) to its next charger, or to its end plus the need there with
+        target ``turn`` next."""
         for steps, pose in enumerate(way[1:], 1):
             if self.chargers >> pose & 1:
                 return steps * self.battery.move
         return (len(way) - 1) * self.battery.move + self.need(way[-1], turn)
 
     def for_duty(self, goal: Mask, turn: int) -> Stops | None:
-        """The stops of a helper: its duty is its next target, and after that it continues with
-        target ``turn``; since it may help again, it can also get to a charger. Where others can
-        keep it waiting it spares some steps. A full battery must suffice for these. None if none
-        suffices for the rest either: it does what it can."""
+        """The stops of a helper: its duty is its next target, then target ``turn``. It can reach a
+        charger afterwards, since it may help again, with SPARE steps left if others can block it.
+        Reserves that a full battery does not cover are dropped; None if it does not even suffice
+        without them."""
         back = self.graph.distances(self.chargers & self.allowed, self.allowed)
         move, needs = self.battery.move, self.needs[turn]
         returns = {pose: max(need, back[pose] * move) for pose, need in needs.items()}
@@ -169,10 +169,10 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
     ) -> int | None:
         """The next pose to visit: of the target, if a strategy for all targets could leave too
         little charge after it; or of a charger, or one from which to enter it. None if the charge
-        suffices for a strategy for all targets, or if the robot can only charge in its pose.
-        ``kept``: the poses in regions that others do not leave, to be chosen last; ``taken``:
-        those in regions where others are or go to charge, to be chosen after free ones as near to
-        the target; ``helps``: its strategy is not for these targets alone."""
+        suffices for a strategy for all targets, or if no stop helps. ``kept``: the poses in regions
+        that others do not leave, chosen last; ``taken``: those in regions where others are or go to
+        charge, chosen after free ones equally near the target; ``helps``: its strategy is not for
+        these targets alone."""
         takes = self._path_charges(pose, turn)
         met, charges = self.targets[turn] >> pose & 1, self.chargers >> pose & 1
         direct = charges and not (met or helps or self._shortest)  # it could return repeatedly
@@ -219,8 +219,9 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return FAR if found is None else found
 
     def _entry(self, pose: int, at: int) -> int:
-        """Where to go first on the way to a pose: a strategy for it enters its region in no other
-        one, so where the way does, to the pose after that."""
+        """Return the first pose to visit on the path to ``at``. A strategy for ``at`` enters its
+        region in that pose only; if the path enters the region in another one, the pose after that
+        is first."""
         first, here, size = at, pose, self.graph.size
         while here != at:
             near = (step for step in self.graph.steps(here) if self.allowed >> step & 1)
@@ -246,8 +247,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return min(min(nearer, default=NEVER) * self.battery.move, capacity)
 
     def _nearest(self, pose: int, turn: int, takes: dict[int, int]) -> int:
-        """The charge that meeting the next target takes, with what is needed there, in whichever of
-        its nearest poses it gets to."""
+        """The charge for meeting the next target in any of its nearest poses, including the need
+        there."""
         if self.targets[turn] >> pose & 1:
             return self._stays(pose, turn)
         near = min((self.steps(pose, at) for at in takes), default=NEVER)
@@ -255,11 +256,11 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return max(nearest, default=NEVER)
 
     def _any_step(self, pose: int, turn: int) -> int:
-        """The charge of which any step of a strategy leaves enough. It minimizes the steps to the
-        first of its targets that it met last, over all others: where these have several poses, the
-        legs between are not the shortest. It steps nowhere from where it cannot meet them
-        forever. Where it meets a target by staying it may leave, to meet that on its way; on a
-        charger it has the charge for that."""
+        """The charge that suffices after any step of a strategy. The strategy minimizes the steps
+        to the first of its targets that it met last, over all others: where these have several
+        poses, the legs between are not the shortest. It never steps to a pose from which it cannot
+        meet them forever. Where it meets a target by staying, it may also leave and meet it on its
+        way; a charger supplies the charge for that."""
         goal, then = self.targets[turn], self.turn(turn + 1)
         if self._shortest or self.afterwards is not None:
             return 0
@@ -275,7 +276,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _on_chargers(self) -> Stops:
-        """The same if it could charge everywhere: nothing is needed while it can continue."""
+        """The same with chargers everywhere: a pose needs no charge if the robot can continue from
+        it."""
         return replace(self, chargers=self.allowed)
 
     @property
@@ -284,11 +286,11 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return not any(target & (target - 1) for target in self.targets)
 
     def _direct(self, pose: int, turn: int) -> int:
-        """The same in the best of its poses."""
+        """The charge for meeting the next target in its best pose, including the need there."""
         return min(self._stays(pose, turn), *self._path_charges(pose, turn).values(), NEVER)
 
     def _stays(self, pose: int, turn: int) -> int:
-        """The same by a tick's stay where it is."""
+        """The same by staying a tick in ``pose``; NEVER if the target does not include it."""
         if not self.targets[turn] >> pose & 1:
             return NEVER
         then, aside = self._need_after_target(pose, turn), self._any_step(pose, turn)
@@ -297,8 +299,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return max(then + self.battery.stay, self.battery.move, aside)
 
     def _path_charges(self, pose: int, turn: int) -> dict[int, int]:
-        """Return for each adjacent pose of the next target the charge for the path and the need
-        there."""
+        """Return for each other reachable pose of the next target the charge for the path and the
+        need there."""
         move = self.battery.move
         ways = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
         return {

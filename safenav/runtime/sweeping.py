@@ -1,5 +1,5 @@
-"""The regions that are taken: by other robots, by the resolution of obstacles that sweep them, with
-the robots in its way, and by reports that have no effect yet."""
+"""The regions that robots must not enter: occupied by others, swept by a resolution, or named by
+reports that have no effect yet."""
 
 from __future__ import annotations
 
@@ -11,16 +11,14 @@ from safenav.world.map import Region
 
 
 def taken(team: TeamState, robot: Robot) -> set[Region]:
-    """Return the regions that a robot must not enter now: those occupied by robots with which
-    it must not collide, those where it is never together with one that is there, and ``swept``
-    ones."""
+    """Return the regions that a robot must not enter now: those occupied by robots in conflict with
+    it, ``never_together`` zones in use, and ``swept`` ones."""
     return team.had_by_others(robot) | swept(team, robot)
 
 
 def claimed_beside(team: TeamState, robot: RobotState) -> bool:
-    """Whether another robot may be beside this one, where nobody keeps this one out, by a report
-    that has no effect before its own turn, or before a third one has left. Until then this one is
-    not to set out."""
+    """Whether, by a report that has no effect yet, another robot may be in an adjacent region that
+    is still open to this one. Until the report takes effect, this robot must not set out."""
     claiming = [o for o in team.robots.values() if o.claims and o is not robot]
     if not claiming:
         return False
@@ -34,9 +32,8 @@ def claimed_beside(team: TeamState, robot: RobotState) -> bool:
 
 
 def swept(team: TeamState, robot: Robot) -> set[Region]:
-    """The regions that the resolution of an obstacle under way sweeps, for all but the robots
-    that resolve it; and those of obstacles that this robot would resolve by entering, while
-    another is where that sweeps."""
+    """The regions swept by a resolution under way in which this robot takes no part; and those of
+    obstacles that it would resolve by entering while another robot is in the swept regions."""
     found = set[Region]()
     for work in team.knowledge.pending.values():
         obstacle = work.obstacle
@@ -64,13 +61,13 @@ def _resolving(team: TeamState, obstacle: Obstacle) -> set[str]:
 
 
 def leading(team: TeamState, obstacle: Obstacle) -> set[str]:
-    """The robots that have begun an action on an obstacle, and lead it."""
+    """The robots that lead an action on an obstacle."""
     robots = team.robots.items()
     return {name for name, r in robots if r.acting == name and obstacle in r.acts_on}
 
 
 def clear_of(team: TeamState, obstacle: Obstacle, robot: Robot) -> bool:
-    """Whether no other robot is, or may be lost, where the resolution of an obstacle sweeps."""
+    """Whether no other robot is, or may be lost, in the regions that an obstacle sweeps."""
     sweeps = obstacle.swept(team.scenario.map)
     if not sweeps:
         return True
@@ -81,9 +78,9 @@ def clear_of(team: TeamState, obstacle: Obstacle, robot: Robot) -> bool:
 
 
 def cleared(team: TeamState, robot: Robot, chosen: InTime | None = None) -> list[Obstacle]:
-    """The known obstacles that sweep regions or are loads to be taken, and that a robot may
-    act on now: no other robot is where they sweep, and a robot that is sent for a load keeps
-    room for it. ``chosen``: the acts that it keeps to."""
+    """The known obstacles that sweep regions or are loads to be taken, and that a robot may act on
+    now: no other robot is where they sweep, and a robot that is sent for a load keeps room for it.
+    ``chosen``: the acts chosen for deadlines."""
     pending = team.knowledge.pending.values()
     assignment, here = team.robots[robot.name].assignment, team.robots[robot.name].pose.region
     sent_for = assignment.obstacle if assignment.role is Role.HELPS else None

@@ -1,7 +1,7 @@
-"""The state of a running mission: one ``RobotState`` for each robot, and what they share.
+"""The state of a running mission: one ``RobotState`` for each robot, and their shared state.
 
-The owner of all of it is the mission; the parts of the runtime hold a reference and change it by
-the methods below, or field by field where the docstring of the field's owner allows it.
+The mission owns it; the parts of the runtime hold a reference and change it by the methods below,
+or field by field where the docstring of the field's owner allows it.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ class Assignment(Struct, frozen=True):
 
 class DecidedStep(Struct, frozen=True):
     """A step to ``pose``, or a stay there. ``before``: the values of its specification's variables
-    where the robot sets out; ``shown``: regions that were shown to its strategy as occupied
-    although no robot is there; ``why`` it stays, if ``by`` does not say."""
+    where the robot sets out; ``shown``: regions that its strategy observed as occupied although no
+    robot is there; ``why``: the reason for a stay that ``by`` does not give."""
 
     pose: Pose
     by: MovedBy
@@ -80,23 +80,21 @@ class DecidedStep(Struct, frozen=True):
 
 
 class RobotState(Struct):
-    """One robot in a run. ``pose``: where it stands; in transit, where it set out: until the step
-    ends it occupies both its region and the one that it goes to; ``recalls``: what its formulas
-    remember after that step. ``own``: its
-    progress with its own objective; ``progress``: with what it does now (the same, unless it does
-    something else for a while). ``active``: it is in service; else it stands still. ``arriving``:
-    it has just taken a step of a joint plan, of which is not counted yet what it met by that.
-    ``acting``: the robot whose action it takes part in, on ``acts_on`` (in lockstep what the team
-    knew to be within its reach when it acted last); ``asked``: it was let act since it came here,
-    ``acted``: what it did by that, if it is to stay for it; ``moved``: where it was moved instead.
-    ``held``: it stands still until that is over. ``stays_for``: the observation for
-    which its strategy had it stay last, with the regions ``shown`` as occupied; ``stood``: what it
-    has decided by since it stands there. ``mode``: the
-    input that has given it its present objective, and ``base`` the one before that with its
-    progress. ``charge``: of its battery, if it has one; ``stop``: where it is to go for its
-    charge. ``claims``: further regions in which it may be by a report: before its turn those that
-    the end of its step names, then those in which it is lost, as far as they are not closed yet,
-    since others are there; each with the robots to which it is to be closed."""
+    """One robot in a run. ``pose``: where it stands, or, in transit, where it set out: until the
+    step ends it occupies both regions. ``recalls``: its formula memory after that step. ``own``:
+    its progress with its own objective; ``progress``: with its present one (the same object unless
+    it has another duty). ``active``: it is in service; otherwise it stands still. ``arriving``:
+    goals met by its last step of a joint plan are not counted yet. ``acting``: the robot whose
+    action it takes part in, on ``acts_on`` (in lockstep: the known obstacles within its reach at
+    its last action); ``asked``: it has been let act since it came here; ``acted``: the result, if
+    it must stay for it; ``moved``: where it was moved instead. ``held``: the reason why it must
+    stand still. ``stays_for``: the observation for which its strategy last had it stay, with the
+    regions ``shown`` as occupied; ``stood``: the moments at which it has decided since it stands
+    there. ``mode``: the input that set its present objective; ``base``: the objective before that,
+    with its progress. ``charge``: that of its battery; ``stop``: the pose to which its charge makes
+    it go. ``claims``: further regions in which, by a report, it may be: before its turn those named
+    by the end of its step, then those in which it is lost that are not closed yet, since others are
+    there; each with the robots to which it is to be closed."""
 
     robot: Robot
     pose: Pose
@@ -187,7 +185,7 @@ class RobotState(Struct):
         return self.pose, transit, node, met, does, self.charge, self.stop, self.begun
 
     def assign(self, assignment: Assignment) -> None:
-        """Let the robot do something else, or its own objective again."""
+        """Give the robot another assignment, or its own objective again."""
         before = self.progress
         if assignment.role is Role.OWN:
             self.progress = self.own
@@ -201,18 +199,17 @@ class RobotState(Struct):
 class TeamState(Struct):
     """The robots by name, their knowledge, and the trace listeners.
 
-    ``requests``: the stack; ``settled``: the last settlement, None before the first; ``lacks``:
-    what obstacles lacked that could not be resolved at some time; ``recorded``: the objectives that
-    the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these. ``now``: the
-    clock of a live run, None in lockstep; ``failures``: those of its robots; ``deferred``: what a
-    decision would settle that waits for strategies; ``waiting``: the end of the run, if it waits
-    instead, for an operator or a change of the scenario at ``waits_until`` (``changes_to_come``:
-    whether it has any left);
-    ``changes``: how often anything has changed by which robots decide, ``moves``: by a robot that
-    sets out or arrives; ``told``: the records so far. ``dues``: of the open
-    obstacles, by the ledger of promises; ``stops``: of a robot with a battery; ``frees``: whether a
-    joint plan may help a robot that has no strategy from where it is.
-    ``inputs``: their values in this tick, and in the one before.
+    ``requests``: the stack; ``settled``: the last settlement, None before the first; ``lacks``: the
+    shortfalls of obstacles that could not be resolved at some time; ``recorded``: the objectives
+    that the trace named last. Only ``safenav.runtime.algorithm.apply`` changes these. ``now``: the
+    clock of a live run, None in lockstep; ``failures``: those of its robots; ``deferred``: the
+    settlement of a decision that waits for strategies; ``waiting``: the conclusion of a run that
+    waits instead of ending, for an operator or a change of the scenario at ``waits_until``
+    (``changes_to_come``: whether it has any left); ``changes``: number of changes on which
+    decisions depend, ``moves``: of departures and arrivals; ``told``: of records. ``dues``:
+    deadlines of the open obstacles; ``stops``: those of a robot with a battery; ``frees``: whether
+    a joint plan may help a robot that has no strategy from its pose. ``inputs``: their values in
+    this tick, and in the one before.
     """
 
     scenario: Scenario
@@ -246,8 +243,8 @@ class TeamState(Struct):
 
     @classmethod
     def initial(cls, scenario: Scenario, listeners: Iterable[Listener] = ()) -> TeamState:
-        """Everybody at the start with the objective that the scenario gives, and what they have
-        done of it before."""
+        """Every robot at its start with the scenario's objective, and its progress in a continued
+        run."""
         robots = {}
         for robot in scenario.robots:
             done = None if scenario.begun is None else scenario.begun.robots.get(robot.name)
@@ -263,20 +260,20 @@ class TeamState(Struct):
         return team
 
     def give(self, name: str, objective: Objective, within: int | None, own: Progress) -> None:
-        """A robot has another objective of its own; it pursues it unless it does something else."""
+        """Give a robot another objective of its own; it pursues it unless it has another duty."""
         robot = self.robots[name]
         robot.robot = replace(robot.robot, objective=objective, within=within)
         self.scenario = replace(self.scenario, robots=tuple(r.robot for r in self.robots.values()))
         robot.own = own
         if robot.assignment.role is Role.OWN:
-            robot.planner.node = None  # whatever it did, it is to have a strategy for this
+            robot.planner.node = None  # it needs a strategy for this objective
             safe = robot.assignment.safe_poses
             robot.assignment = Assignment(Role.OWN, objective, safe_poses=safe)
             robot.progress, robot.begun = own, False
 
     def has_had_turn(self, robot: RobotState) -> bool:
-        """Whether a robot has had its turn of tick 1 before the run was continued: until that tick
-        is over it stays, and what it meets counts then."""
+        """Whether a robot has had its turn of tick 1 before the run was continued: it stays until
+        that tick ends, and its goals count then."""
         begun = self.scenario.begun
         return begun is not None and self.tick <= 1 and robot.name in begun.had
 
@@ -296,12 +293,12 @@ class TeamState(Struct):
         return [name for name, robot in self.robots.items() if not robot.active]
 
     def rounds_counted(self, robot: RobotState) -> int:
-        """The rounds that a robot has done of those that the mission wants."""
+        """The completed rounds of a robot, at most as many as the mission requires."""
         return min(robot.own.rounds, self.scenario.until.rounds)
 
     @property
     def poses(self) -> dict[str, Pose]:
-        """Region of each robot; in transit, its departure region."""
+        """Pose of each robot; in transit, its departure pose."""
         return {name: robot.pose for name, robot in self.robots.items()}
 
     def objectives(self) -> dict[str, TracedObjective]:
@@ -323,7 +320,7 @@ class TeamState(Struct):
             listener(record)
 
     def moved(self) -> None:
-        """A robot has set out, or its step has ended."""
+        """Record that a robot has set out, or its step has ended."""
         self.moves, self.changes = self.moves + 1, self.changes + 1
 
     def tell_goals(self, robot: RobotState, met: Sequence[int]) -> None:
@@ -333,7 +330,7 @@ class TeamState(Struct):
             self.emit(records.Goal(self.tick, robot.name, goal, here, rounds))
 
     def restart_counts(self) -> None:
-        """Rounds count from the last resolution."""
+        """Restart all round counts, after a resolution."""
         for robot in self.robots.values():
             robot.own.restart_count()
             robot.progress.restart_count()
@@ -381,8 +378,8 @@ class TeamState(Struct):
         return found
 
     def had_by_others(self, robot: Robot, among: Collection[Region] | None = None) -> set[Region]:
-        """The regions that other robots keep a robot out of by where they are; ``among``: those of
-        these."""
+        """The regions that a robot must not enter because of where other robots are; ``among``:
+        only these."""
         found = set[Region]()
         if self.scenario.never_together:
             at = {name: other.occupied for name, other in self.robots.items()}
@@ -393,7 +390,8 @@ class TeamState(Struct):
         return found if among is None else found.intersection(among)
 
     def standing(self) -> dict[str, Region]:
-        """The region of each robot that can take part in an action: live, of those that stand."""
+        """The region of each robot that can take part in an action; in a live run, not of those in
+        transit."""
         robots = self.robots.items()
         return {n: state.pose.region for n, state in robots if not (self.live and state.transit)}
 

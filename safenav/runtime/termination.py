@@ -18,7 +18,8 @@ from safenav.trace.proofs import Proof
 class Conclusion(Struct, frozen=True):
     """Reason for the end of a run. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md),
     with the ``links`` of its reasons, one sentence each, and the robots that are ``stuck``.
-    ``refused``: the promises that cannot be kept, each with the least that could be."""
+    ``refused``: deadlines and charges that do not suffice, each with the least value that does
+    (None: none does)."""
 
     outcome: Outcome
     explanation: str
@@ -31,8 +32,8 @@ class Conclusion(Struct, frozen=True):
 
 
 class RunEnded(BaseException):
-    """The run ends with ``conclusion``. No Exception: like KeyboardInterrupt, a signal may raise it
-    anywhere, and a library that is at work there must not handle it as an error of its own."""
+    """The run ends with ``conclusion``. Not an Exception: like KeyboardInterrupt, a signal may
+    raise it anywhere, and a library running there must not handle it as its own error."""
 
     def __init__(self, conclusion: Conclusion) -> None:
         self.conclusion = conclusion
@@ -65,7 +66,7 @@ class Stop(Struct):
         return time.monotonic() - self._begun
 
     def check(self) -> None:
-        """Raises RunEnded if the run must end now."""
+        """Raise RunEnded if the run must end now."""
         if self.asked is not None:
             raise RunEnded(Conclusion(Outcome.INTERRUPTED, self.asked))
         if self.seconds is not None and self.elapsed > self.seconds:

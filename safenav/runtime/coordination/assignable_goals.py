@@ -1,8 +1,8 @@
-"""Assignable goals: strategies with a goal that is assigned at runtime, and never a new one as
-long as the known obstacles stay as they are (the paper's alternative without resynthesis).
+"""Assignable goals: strategies with a goal that is assigned at runtime, without resynthesis as long
+as the known obstacles stay the same (the paper's alternative).
 
-A robot is led to its goal region by region, along a path around all known obstacles; its strategy
-does not know them.
+Coordination leads a robot to its goal region by region, around all known obstacles, which its
+strategy does not know.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from safenav.world.poses import FAR, Mask, region_mask
 
 
 def own_objective(robot: RobotState, draft: TaskDraft) -> TaskDraft:
-    """A draft as a strategy with assignable goals sees it: the robot's own objective, whatever its
+    """A draft for a strategy with assignable goals: the robot's own objective, with any
     assignment."""
     return TaskDraft(draft.assignment, robot.robot.objective)
 
 
 def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> dict[str, int]:
-    """The inputs of a robot's strategy: continue, wait, or go to the next region on the way.
+    """The inputs of a robot's strategy: continue, wait, or go to the next region on its path.
     ``observed``: its other inputs."""
     switch = robot.planner.switch
     assert switch is not None
@@ -54,10 +54,10 @@ def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> d
 def _led(
     robot: RobotState, switch: CommandInputs, observed: Mapping[str, int], place: Region
 ) -> dict[str, int] | None:
-    """Return inputs by which a robot's strategy goes to the region ``place`` beside it; None if
-    there are none. A goal that it happens to meet leaves its next step open, so that sent to a
-    region it may step elsewhere first, and is refused there repeatedly. Then it continues from
-    another node with the same values, which pursues another goal first."""
+    """Return inputs with which a robot's strategy goes to the adjacent region ``place``; None if
+    there are none. After a goal met in passing its next step is open, so it may step elsewhere
+    first, and be refused there repeatedly. It then continues from another node with the same
+    values, which pursues another goal first."""
     planner = robot.planner
     before = planner.node
     if before is None or not planner.strategy.values(before)["wait"]:
@@ -82,13 +82,13 @@ def _poses(team: TeamState, robot: RobotState, regions: Iterable[Region]) -> Mas
 
 
 def _meets_something(team: TeamState, robot: RobotState) -> bool:
-    """Whether an open obstacle blocks the robot, of which its strategy does not know."""
+    """Whether an open obstacle, unknown to its strategy, blocks the robot."""
     knowledge = team.knowledge
     return any(knowledge.closed_to(w.obstacle, robot.robot) for w in knowledge.pending.values())
 
 
 def _by_steps(team: TeamState, robot: RobotState, switch: CommandInputs) -> bool:
-    """Whether a robot is led step by step: its own path was refused where it stands."""
+    """Whether a robot is led step by step, since its own path was refused in this pose."""
     stopped = switch.stopped == robot.pose and _meets_something(team, robot)
     return stopped or switch.refused == robot.pose
 

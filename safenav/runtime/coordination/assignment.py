@@ -35,7 +35,7 @@ from safenav.world.poses import Mask, bits, region_mask
 def holding(objective: Objective, region: Region) -> Objective:
     """Return the objective of a waiting requester: stay in ``region``.
 
-    The robot keeps its safety guarantees: they hold always, also while it waits.
+    The robot keeps its safety guarantees while it waits.
     """
     if isinstance(objective, Ltl):
         stay = f"region = {region} -> region' = {region}"
@@ -47,7 +47,7 @@ def holding(objective: Objective, region: Region) -> Objective:
 
 def helping(objective: Objective, places: Target, own: Target | None, *, stays: bool) -> Objective:
     """Return the objective of a helper: go to ``places`` first, then alternate with its ``own``
-    target, or wait there for others that are also needed.
+    target, or wait there for other robots of the group.
 
     Plain alternation, not the literal Patrol formula, which would forbid a robot that leaves a
     doorway on the far side to come back through it.
@@ -62,8 +62,8 @@ def helping(objective: Objective, places: Target, own: Target | None, *, stays: 
 
 
 class Assigner(Struct, frozen=True):
-    """Gives robots work, at one moment. ``idle``: robots for whose own objective no strategy was
-    found: they wait as long as anything is going to change."""
+    """Assigns objectives to robots at one moment. ``idle``: robots without a strategy for their own
+    objective; they wait while anything may still change."""
 
     state: TeamState
     floor: Floor
@@ -71,7 +71,7 @@ class Assigner(Struct, frozen=True):
     idle: Collection[str] = ()
 
     def drafts(self) -> dict[str, TaskDraft]:
-        """The task of every robot from now on; its present one if nothing can be decided."""
+        """The new task of every robot; its present one if the settlement is a proof."""
         robots = self.state.robots
         if self.found.proof is not None:
             return {name: _as_before(robot) for name, robot in robots.items()}
@@ -83,7 +83,7 @@ class Assigner(Struct, frozen=True):
             if robot.assignment.role is Role.HELPS:
                 return self._wait(robot, index)
             return _as_before(robot)
-        stop = robot.stop  # if something is in its way, another one follows after this turn
+        stop = robot.stop  # if that is blocked, another one follows after this turn
         if stop is not None and self._alternates(index, (self._stop(robot, index, stop),)):
             return self._charge(robot, index, stop)
         duty = self.found.duties.get(index)
@@ -97,8 +97,8 @@ class Assigner(Struct, frozen=True):
         return self._own(robot, index) or self._wait(robot, index)
 
     def is_stranded(self, name: str) -> bool:
-        """Whether a robot that waits for nothing gets nowhere with its own objective: it is where
-        the last decision did not expect it."""
+        """Whether a robot without a reason to wait cannot pursue its own objective: the last
+        decision did not expect it in this pose."""
         robot, index = self.state.robots[name], self.floor.index(name)
         busy = robot.stop is not None or index in {**self.found.duties, **self.found.early}
         if busy or not robot.active or self._waits_for_help(robot):
@@ -114,7 +114,7 @@ class Assigner(Struct, frozen=True):
             objective = alternation((frozenset({charger.region}),), own)
         goal = self._mask(index, {charger.region})
         role = Role.OWN if objective == robot.own.objective else Role.CHARGES
-        duty = self.found.duties.get(index)  # for after that
+        duty = self.found.duties.get(index)  # afterwards
         obstacle = None if duty is None else self.floor.problem.gates[duty.gate].name
         return self._toward(robot, index, (goal,), Assignment(role, objective, obstacle, goal))
 
@@ -127,8 +127,8 @@ class Assigner(Struct, frozen=True):
         return TaskDraft(safe, assignment.objective, pending, pending, forbidden)
 
     def _stop(self, robot: RobotState, index: int, stop: Pose) -> Mask:
-        """Return the poses in which a robot meets a stop: with its heading, where no other robot is
-        to be let by."""
+        """Return the poses in which a robot meets a stop: with its heading, unless it may have to
+        let other robots pass."""
         if stop.heading is None or self.state.rivals(robot.robot):
             return self._mask(index, {stop.region})
         return 1 << self.floor.problem.members[index].graph.number(stop)
@@ -158,8 +158,8 @@ class Assigner(Struct, frozen=True):
         return replace(draft, forbidden=draft.forbidden | avoided, places=spots)
 
     def _spots(self, index: int, duty: Duty, targets: tuple[Mask, ...]) -> frozenset[Pose]:
-        """The only poses in which a robot enters the region of its duty, if those matter, and it
-        gets there and to its other target without the others."""
+        """The only poses in which a robot enters the region of its duty; none if any suffices, or
+        if it cannot reach its duty and its other target without the rest."""
         graph = self.floor.problem.members[index].graph
         others = graph.poses_on(graph.regions_of(duty.goal)) & ~duty.goal
         if not (duty.exact and others) or not self._alternates(index, targets, others):
@@ -167,8 +167,8 @@ class Assigner(Struct, frozen=True):
         return frozenset(graph.pose(number) for number in bits(duty.goal))
 
     def _meets_own_first(self, robot: RobotState, index: int, duty: Duty) -> bool:
-        """Whether a robot must meet the next target of its ``once`` before its duty, and can: after
-        that it could not meet all that are left."""
+        """Whether a robot can and must meet the next target of its ``once`` before its duty, since
+        afterwards it could not meet all remaining ones."""
         problem, stages = self.floor.problem, self.floor.stages
         member, coordination = problem.members[index], self.state.scenario.coordination
         if not (member.settles and member.turns) or coordination is Coordination.ASSIGNABLE:
@@ -187,8 +187,8 @@ class Assigner(Struct, frozen=True):
         return replace(draft, assignment=replace(draft.assignment, obstacle=obstacle))
 
     def _own_target(self, robot: RobotState, index: int, goal: Mask) -> Target | None:
-        """Return its own waiting place, or the first of its own targets, if it can alternate
-        between that and the duty meanwhile."""
+        """Return its waiting place, or the first of its own targets, between which and the duty it
+        can alternate; None if there is none."""
         waiting = [frozenset({place}) for place in self._waiting_places(robot)]
         for target in (*waiting, *robot.robot.objective.targets):
             if self._alternates(index, (goal, self._mask(index, target))):
@@ -196,8 +196,8 @@ class Assigner(Struct, frozen=True):
         return None
 
     def _before(self, robot: RobotState, obstacle: str) -> list[TargetObjective]:
-        """The objectives with which a robot has served an obstacle: the present one, and those that
-        were pushed with the requests that are popped now, the last first."""
+        """The objectives with which a robot has served an obstacle: the present one, and those
+        pushed with the requests that are popped now, the last first."""
         popped = reversed(self.state.requests.closed)
         found = [(robot.assignment.obstacle, robot.assignment.objective)]
         found += [request.saved[robot.name] for request in popped if robot.name in request.saved]
@@ -217,9 +217,9 @@ class Assigner(Struct, frozen=True):
         )
 
     def _wait(self, robot: RobotState, index: int) -> TaskDraft:
-        """Pursue the objective for that time; else hold where it encountered the obstacle, or where
-        it held before, or nearby if it would be in a helper's way; if it cannot get there now, hold
-        where it stands."""
+        """Pursue the objective for waiting, if there is one; else hold where it encountered the
+        obstacle or held before, or nearby if it would block a helper there; if it cannot get there
+        now, hold where it stands."""
         here = robot.next_pose.region
         if robot.name not in self.idle and self._waits_for_help(robot):
             meanwhile = self.while_waiting(robot.name)
@@ -230,7 +230,7 @@ class Assigner(Struct, frozen=True):
         if there != here and self._alternates(index, targets):
             objective = holding(robot.robot.objective, there)
             return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
-        if not self._may_stay_at(robot, [robot.next_pose]):  # it leaves, and comes back
+        if not self._may_stay_at(robot, [robot.next_pose]):  # it leaves and returns
             objective = helping(robot.robot.objective, frozenset({here}), None, stays=False)
             targets = (self._mask(index, {here}),)
             return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
@@ -238,14 +238,14 @@ class Assigner(Struct, frozen=True):
         return TaskDraft(Assignment(Role.WAITS, objective, safe_poses=safe), objective)
 
     def while_waiting(self, name: str) -> TaskDraft | None:
-        """The task with the objective that a robot has while it waits; None if it has none, or gets
-        nowhere with it."""
+        """The task with a robot's objective for waiting; None if it has none, or cannot pursue
+        it."""
         robot, index = self.state.robots[name], self.floor.index(name)
         other = robot.robot.while_waiting
         if other is None:
             return None
         if not isinstance(other, Ltl):
-            other = ruled(other, robot.robot.objective)  # which may have changed
+            other = ruled(other, robot.robot.objective)  # its rules may have changed
         targets = tuple(self._mask(index, target) for target in other.targets)
         if not self._alternates(index, targets):
             return None
@@ -258,7 +258,7 @@ class Assigner(Struct, frozen=True):
         return guarantees is None or all(guarantees.allows(pose, pose) for pose in poses)
 
     def _waiting_place(self, robot: RobotState, index: int) -> Region:
-        """Return where a robot waits, as far as it gets there."""
+        """Return the region where a robot waits, whether or not it can get there."""
         place = next(iter(self._waiting_places(robot)), robot.next_pose.region)
         duties = self.found.duties
         if self._waits_for_help(robot) and in_the_way(self.floor, duties, index, place):
@@ -281,7 +281,7 @@ class Assigner(Struct, frozen=True):
         return places[:1]
 
     def _own(self, robot: RobotState, index: int) -> TaskDraft | None:
-        """Return its own objective, around the obstacles in its way; None if it gets nowhere
+        """Return its own objective, around the obstacles in its way; None if it cannot pursue it
         now."""
         met = {request.obstacle.name for request in self.state.requests.waits(robot.name)}
         safe = self.found.safe_poses[index]
@@ -316,8 +316,8 @@ class Assigner(Struct, frozen=True):
     def _forbidden(
         self, robot: RobotState, index: int, targets: tuple[Mask, ...]
     ) -> frozenset[Pose]:
-        """The poses next to the safe ones from which it could still reach ``targets``:
-        from the others a strategy keeps away by itself."""
+        """The poses next to the safe ones from which it could still meet ``targets``; a strategy
+        avoids the others by itself."""
         member = self.floor.problem.members[index]
         graph, safe = member.graph, self.found.safe_poses[index]
         allowed = self.floor.problem.allowed(index, self.floor.stages)

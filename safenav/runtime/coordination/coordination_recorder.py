@@ -1,5 +1,5 @@
-"""The longer trace lines of a decision: acts that are due, requests and bids, the stack, syntheses.
-Functions of the decision: nothing here changes anything."""
+"""The longer trace lines of a decision: acts for deadlines, requests and bids, the stack,
+syntheses. They are pure functions of the decision."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from safenav.world.poses import bits
 
 
 def _acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
-    """The line of the acts that were chosen since something is due."""
+    """The line of the acts chosen for deadlines."""
     floor, chosen = settled.floor, settled.in_time
     if chosen is None or not (chosen.acts or chosen.beyond or chosen.spent):
         if _has_acts_to_come(team.settled, floor):
-            yield records.Acts(team.tick, (), ())  # the robots no longer keep to them
+            yield records.Acts(team.tick, (), ())  # they no longer bind the robots
         return
     told = []
     for act in chosen.acts:
@@ -57,7 +57,7 @@ def _acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
 
 
 def _has_acts_to_come(settled: Settled | None, floor: Floor) -> bool:
-    """Whether there were acts on obstacles that are still open."""
+    """Whether the settlement has acts on obstacles that are still open."""
     if settled is None or settled.in_time is None:
         return False
     return any(settled.floor.gates[a.gate] in floor.gates for a in settled.in_time.acts)
@@ -79,7 +79,7 @@ def blocked(
 
 
 class _StackLines:
-    """The pushes and pops of a decision, by which all robots have these objectives; ``depth``: of
+    """The pushes and pops of a decision that gives all robots these objectives; ``depth``: that of
     the stack after them."""
 
     def __init__(self, team: TeamState, objectives: Mapping[str, Objective]) -> None:
@@ -127,8 +127,9 @@ def stack(
     refused: Mapping[tuple[str, str], TaskResult],
 ) -> tuple[Requests, tuple[records.Record, ...]]:
     """The lines about a decision once every robot has its task, and the requests after them: the
-    acts, pops of those that were closed, then each open one with new helpers, and its pushes. With
-    any of these, a request for which a robot has no strategy is recorded again: they depend on it.
+    acts, the pops of closed requests, then each open request with new helpers, and its pushes. If
+    there are any such lines, requests for which a robot has no strategy are recorded again, since
+    the lines depend on them.
     """
     floor, found = settled.floor, settled.found
     objectives = {
@@ -181,7 +182,7 @@ def stack(
 def _is_news(
     request: OpenRequest, helping: Mapping[str, tuple[str, ...]], aside: Collection[str]
 ) -> bool:
-    """Whether the trace does not have the request, its helpers, or that it is set aside."""
+    """Whether the trace lacks the request, its helpers, or that it is set aside."""
     name = request.obstacle.name
     told = request.recorded is not None and helping[name] in ((), request.recorded)
     return not told or (name in aside and not request.aside)
@@ -194,7 +195,7 @@ def _because(
     request: OpenRequest,
     helpers: tuple[str, ...],
 ) -> str | None:
-    """Why a request has no helpers, or not the ones that would be chosen otherwise."""
+    """Why a request has no helpers, or others than expected."""
     name = request.obstacle.name
     gate = floor.gates.index(name)
     if name in team.requests.aside and not request.aside:
@@ -207,11 +208,11 @@ def _because(
 
 
 def left_words(team: TeamState, name: str) -> str:
-    """An order that is left when the mission is completed, and why."""
+    """Describe an order that is still open when the mission is completed, and why."""
     word, settled = team.scenario.map.word, team.last_settled
     if name in team.knowledge.given_up() and name in team.lacks:
         why: str | None = shortfall_words(team.lacks[name], word, "it")
-    elif name not in settled.floor.gates:  # it came when the team was about to end
+    elif name not in settled.floor.gates:  # it appeared when the run was about to end
         why = "the team could not continue when it arrived"
     else:
         gate = settled.floor.gates.index(name)
@@ -226,10 +227,10 @@ def requested(
     helpers: tuple[str, ...],
     because: str | None,
 ) -> records.Request:
-    """The request with its bids: ticks to the nearest region of the need that is next."""
+    """The request with its bids: ticks to the nearest region of the next need."""
     gate = floor.gates.index(request.obstacle.name)
     need = floor.stages[gate].need
-    bids = {  # one out of service gets nowhere, although it is assumed that it may come back
+    bids = {  # a robot out of service stays, although it may come back
         name: ticks if team.robots[name].active or ticks == 0 else None
         for name, ticks in bids_for(floor, gate).items()
     }
@@ -247,8 +248,8 @@ def requested(
 
 
 def bids_for(floor: Floor, gate: int) -> dict[str, int | None]:
-    """Return the ticks that each robot with the action needs to where it can perform it; None if
-    it cannot get there while the open obstacles are walls."""
+    """Return the ticks that each robot with the action needs to the next need's regions; None if it
+    cannot get there while the open obstacles are walls."""
     problem, stages = floor.problem, floor.stages
     need = problem.next_need(gate, stages)
     found: dict[str, int | None] = {}
@@ -266,8 +267,8 @@ def bids_for(floor: Floor, gate: int) -> dict[str, int | None]:
 def synthesis_record(
     team: TeamState, found: TaskResult, reason: vocabulary.Reason, node: int | None = None
 ) -> records.Synthesis:
-    """The line of a trace about a synthesis: its result, and all that its specification was made
-    from; ``node``: where its strategy begins."""
+    """The line of a trace about a synthesis: its result, and all inputs of its specification;
+    ``node``: where its strategy begins."""
     task, result = found.task, found.result
     world = team.scenario.map
     possible = assignable_regions(task, world) if task.assignable else None
@@ -333,7 +334,7 @@ def _places_from(possible: AssignableRegions) -> tuple[records.PlacesFrom, ...] 
 
 
 def _memory(task: Task) -> dict[str, int] | None:
-    """The variables that remember, and their values at the start."""
+    """The memory variables, and their values at the start."""
     objective = task.objective
     if isinstance(objective, Ltl):
         return dict(task.memory.values)

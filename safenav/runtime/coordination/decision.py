@@ -48,10 +48,10 @@ from safenav.trace.words import obstacle_words
 class Decision(Struct, frozen=True):
     """The consequences of ``event``. All of them take effect, or none.
 
-    ``knowledge``, ``requests``, ``lacks`` and ``settled``: those of the team from now on (None: no
-    others). ``records``: its trace records. ``recount``: the rounds are reset. ``drafts``: the task
-    of each robot; ``tasks``: those of them for which a strategy must be found, with ``reason``.
-    ``next``: the event that follows; ``end``: the conclusion, if the run ends.
+    ``knowledge``, ``requests``, ``lacks`` and ``settled``: the team's new ones (None: unchanged).
+    ``records``: its trace records. ``recount``: the rounds are reset. ``drafts``: the task of each
+    robot; ``tasks``: those of them for which a strategy must be found, with ``reason``. ``next``:
+    the event that follows; ``end``: the conclusion, if the run ends.
     """
 
     event: Event
@@ -88,7 +88,7 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
         case events.ObstacleEncountered(violation):
             return _encountered(team, event, violation)
         case events.HelpRequested(violation):
-            name = violation.robot.name  # it waits where it has backed up to
+            name = violation.robot.name  # it waits in the region to which it has backed up
             here, obstacle = team.robots[name].next_pose.region, violation.obstacle.name
             requests = team.requests.waiting(obstacle, name, here)
             return Decision(event, requests=requests, next=Unsettled(Reason.REQUEST))
@@ -114,7 +114,7 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             last = team.last_settled
             now = replace(last, floor=moved_on(last.floor, team))
             if Assigner(team, now.floor, now.found).is_stranded(name):
-                return Decision(event, next=Unsettled(reason))  # its duties were for where it was
+                return Decision(event, next=Unsettled(reason))  # duties for a former pose
             return _assigned(team, event, now, only=name)
         case Unsettled(Reason.SERVICE | Reason.OBJECTIVE) if team.requests.aside:
             kept = replace(team.requests, aside=frozenset())
@@ -127,7 +127,7 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
     """Decide what follows if some robots have no strategy for their tasks: another robot helps; or
     a robot waits while anything may change; or the run ends."""
     names, event = failed(results), decision.event
-    begun = team.scenario.continues  # the robots have got here by themselves
+    begun = team.scenario.continues  # the robots have reached this state by themselves
     outcome = Outcome.OPERATOR_NEEDED if begun else Outcome.UNREALIZABLE
     said = Reason.INITIAL
     match event:
@@ -161,8 +161,8 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
 
 
 def _begun(team: TeamState, event: events.Started, settled: Settled) -> Decision:
-    """The initial tasks. In a resumed run, an impasse counts for the whole run. If the run waits
-    for a change, each robot begins with its possibilities alone."""
+    """The initial tasks. In a resumed run, an impasse ends the whole run. If the run waits for a
+    change, each robot begins as if it were alone."""
     if event.waits:
         everywhere = tuple(member.floor for member in settled.floor.problem.members)
         alone = replace(settled, found=Settlement(safe_poses=everywhere))
@@ -188,8 +188,8 @@ def _continued(team: TeamState, event: Event) -> Decision:
 
 
 def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Decision:
-    """Algorithm 1, line 7: r is encountered; what was in force is pushed with the request. An
-    obstacle in O stays there."""
+    """Algorithm 1, line 7: r is encountered; the objectives in force are pushed with the request.
+    An obstacle in O stays there."""
     if violation.obstacle.name in team.knowledge.permanent:
         return Decision(event)
     knowledge = team.knowledge.copy()
@@ -200,8 +200,8 @@ def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Dec
 
 
 def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
-    """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; counts begin again, but
-    not with a battery that a robot has brought."""
+    """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; round counts restart,
+    except after bringing a battery."""
     knowledge, requests = team.knowledge.copy(), team.requests
     said: list[Record] = []
     for obstacle, traversable in event.found:
@@ -236,7 +236,7 @@ def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
     after: Event | None = None
     requests = replace(team.requests, aside=frozenset())
     if not change.appeared:
-        hope = requests.given_up and team.waiting is None  # it may have been in the way of those
+        hope = requests.given_up and team.waiting is None  # it may have blocked them
         gone = events.ObstaclesReopened(Reason.GONE) if hope else Unsettled(Reason.GONE)
         after = gone if knowledge.forget(obstacle) else None
         requests = requests.without(name)
@@ -275,7 +275,8 @@ def _reopened(team: TeamState, event: Event, reason: Reason) -> Decision:
 
 
 def _served(team: TeamState, event: events.ServiceChanged) -> Decision:
-    """A robot is out of service or back; an obstacle that appears there has it as requester."""
+    """A robot is out of service or back; it is the requester of an obstacle that appears in its
+    region."""
     said = records.Service(team.tick, event.robot, event.active, event.cause)
     if event.obstacle is None:
         return Decision(event, records=(said,), next=Unsettled(Reason.SERVICE))
@@ -315,8 +316,8 @@ def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
 
 
 def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
-    """Algorithm 1, lines 9 to 16: the requester's objective becomes safe behaviour, a state of S_r
-    is added to that of a robot with c_r; all of it follows from one plan for all requests."""
+    """Algorithm 1, lines 9 to 16: the requester's objective becomes safe behaviour, a state in S_r
+    is added to that of a robot with c_r; one plan for all requests determines both."""
     settled = _settled(team, event.refused, stopping)
     floor, found = settled.floor, settled.found
     if found.proof is not None:
@@ -359,8 +360,8 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
 
 
 def _meanwhile(team: TeamState, event: Event, name: str, reason: Reason) -> Decision:
-    """The objective that the scenario gives a robot for the time in which it waits, where the team
-    waits for a change: all that is open or given up stays as it is."""
+    """Give a robot its objective for waiting while the team waits for a change; open and given-up
+    requests stay as they are."""
     floor = floor_of(team)
     everywhere = tuple(member.floor for member in floor.problem.members)
     found = Assigner(team, floor, Settlement(safe_poses=everywhere)).while_waiting(name)
@@ -374,8 +375,8 @@ def _meanwhile(team: TeamState, event: Event, name: str, reason: Reason) -> Deci
 def _assigned(
     team: TeamState, event: Event, settled: Settled, *, only: str | None = None
 ) -> Decision:
-    """The tasks of all robots, or of one, and those for which a strategy must be found: where the
-    one in force does not suffice, and always of ``only``."""
+    """The tasks of all robots, or of ``only``. A strategy must be found for each task that the one
+    in force does not suffice for, and always for ``only``."""
     idle = event.idle if isinstance(event, Unsettled | events.Started) else frozenset()
     off = event.off if isinstance(event, Unsettled) else frozenset()
     drafts = Assigner(team, settled.floor, settled.found, idle).drafts()
@@ -388,7 +389,7 @@ def _assigned(
     }
     reason = getattr(event, "reason", Reason.INITIAL)
     if assigned and reason in (Reason.REQUEST, Reason.RESOLVED, Reason.GONE):
-        reason = Reason.BLOCKED  # whatever gave the occasion, the known map has changed
+        reason = Reason.BLOCKED  # in each case the known map has changed
     tasks = {
         name: task_candidates(team, name, draft)
         for name, draft in wanted.items()

@@ -1,4 +1,4 @@
-"""Events: all that makes the coordination layer decide again."""
+"""Events: the reasons for which the coordination layer decides again."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from safenav.trace.vocabulary import ChangeCause, Reason
 
 class Started(Struct, frozen=True):
     """The run begins: every robot needs its first strategy. ``waits``: it continues another one,
-    and is stuck until something changes; ``idle``: robots without a strategy for their own
+    and cannot proceed until something changes; ``idle``: robots without a strategy for their own
     objective."""
 
     waits: bool = False
@@ -26,12 +26,12 @@ class Started(Struct, frozen=True):
 
 
 class Continued(Struct, frozen=True):
-    """The run continues another, of which the team knows obstacles."""
+    """The run continues another one; the team knows the obstacles encountered there."""
 
 
 class ObstacleEncountered(Struct, frozen=True):
-    """A robot keeps out of an obstacle. The team knows of it from now on, whatever the robot does
-    where it stands; ``HelpRequested`` follows once it has backed up."""
+    """A robot has encountered an obstacle, which the team knows from now on; ``HelpRequested``
+    follows once the robot has backed up."""
 
     violation: ForbiddenMove
 
@@ -75,8 +75,8 @@ class ObstaclesReopened(Struct, frozen=True):
 
 
 class ServiceChanged(Struct, frozen=True):
-    """A robot is out of service, or back in it. ``obstacle``: what appeared where it stands since
-    its charge is used up, for whose resolution it asks."""
+    """A robot is out of service, or back in it. ``obstacle``: the one that appeared in its region
+    when its charge was used up, and that it requests to be resolved."""
 
     robot: str
     active: bool
@@ -85,8 +85,8 @@ class ServiceChanged(Struct, frozen=True):
 
 
 class ObjectiveGiven(Struct, frozen=True):
-    """A robot has another objective of its own, with the progress in it (None: none so far).
-    ``hope``: what was given up may be resolvable with it."""
+    """A robot has another objective of its own, with its progress (None: none so far). ``hope``:
+    obstacles that were given up may be resolvable with it."""
 
     robot: str
     objective: Objective
@@ -98,7 +98,7 @@ class ObjectiveGiven(Struct, frozen=True):
 class Unsettled(Struct, frozen=True):
     """Duties must be derived from the present state. ``refused``: (robot, obstacle) for which no
     strategy was found; ``idle``: robots for whose own objective none was found; ``off``: those that
-    wait for a joint plan instead, as none begins where they are."""
+    wait for a joint plan instead, since their strategies have no node for their poses."""
 
     reason: Reason
     refused: Mapping[tuple[str, str], TaskResult] = field(default_factory=dict)
@@ -107,9 +107,10 @@ class Unsettled(Struct, frozen=True):
 
 
 class OutsideStrategy(Struct, frozen=True):
-    """A robot is in no node of its strategy, and needs one from where it is. ``end``: conclusion of
-    the run if there is none; None: the robot stays, and tries again. ``waits``: the team waits for
-    the scenario, and the robot needs one for its objective while it waits."""
+    """A robot is in no node of its strategy, and needs a strategy from its pose. ``end``:
+    conclusion of the run if there is none; None: the robot stays, and tries again. ``waits``: the
+    team waits for a change of the scenario, and the robot needs a strategy for its objective while
+    it waits."""
 
     robot: str
     reason: Reason

@@ -1,7 +1,7 @@
 """Foresight about a scenario before any run: robots that can never continue, and the reasons.
 
-The closure with every hidden obstacle known, robots at their start. An obstacle blocks whether or
-not a robot has encountered it, so a robot that is stuck here is stuck in every run.
+It is the closure with every hidden obstacle known and the robots at their start. An obstacle blocks
+whether or not a robot has encountered it, so a robot that cannot continue here cannot in any run.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ _NEEDED = "an operator will be needed, unless the run is completed before"
 
 
 class Foresight(Struct, frozen=True):
-    """``reach``: where each robot can get with all resolved that can be, as regions. ``stuck``: the
-    robots that cannot meet their objective infinitely often; ``lacks``: the shortfalls of obstacles
-    that are never resolved."""
+    """``reach``: the regions that each robot can reach once all resolvable obstacles are resolved.
+    ``stuck``: the robots that cannot meet their objective infinitely often; ``lacks``: the
+    shortfalls of obstacles that are never resolved."""
 
     reach: dict[str, frozenset[int]]
     stuck: tuple[str, ...]
@@ -34,8 +34,8 @@ class Foresight(Struct, frozen=True):
 
 
 def foresee(scenario: Scenario) -> Foresight:
-    """Return the foresight that follows from the scenario alone. Obstacles that appear or disappear
-    and untraversable ones are left out: they only take away what robots can do."""
+    """Return the foresight that follows from the scenario alone. Obstacles that appear or
+    disappear, and untraversable truths, are left out: they only restrict the robots."""
     floor, closure = closed(_all_known(scenario))
     reach = {
         member.name: frozenset(bits(member.graph.regions_of(poses)))
@@ -67,7 +67,7 @@ def _all_known(scenario: Scenario) -> TeamState:
 
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
-    """Warnings of what no run can bring about, one sentence each."""
+    """Warnings of objectives that no run can meet, one sentence each."""
     found = foresee(scenario)
     given = {change.robot for change in scenario.changes if change.objective is not None}
     if found.stuck:
@@ -80,12 +80,12 @@ def foreseen(scenario: Scenario) -> tuple[str, ...]:
     who = listed(found.stuck)
     whose = "its objective" if len(found.stuck) == 1 else "their objectives"
     said = [f"{who} cannot meet {whose} infinitely often: {_NEEDED}"]
-    lacks = [each for each in found.lacks if not each.too_few]  # else another warning says it
+    lacks = [each for each in found.lacks if not each.too_few]  # another warning reports those
     return (*said, *(shortfall_words(each, word) for each in lacks))
 
 
 def _unserved(scenario: Scenario) -> tuple[str, ...]:
-    """Warn where robots have no room to act together or would trap each other, which the closure
+    """Warn of robots that have no room to act together or would trap each other, which the closure
     does not show."""
     end = coordinate(_all_known(scenario), Unsettled(Reason.REQUEST), lambda: None).end
     if end is None or end.outcome is not Outcome.OPERATOR_NEEDED:

@@ -43,7 +43,7 @@ def enough(team: TeamState, kind: ObstacleType) -> bool:
 
 
 def recorded(floor: Floor, refutation: Refutation) -> Proof:
-    """A proof as it stands in a trace (docs/trace.md)."""
+    """A proof in the form of a trace (docs/trace.md)."""
     if isinstance(refutation, TeamClosure):
         return recorded_closure(floor, refutation)
     choices = []
@@ -56,7 +56,7 @@ def recorded(floor: Floor, refutation: Refutation) -> Proof:
 
 
 def recorded_closure(floor: Floor, closure: TeamClosure) -> Closure:
-    """A closure table as it stands in a trace."""
+    """A closure table in the form of a trace."""
     graphs = [member.graph for member in floor.problem.members]
     there = zip(floor.names, graphs, closure.reach, closure.live, strict=True)
     return Closure(
@@ -73,8 +73,8 @@ def infeasible_end(
     refused: Mapping[tuple[str, str], TaskResult],
     lacks: Mapping[str, reasons.Shortfall],
 ) -> Conclusion:
-    """Return the end of a run in which the closure, or every choice, leaves a robot stuck.
-    ``lacks``: the shortfalls of obstacles that are never resolved."""
+    """Return the end of a run in which, by the closure or after every choice, a robot cannot
+    continue. ``lacks``: the shortfalls of obstacles that are never resolved."""
     word = state.scenario.map.word
     closure, said = _first_dead_end(floor, proof, word)
     stuck, missed = list[str](), [lacks[name] for name in state.knowledge.given_up()]
@@ -103,14 +103,14 @@ def _first_dead_end(
 ) -> tuple[TeamClosure | None, list[str]]:
     """Follow the first option of each choice: return the final closure (None: no option is left)
     and the reasons up to it."""
-    said, lossless = list[str](), True  # so far
+    said, lossless = list[str](), True  # whether all steps so far were
     while isinstance(proof, tuple):
         if not proof:
             without_room = reasons.without_room(floor, word) if lossless else []
             return None, said + (without_room or [_TRAPPED])
         first = proof[0]
         lossless = lossless and first.lossless
-        if lossless:  # from where it is, each robot still reaches what it could reach
+        if lossless:  # each robot still reaches all that it could reach
             step = first.step
             stages = floor.problem.advanced(step.gate, floor.stages, step.group)
             floor = replace(floor, stages=stages)
@@ -126,7 +126,7 @@ def _why_stuck(state: TeamState, name: str, *, chosen: bool) -> str:
     objective = robot.robot.objective
     if isinstance(objective, Ltl):
         return f"{name} cannot meet its formulas with what it can reach"
-    if chosen:  # from where it is, it still could
+    if chosen:  # from its present pose it still could
         return f"{name} could no longer {describe(objective, state.scenario.map.word)} after that"
     walls = state.knowledge.walls_for(robot.robot, state.knowledge.pending)
     return _why_not(
@@ -135,8 +135,8 @@ def _why_stuck(state: TeamState, name: str, *, chosen: bool) -> str:
 
 
 def unserved(end: Conclusion, refused: Mapping[tuple[str, str], TaskResult]) -> Conclusion:
-    """The end of a run in which robots could get to where an obstacle is resolved, but have no
-    strategy for that: their syntheses are its proof."""
+    """The end of a run in which robots could reach an obstacle's resolution regions, but have no
+    strategy for that: their syntheses are the proof."""
     specs = {name: result.result.spec_sha256 for (name, _), result in refused.items()}
     cause = vocabulary.OperatorCause.UNREALIZABLE.value
     return replace(end, cause=cause, proof=None, unrealizable=specs)
@@ -159,7 +159,7 @@ def no_strategy(
 
 
 def _why_not(state: TeamState, name: str, task: Task) -> str:
-    # Imported where it is needed: most runs have nothing to explain.
+    # Imported here: most runs have nothing to explain.
     from safenav.explain.summary import explain_unrealizable
 
     return explain_unrealizable(state.robots[name].robot, task, state.scenario.map)

@@ -1,4 +1,4 @@
-"""A strategy whose moves are requested one at a time, as a planner follows it.
+"""A strategy whose moves are requested from the synthesizer one at a time.
 
 A node is a position that the play has reached; they are numbered as they are first reached. Every
 result is checked against the text of the specification before it is used.
@@ -14,9 +14,9 @@ from safenav.verify.moves import MoveCheck
 
 
 class OnDemand:
-    """The moves of a running synthesizer. Raises SynthesizerError if it has ended, or if what it
-    answers breaks the specification. ``most``: how many nodes a listed strategy may have; beyond
-    that nothing is looked up in what would be the list."""
+    """The moves of a running synthesizer. Raises SynthesizerError if it has ended, or if its result
+    breaks the specification. ``most``: the most nodes of an explicit strategy in which ``find``
+    still searches."""
 
     def __init__(self, served: ServedStrategy, most: int) -> None:
         self.specification = served.specification
@@ -46,7 +46,7 @@ class OnDemand:
 
     def find(self, values: Mapping[str, int]) -> int | None:
         """Return the first node with these values in the explicit strategy, None if there is none.
-        Where that would be too large, return the first such node among those reached."""
+        If that would be too large, return the first such node among those reached."""
         position = self._served.find(values, self._most)
         if position is not None:
             self._check.position(position)
@@ -64,8 +64,8 @@ class OnDemand:
         return tuple(n for n, p in enumerate(self._positions) if n != node and p.values == values)
 
     def successors_for(self, node: int, inputs: Mapping[str, int]) -> Sequence[int]:
-        """The node after these next inputs; none if the assumptions exclude them, or if some
-        were not observed."""
+        """The node after these next inputs; empty if the assumptions exclude them, or if some were
+        not observed."""
         if not self._inputs <= inputs.keys():
             return ()
         here = self._positions[node]

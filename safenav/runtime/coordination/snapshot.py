@@ -31,7 +31,7 @@ def floor_of(
     for request in requests:
         obstacle = state.knowledge.pending[request.obstacle.name].obstacle
         none = {*state.failures.barred}
-        if state.live and not hopeful:  # who is out of service does nothing
+        if state.live and not hopeful:  # robots out of service do nothing
             none |= {(name, obstacle.name) for name, e in state.robots.items() if not e.active}
         out = (
             frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in pairs)

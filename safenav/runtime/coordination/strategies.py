@@ -1,4 +1,4 @@
-"""The strategies in force: installed, begun, found again, and when they no longer suffice."""
+"""The strategies in force: installation, nodes for present poses, and whether they suffice."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class Strategies(Struct, frozen=True):
         results: Mapping[str, TaskResult],
         reason: vocabulary.Reason,
     ) -> None:
-        """Put assignments in force, with the strategies found for them. All assignments first, so
-        that each line of the trace is true when it is written."""
+        """Put assignments in force, with the strategies found for them. All assignments come first,
+        so that each trace line is true when it is written."""
         robots = self._state.robots
         for name, draft in drafts.items():
             robots[name].assign(draft.assignment)
@@ -43,11 +43,11 @@ class Strategies(Struct, frozen=True):
                 self.begin(robot)
 
     def _install(self, found: TaskResult, reason: vocabulary.Reason) -> None:
-        """Put a strategy in force; its robot's assignment must be the one that it is for."""
+        """Put a strategy in force; its robot must already have the assignment that it is for."""
         served = found.result.served
         most = self._state.scenario.limits.states
         strategy: Controller | None = found.result.strategy
-        if served is not None:  # imported where it is needed: most strategies are listed
+        if served is not None:  # imported here: most strategies are explicit
             from safenav.runtime.coordination.on_demand import OnDemand
 
             strategy = OnDemand(served, most)
@@ -66,26 +66,26 @@ class Strategies(Struct, frozen=True):
         self._state.emit(synthesis_record(self._state, found, reason, planner.node))
 
     def begin(self, state: RobotState) -> None:
-        """Count what a robot has met already where it stands when its objective begins (for
-        one in transit, when it arrives)."""
+        """Count the goals that a robot has already met where it stands when its objective begins
+        (in transit: when it arrives)."""
         state.begun = True
         met = state.progress.begin(state.pose.region, state.planner.values())
         self._state.tell_goals(state, met)
 
     def relocate(self, state: RobotState) -> bool:
-        """Find the node of a robot's strategy for where it stands and what it remembers; whether
-        there is one."""
+        """Find the node of a robot's strategy for its pose and memory; return whether there is
+        one."""
         planner = state.planner
         own = state.own.objective == planner.task.robot.objective and planner.task.assignable
         progress = state.own if own and not isinstance(state.own.objective, Ltl) else state.progress
         return planner.relocate(state.pose, progress, self._seen_now(state, planner.task))
 
     def catch_up(self, state: RobotState) -> None:
-        """Let a robot that could not act on its last look continue in a node that remembers that
-        look. If there is none it stays in its node, which may suffice."""
+        """Let a robot that was held back after its last look continue in a node that remembers that
+        look. Without one it stays in its node, which may suffice."""
         planner, node = state.planner, state.planner.node
         if not self._seen_now(state, planner.task) and planner.switch is None:
-            planner.behind = False  # its nodes remember nothing of a look
+            planner.behind = False  # its nodes do not remember looks
         elif node is not None and not self.relocate(state):
             planner.node = node
 
@@ -108,22 +108,22 @@ class Strategies(Struct, frozen=True):
 
 def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:
     """Whether the strategy in force does not suffice for a draft: another objective, a wall that it
-    does not know, a pose that it does not keep out of; or none is."""
+    does not know, a pose that it does not avoid; or there is none."""
     state = team.robots[name]
     if not state.active and draft.assignment == state.assignment:
-        return False  # it asks for a move when it is back
+        return False  # it requests a move when it is back
     return not state.has_strategy or _is_off(state) or _falls_short(team, state, draft)
 
 
 def only_off(team: TeamState, name: str, draft: TaskDraft) -> bool:
-    """Whether the strategy in force would suffice for a draft, but knows nothing of where the robot
-    stands."""
+    """Whether the strategy in force would suffice for a draft, but has no node for the robot's
+    pose."""
     state = team.robots[name]
     return state.has_strategy and _is_off(state) and not _falls_short(team, state, draft)
 
 
 def _is_off(state: RobotState) -> bool:
-    """Whether a robot is in no node of its strategy; others find theirs when they have arrived."""
+    """Whether a robot is in no node of its strategy; robots in transit find theirs on arrival."""
     return state.planner.node is None and state.transit is None and not state.arriving
 
 

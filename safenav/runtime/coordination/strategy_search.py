@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 
 class TaskResult(Struct, frozen=True):
-    """The last synthesis result for a robot's task. ``told``: the objective that it is for, and
-    ``chosen_form`` the form of it that stands in the task; ``tried``: what failed before."""
+    """The last synthesis result for a robot's task. ``told``: its objective, and ``chosen_form``
+    the form of it in the task; ``tried``: the candidates that failed before."""
 
     task: Task
     result: SynthesisResult
@@ -70,13 +70,13 @@ def failed(results: Mapping[str, TaskResult]) -> list[str]:
 
 
 class NotYet(Exception):  # noqa: N818 - it is not an error
-    """A strategy is being synthesized: ask again."""
+    """A strategy is still being synthesized: request it again later."""
 
 
 class StrategySearch(Struct, eq=False):
     """Requests syntheses, and counts their cost (``syntheses``, ``seconds``). ``busy``: one is
-    running. ``background``: whether they run while the robots move; asking for one that is not
-    there raises NotYet."""
+    running. ``background``: whether they run while the robots move; requests then raise NotYet
+    until the result is available."""
 
     _world: RegionMap
     _synthesizer: Synthesizer
@@ -92,8 +92,8 @@ class StrategySearch(Struct, eq=False):
     _awaited: bool = False
 
     def fresh(self) -> bool:
-        """Whether all results that were not there yet have come since the last call."""
-        # once: a synthesis may end at any moment
+        """Whether all pending results have arrived since the last call."""
+        # read once: a synthesis may end at any moment
         pending = any(not future.done() for future, _ in self._asked.values())
         come, self._awaited = self._awaited and not pending, pending
         return come
@@ -103,10 +103,9 @@ class StrategySearch(Struct, eq=False):
         self._asked.clear()
 
     def synthesize(self, alternatives: Mapping[str, TaskCandidates]) -> dict[str, TaskResult]:
-        """The result for each robot: of its first realizable candidate, or of the
-        last one; of the task alone where no strategy exists even without other robots. Raises
-        ResourceLimitError if a synthesis runs out of time or memory, RunEnded if the run is to
-        end."""
+        """The result for each robot: of its first realizable candidate, or of the last one; or of
+        the task without other robots if even that is unrealizable. Raises ResourceLimitError if a
+        synthesis runs out of time or memory, RunEnded if the run is to end."""
         found: dict[str, TaskResult] = {}
         left = {
             name: list(task_candidates.candidates) for name, task_candidates in alternatives.items()
@@ -125,7 +124,7 @@ class StrategySearch(Struct, eq=False):
             for name in tried:
                 if found[name].realizable:
                     left[name] = []
-                elif name in refuted:  # whatever it assumes about others
+                elif name in refuted:  # with any assumption about others
                     left[name] = [each for each in left[name] if each[0] != found[name].chosen_form]
         return found
 
@@ -181,7 +180,7 @@ class StrategySearch(Struct, eq=False):
         return results
 
     def _in_background(self, specs: Sequence[Specification]) -> list[SynthesisResult]:
-        """The results that are there. Raises NotYet unless all are."""
+        """Return the results. Raises NotYet unless all are available."""
         texts = [spec.to_structuredslugs() for spec in specs]
         new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._asked}
         if new:

@@ -34,9 +34,9 @@ from safenav.world.poses import bits, region_mask
 
 class TaskDraft(Struct, frozen=True):
     """A synthesis task before its form is chosen: ``objective`` (with assignable goals not that of
-    its ``assignment``). ``avoid``: pending obstacles that it treats as walls, ``must``: those that
-    an existing strategy must also know. ``forbidden``: poses that it must keep out of for the
-    team's sake; ``places``: the only ones in which it enters its first target (none: any)."""
+    its ``assignment``). ``avoid``: pending obstacles that it treats as walls, ``must``: those of
+    them that an existing strategy must know. ``forbidden``: poses that it must avoid for the team;
+    ``places``: the only poses in which it enters its first target (empty: any)."""
 
     assignment: Assignment
     objective: Objective
@@ -73,7 +73,7 @@ def task_candidates(team: TeamState, name: str, draft: TaskDraft) -> TaskCandida
 def _tried_places(
     team: TeamState, state: RobotState, draft: TaskDraft, objective: Objective, memory: Memory
 ) -> Iterator[tuple[frozenset[Pose], ...]]:
-    """The poses in which to meet the targets; among others any suffice if those do not go."""
+    """Choices of poses in which to meet the targets; among other robots, finally any."""
     places = goal_places(team, state, draft, objective, memory)
     if places is not None:
         yield places
@@ -104,8 +104,8 @@ def _forms(
 
 
 def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
-    """Whether a robot is to meet its targets in the poses of short rounds: it has promised them,
-    nobody else is on its floor, and no obstacle in its way."""
+    """Whether a robot must meet its targets in the poses of short rounds: it has a round deadline,
+    no other robot is on its floor, and no obstacle in its way."""
     own = draft.assignment.role is Role.OWN and not isinstance(draft.objective, Ltl)
     if draft.assignment.role is Role.CHARGES and robot.stop is not None:
         return robot.stop.heading is not None and not team.rivals(robot.robot)
@@ -119,12 +119,12 @@ def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
 
 
 def alone(task: Task) -> Task | None:
-    """The task as if there were no other robot, if its rules may be what it cannot keep; None if
-    its strategy assumes nothing about others, or the moves of the robot alone decide it.
+    """The task without other robots, if the robot's own rules may be unrealizable; None if its
+    strategy assumes nothing about others, or it has no such rules.
 
     A strategy that exists only because of an assumption may win by making that fail: by standing
-    where another robot would have to go (Klein and Pnueli, Revisiting synthesis of GR(1)
-    specifications, HVC 2010).
+    where another robot must go (Klein and Pnueli, Revisiting synthesis of GR(1) specifications, HVC
+    2010).
     """
     ruled = isinstance(task.objective, Ltl) or task.objective.always
     if task.fairness is Fairness.NONE or not ruled:
@@ -136,8 +136,8 @@ def alone(task: Task) -> Task | None:
 def goal_places(
     team: TeamState, robot: RobotState, draft: TaskDraft, objective: Objective, memory: Memory
 ) -> tuple[frozenset[Pose], ...] | None:
-    """The poses in which to meet the targets of a form of its objective, so that rounds are as
-    short as promised, or as they can be from here; None if it does not go by any choice of them."""
+    """The poses in which to meet the targets of a form of its objective, so that rounds meet their
+    deadline, or are as short as possible; None if no choice does. An empty tuple: any poses."""
     graph = team.graph(robot)
     if draft.places and not isinstance(objective, Ltl):
         after = [graph.poses_on(region_mask(target)) for target in objective.targets[1:]]
@@ -156,7 +156,7 @@ def goal_places(
 
 
 def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memory) -> Walk:
-    """The rounds of a robot from where it is."""
+    """The rounds of a robot from its next pose."""
     graph, pose = team.graph(robot), robot.next_pose
     turned = memory.index
     if not isinstance(objective, Ltl):
@@ -168,8 +168,8 @@ def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memo
 
 
 def misses_its_rounds(team: TeamState, robot: RobotState) -> bool:
-    """Whether a robot that begins a round cannot keep what it has promised by meeting its targets
-    in the poses of its present strategy, but can in others."""
+    """Whether a robot that begins a round misses its deadline with the poses of its present
+    strategy, but not with others."""
     task = robot.planner.task
     if not task.goal_places or robot.assignment.role is not Role.OWN:
         return False
@@ -217,7 +217,7 @@ def _task(
 
 
 def _observed(team: TeamState, state: RobotState, other: RobotState, danger: bool) -> Observed:
-    """Return ``other`` as a robot knows it: its region, or a belief about it."""
+    """Return what a robot knows about ``other``: its region, or a belief."""
     where, targets = other.next_pose.region, other.assignment.objective.targets
     known: Knowledge = where
     if state.robot.tracking is Tracking.BELIEF:

@@ -1,8 +1,8 @@
 """Waiting regions that block no helper (paper, Section V-D: safe behaviour that does not
 interfere with the helping agent).
 
-A region is in the way if a robot that stood there would keep some helper in conflict with it from
-every pose in which the helper is to serve its obstacle, or a group from standing there together.
+A region is in the way if a robot there would keep some helper in conflict with it out of every pose
+of the helper's duty, or keep a group from standing there together.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from safenav.world.poses import Mask, bits
 
 
 def in_the_way(floor: Floor, duties: Mapping[int, Duty], robot: int, region: Region) -> bool:
-    """Whether a robot that stands in ``region`` is in a helper's way."""
+    """Whether a robot in ``region`` blocks a helper."""
     problem = floor.problem
     for duty in duties.values():
         if robot not in duty.group and problem.gates[duty.gate].sweeps >> region & 1:
@@ -43,8 +43,8 @@ def in_the_way(floor: Floor, duties: Mapping[int, Duty], robot: int, region: Reg
 def clear_region(
     floor: Floor, duties: Mapping[int, Duty], robot: int, safe: Mask, taken: Collection[Region]
 ) -> Region | None:
-    """Return the region nearest to a robot in which it is in no helper's way, through ``safe``
-    poses, and not in one of ``taken``; None if there is none."""
+    """Return the nearest region, through ``safe`` poses and not in ``taken``, in which a robot
+    blocks no helper; None if there is none."""
     graph = floor.problem.members[robot].graph
     allowed = floor.problem.allowed(robot, floor.stages) & safe
     found = frontier = 1 << floor.poses[robot]
@@ -58,8 +58,8 @@ def clear_region(
 
 
 def early(floor: Floor, found: Settlement, chosen: InTime) -> dict[int, Duty]:
-    """Return where the robots that act, but have no duty yet, wait for that: in the region of their
-    first act, if they can get there and are in no helper's way there."""
+    """Return duties for robots with acts but without a present duty: to wait in the region of their
+    first act, if they can get there and block no helper there."""
     goals = dict[int, Duty]()
     for act in reversed(chosen.acts):
         for robot, pose in zip(act.group, act.poses, strict=True):

@@ -39,10 +39,10 @@ class Helper(Struct, frozen=True):
 
 class Shortfall(Struct, frozen=True):
     """The unfulfilled need of an obstacle that is never resolved. ``met``: the actions of its needs
-    that are fulfilled, or will be; ``action``: that of the need that never is, which takes
-    ``robots``, ``together`` in one tick; ``done``: robots that have fulfilled a part of it;
-    ``helpers``: the other robots that have the action, and those ``beside`` it, of later needs that
-    the same robots must meet."""
+    that are fulfilled, or will be; ``action``: that of the need that never is, by ``robots``
+    robots, ``together`` in one tick; ``done``: robots that have fulfilled their part of it;
+    ``helpers``: the other robots that have the action and those ``beside`` it: the actions of later
+    needs that the same robots must fulfil."""
 
     obstacle: str
     action: str
@@ -55,7 +55,7 @@ class Shortfall(Struct, frozen=True):
 
     @property
     def too_few(self) -> bool:
-        """Whether fewer robots have the action than it takes."""
+        """Whether fewer robots have the action than the need requires."""
         return len(self.helpers) + len(self.done) < self.robots
 
 
@@ -139,7 +139,7 @@ def cause_of(found: Collection[Shortfall]) -> OperatorCause:
 
 def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     """``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``. ``it``:
-    what the obstacle is called."""
+    the obstacle's name in the text."""
     met = f" ('{found.met[-1]}' is fulfilled, '{found.action}' is open)" if found.met else ""
     actions = "' and '".join((found.action, *found.beside))
     takes = need_words(actions, found.robots, together=found.together)
@@ -225,8 +225,8 @@ def why_nobody(
 
 
 def without_room(floor: Floor, word: Word) -> list[str]:
-    """The needs that robots must fulfil together for which enough robots get to the resolution
-    regions, though not to regions of their own there."""
+    """Return a sentence for each need to be fulfilled together for which enough robots reach the
+    resolution regions, but not a region each."""
     problem, stages = floor.problem, floor.stages
     found = []
     for gate in problem.open(stages):
@@ -248,8 +248,8 @@ def without_room(floor: Floor, word: Word) -> list[str]:
 
 
 def _loads(floor: Floor, gate: int, word: Word) -> str:
-    """The loads of robots that cannot take an obstacle, a load too, since they carry as many as
-    they can; empty if there are none."""
+    """Describe the loads of robots that cannot take another one, since they carry as many as they
+    can; empty if there are none."""
     problem, stages = floor.problem, floor.stages
     full = problem.full(stages) if problem.takes(gate, stages) else frozenset()
     loads = {
@@ -274,7 +274,7 @@ def _doing(floor: Floor, what: str, robot: int, gate: int, word: Word) -> str:
 
 
 def _nobody_gets_there(floor: Floor, gate: int, able: Collection[int]) -> bool:
-    """Whether what stands now keeps all but too few from where the obstacle is resolved."""
+    """Whether too few robots can reach the obstacle's resolution regions now."""
     problem, stages = floor.problem, floor.stages
     regions = problem.next_need(gate, stages).regions
     there = sum(

@@ -1,8 +1,8 @@
 """The stack of open requests: which robots wait for which obstacle.
 
-A request is pushed when a robot must not pass an obstacle, and leaves the stack, wherever it stands
-in it, when the obstacle is resolved, gone, or known to stay (paper, Section V-D and Algorithm 1).
-Immutable: each change gives another stack.
+A request is pushed when a robot must not pass an obstacle, and leaves the stack, from any position,
+when the obstacle is resolved, gone, or permanent (paper, Section V-D and Algorithm 1). Immutable:
+each change gives another stack.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from safenav.world.map import Region
 
 
 class OpenRequest(Struct, frozen=True):
-    """An open request. ``requesters``: all that encountered the obstacle, the first first, and
-    where each stood. ``helpers``: the robots that serve it now; ``recorded``: the helpers that the
-    trace named last, None before the first line; ``entries``: requester and helpers of each push;
-    ``aside``: the trace says that it is set aside; ``saved``: the obstacle and the objective of
-    each robot that helped before the first push.
+    """An open request. ``requesters``: the robots that encountered the obstacle, in order, each
+    with the region where it stood. ``helpers``: the robots that serve it now; ``recorded``: the
+    helpers that the trace named last, None before the first line; ``entries``: requester and
+    helpers of each push; ``aside``: the trace says that it is set aside; ``saved``: the obstacle
+    and the objective of each robot that helped before the first push.
     """
 
     obstacle: Obstacle
@@ -42,9 +42,9 @@ class OpenRequest(Struct, frozen=True):
 
 
 class Requests(Struct, frozen=True):
-    """The open requests, the oldest first; ``closed``: those that have left the stack and whose
-    pops the trace does not have yet; ``given_up``: those whose obstacles can never be resolved as
-    things stood; ``aside``: obstacles that no joint state serves until something changes."""
+    """The open requests, the oldest first; ``closed``: removed ones whose pops are not recorded
+    yet; ``given_up``: those whose obstacles were found never resolvable; ``aside``: obstacles that
+    no joint state serves until something changes."""
 
     stack: tuple[OpenRequest, ...] = ()
     closed: tuple[OpenRequest, ...] = ()
@@ -70,7 +70,7 @@ class Requests(Struct, frozen=True):
         return next((r for r in self.stack if r.obstacle.name == obstacle), None)
 
     def ordered(self, obstacle: Obstacle) -> Requests:
-        """Return the stack with a request that no robot has made."""
+        """Return the stack with an order: a request that no robot has made."""
         return replace(self, stack=(*self.stack, OpenRequest(obstacle)))
 
     def opened(self, obstacle: Obstacle, requester: str, place: Region) -> Requests:
@@ -86,7 +86,7 @@ class Requests(Struct, frozen=True):
         return replace(self, stack=stack, aside=frozenset())
 
     def waiting(self, obstacle: str, requester: str, place: Region) -> Requests:
-        """Return the stack with another waiting place of a robot that has made the request."""
+        """Return the stack with another waiting region of a requester."""
         stack = (
             replace(r, requesters={**r.requesters, requester: place})
             if r.obstacle.name == obstacle
@@ -96,7 +96,7 @@ class Requests(Struct, frozen=True):
         return replace(self, stack=tuple(stack))
 
     def without(self, obstacle: str, *, given_up: bool = False) -> Requests:
-        """Return the requests without that for an obstacle, open or given up before."""
+        """Return the requests without the one for an obstacle, open or given up."""
         found = self.of(obstacle)
         lost = tuple(r for r in self.given_up if r.obstacle.name != obstacle)
         if found is None:

@@ -1,9 +1,9 @@
 """Current duties of the robots, derived afresh from all poses and the team's knowledge.
 
 The rules (docs/coordination.md): requests are served newest first (or oldest first, by the
-scenario), as many as can be served together; one plan for all of them is walked in order, and a
-step is a duty now if nothing before it concerns its obstacle or its robots. The functions of this
-module keep no state.
+scenario), as many as can be served together; one plan for all of them determines the duties: a step
+is a duty now if no earlier step concerns its obstacle or its robots. The functions of this module
+keep no state.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from safenav.world.poses import Mask, bits
 
 class Duty(Struct, frozen=True):
     """A duty of a robot to serve ``gate``. ``goal``: the poses where it may do so and the team can
-    continue afterwards. ``stays``: it is to stay there. ``exact``: it is to enter that region in
-    such a pose, so that it is in time for its next duty. ``around``: regions that it keeps out of
-    on its way, since an obstacle may be there."""
+    continue afterwards. ``stays``: it stays there. ``exact``: it must enter that region in such a
+    pose, to be in time for its next duty. ``around``: regions that it avoids on its way, since an
+    obstacle may be there."""
 
     gate: int
     need: int
@@ -39,12 +39,12 @@ class Duty(Struct, frozen=True):
 class Settlement(Struct, frozen=True):
     """The duties that follow from a state of the team.
 
-    ``served``: the obstacles that will be resolved, in the order of their requests; the other
-    open ones are walls for now. ``plan``: the steps to come. ``duties``: duty of each robot.
-    ``reserved``: robots of later steps. ``safe_poses``: where each robot may go while
-    the team can still complete all that it can now. ``proof``: why no robot can continue; no other
-    field counts then. ``early``: the duties to come for which robots set out now, since something
-    is due.
+    ``served``: the obstacles that will be resolved, in the order of their requests; the other open
+    ones are walls for now. ``plan``: the steps to come. ``duties``: duty of each robot.
+    ``reserved``: robots of later steps. ``safe_poses``: where each robot may go while the team can
+    still complete all that it can now. ``proof``: that not every robot can continue; the other
+    fields are unused then. ``early``: later duties for which robots depart now, because of a
+    deadline.
     """
 
     served: tuple[int, ...] = ()
@@ -56,7 +56,7 @@ class Settlement(Struct, frozen=True):
     early: dict[int, Duty] = field(default_factory=dict)
 
     def around(self, regions: Sequence[Mask]) -> Settlement:
-        """The same, with regions that each robot keeps out of on its way."""
+        """The same, with regions that each robot avoids on its way."""
         sent = (self.duties, self.early)
         duties, early = (
             {i: replace(duty, around=regions[i]) for i, duty in each.items()} for each in sent
@@ -65,11 +65,11 @@ class Settlement(Struct, frozen=True):
 
 
 class TrafficNotes(Struct):
-    """Findings of traffic while a settlement is in force. ``cleared``, ``hurried``, ``turned``:
-    a plan was wanted for a robot in a helper's way, for what is due, with other targets first;
+    """Findings of traffic while a settlement is in force. A plan was requested: ``cleared``, for a
+    robot that blocks a helper; ``hurried``, for a deadline; ``turned``, with other targets first.
     ``followed``: a plan was begun, at whose end ``followers`` stand behind their helper;
-    ``hopeless``: obstacles that no joint state serves; ``hemmed_in``: robots that no order of moves
-    brings to their next target, with the pose from which; ``impasses``: states in which no plan
+    ``hopeless``: obstacles that no joint state serves; ``hemmed_in``: robots, with their poses,
+    that no order of moves brings to their next target; ``impasses``: states in which no plan
     helped."""
 
     cleared: bool = False
@@ -83,8 +83,8 @@ class TrafficNotes(Struct):
 
 
 class Settled(Struct, frozen=True):
-    """The last settlement of a team: the problem, its solver, the duties, and the acts that were
-    chosen since something is due (None: nothing is)."""
+    """The last settlement of a team: the problem, its solver, the duties, and the acts chosen for
+    deadlines (None: there are none)."""
 
     floor: Floor
     solver: Solver
@@ -94,7 +94,7 @@ class Settled(Struct, frozen=True):
 
 
 Planning = Callable[[frozenset[int]], Plan | None]
-"""A plan that resolves some obstacles, where they are due; None: the rules of SOLVE give it."""
+"""A function that plans resolutions with deadlines; it returns None where SOLVE's rules apply."""
 
 
 def settle(
@@ -119,7 +119,7 @@ def settle(
         plan = solver.plan(poses, stages, frozenset(served), present)
     assert plan is not None, "what can be done can be planned"
     duties, reserved = _walk(solver, plan, now, frozenset(served))
-    if timed is not None:  # whoever is there acts in its next turn
+    if timed is not None:  # a robot that is there acts in its next turn
         for robot, duty in duties.items():
             here, exact = bool(duty.goal >> poses[robot] & 1), duty.goal.bit_count() == 1
             duties[robot] = replace(duty, stays=duty.stays or here, exact=exact)

@@ -27,9 +27,9 @@ class BudgetExhaustedError(Exception):
 
 
 class OpenNeed(Struct, frozen=True):
-    """One thing that an obstacle needs: ``robots`` distinct ones that can do ``action``, each on
-    one of ``regions`` (a mask), all in the same tick if ``together``; ``same``: they are among
-    those that met the need before it."""
+    """A need of an obstacle: ``robots`` different robots perform ``action``, each in one of
+    ``regions`` (a mask), all in the same tick if ``together``; ``same``: they are among those that
+    fulfilled the need before it."""
 
     action: str
     robots: int
@@ -52,12 +52,12 @@ Stages = tuple[Stage, ...]
 
 
 class OpenObstacle(Struct, frozen=True, dict=True):
-    """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
-    it, for each need as long as it is the next. ``barred``: robots that do nothing for it although
-    they have the action. ``refused``: robots for whose duty no strategy was found; one that gets
-    there all the same acts. ``sweeps``: the regions where no other robot may
-    be while a robot resolves it. ``order``: robots take loads in this order where they can take
-    several. ``restarts``: rounds restart when it is resolved."""
+    """An obstacle that is known and not resolved. ``closed_to``: for each need, the robots that
+    must not enter while it is the next. ``barred``: robots that do nothing for it although they
+    have the action. ``refused``: robots for whose duty no strategy was found; one that gets there
+    still acts. ``sweeps``: the regions where no other robot may be while a robot resolves it.
+    ``order``: robots take loads in this order where they can take several. ``restarts``: rounds
+    restart when it is resolved."""
 
     name: str
     region: int
@@ -107,7 +107,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
         return needs.takes(self.needs, stage.need)
 
     def carriers(self, stage: Stage) -> frozenset[int]:
-        """The robots that carry it, a load: those that took it, or had a part in taking it."""
+        """The robots that carry it, if it is a load: those that took it or their part of it."""
         if not self.resolved(stage) and self.needs[stage.need].same:
             return stage.group or frozenset()
         return stage.done if stage.done and self.takes(stage) else frozenset()
@@ -120,17 +120,17 @@ class OpenObstacle(Struct, frozen=True, dict=True):
         return Stage(stage.need + 1, group=met if same else None)
 
     def acted(self, stage: Stage, group: Collection[int]) -> Stage:
-        """The stage after a group has had its part in the next need."""
+        """The stage after a group has acted on the next need."""
         done, met = needs.group_of(self.needs[stage.need], stage.done, group)
         return self.advanced(stage, group) if met else replace(stage, done=done)
 
 
 class Member(Struct, frozen=True, eq=False):
-    """A robot as coordination sees it. ``floor``: the poses that it may be in as far as walls,
-    obstacles that stay and its own safety lines go. ``targets``: pose masks, in order; ``in_turn``:
-    they count in this order only; ``settles``: it stays at the last one. ``ticks``: of its slowest
-    step. ``room``: the most loads that it can carry. ``any_first``: as long as it has met none
-    of its targets, any of them may come first."""
+    """A robot as coordination sees it. ``floor``: the poses that walls, permanent obstacles and its
+    own safety lines allow. ``targets``: pose masks, in order; ``in_turn``: they count in this order
+    only; ``settles``: it stays at the last one. ``ticks``: those of its slowest step. ``room``: the
+    most loads that it can carry. ``any_first``: until it has met one of its targets, any of them
+    may come first."""
 
     name: str
     graph: PoseGraph
@@ -154,7 +154,8 @@ class Member(Struct, frozen=True, eq=False):
         return Pursuit(len(self.targets), self.in_turn, self.settles)
 
     def awaited(self, memory: int) -> Mask:
-        """Return the poses of which it must reach one next, with this memory of its pursuit."""
+        """Return the poses of the targets that it may meet next, with this memory of its
+        pursuit."""
         found = 0
         for target in bits(self.pursuit.awaited(memory)):
             found |= self.targets[target]
@@ -167,12 +168,12 @@ class Member(Struct, frozen=True, eq=False):
 
 
 Zones = tuple[tuple[frozenset[int], Mask], ...]
-"""Groups of robots with the regions in which at most one of them is."""
+"""Groups of robots with the regions in which at most one of them may be."""
 
 
 class KeepOut(Struct, frozen=True):
     """A robot of ``robots`` enters ``zone`` only while no other one of ``others`` is in ``there``
-    (regions); of a swept obstacle ``gate`` as long as it is not resolved."""
+    (regions); for a sweeping obstacle ``gate``, until it is resolved."""
 
     robots: frozenset[int]
     zone: Mask
@@ -201,7 +202,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def apart(self) -> bool:
-        """Whether robots wait for others without sharing a region with them."""
+        """Whether robots must keep out of regions besides occupied ones."""
         return bool(self.zones or self.sweeping)
 
     @cached_property
@@ -235,8 +236,8 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return not any(sweeps >> region & 1 for region in others)
 
     def held(self, robot: int, regions: Sequence[int], stages: Stages) -> Mask:
-        """The regions that a robot must not enter because of where others are, beside those that
-        they are in. ``regions``: where each robot is."""
+        """The regions, besides occupied ones, that a robot must not enter because of where others
+        are. ``regions``: that of each robot."""
         found = 0
         for each in self.exclusions(stages):
             if robot in each.robots and any(
@@ -262,8 +263,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return self.gates[gate].needs[stages[gate].need]
 
     def allowed(self, robot: int, stages: Stages) -> Mask:
-        """The poses that a robot may be in while the open obstacles are walls for those that
-        must not enter them."""
+        """The poses of a robot's floor outside the open obstacles that it must not enter."""
         both = enumerate(zip(self.gates, stages, strict=True))
         closed = tuple(
             number
@@ -280,7 +280,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def acting_in(self, stages: Stages) -> tuple[Mask, ...]:
         """Return for each robot the poses in which it may take part in the next need of an
-        obstacle: nearly all joint states are searched without a look at the obstacles."""
+        obstacle. So most joint states are searched without a look at the obstacles."""
         masks = [0] * len(self.members)
         for gate in self.open(stages):
             regions = self.next_need(gate, stages).regions
@@ -293,8 +293,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return [i for i in self.acting(gate, stages) if i not in self.gates[gate].refused]
 
     def acting(self, gate: int, stages: Stages) -> list[int]:
-        """The robots that do something for the obstacle's next need where they can, in the team's
-        order."""
+        """The robots that act on the obstacle's next need where they can, in the team's order."""
         out = stages[gate].done | self.gates[gate].barred
         if self.takes(gate, stages):
             out |= self.full(stages)
@@ -323,7 +322,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         ]
 
     def commits(self, gate: int, stages: Stages) -> bool:
-        """Whether the robots that meet the next need are chosen for another one by that."""
+        """Whether fulfilling the next need also chooses the robots of a later one."""
         stage, gate_ = stages[gate], self.gates[gate]
         chosen = stage.group is not None and len(stage.group) <= gate_.needs[stage.need].robots
         return len(gate_.chain(stage.need)) > 1 and not chosen
@@ -337,7 +336,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return put(stages, gate, self.gates[gate].advanced(stages[gate], group))
 
     def acted(self, gate: int, stages: Stages, group: Collection[int]) -> Stages:
-        """The stages after a group has had its part in the next need of an obstacle."""
+        """The stages after a group has acted on the next need of an obstacle."""
         return put(stages, gate, self.gates[gate].acted(stages[gate], group))
 
     @property
@@ -355,9 +354,9 @@ def put(stages: Stages, gate: int, stage: Stage) -> Stages:
 
 
 class Floor(Struct, frozen=True):
-    """A moment of a mission as coordination sees it. ``names``: of the robots; ``gates``: of
-    the open obstacles, in the order of service; ``given_up``: of the permanent ones, because no
-    robot can ever resolve them."""
+    """A snapshot of a mission for coordination. Names: ``names``, of the robots; ``gates``, of the
+    open obstacles, in the order of service; ``given_up``, of those that no robot can ever
+    resolve."""
 
     problem: Problem
     stages: Stages

@@ -1,9 +1,9 @@
 """Proofs that a mission cannot be completed, as data that others can check.
 
-A closure table: the poses that each robot can reach when everything is resolved that can be at
-all, and the obstacles that can never be. Where irreversible choices matter, a tree: every possible
-choice, and a proof after each. Collisions are ignored here, so the proofs also hold with them; the
-joint search has a proof of its own (``safenav.runtime.traffic``).
+A closure table: the poses that each robot can reach once every resolvable obstacle is resolved, and
+the obstacles that never can be. Where irreversible choices matter, a tree: every possible choice,
+with a proof after each. Collisions are ignored here, so the proofs also hold with them; the joint
+search has a proof of its own (``safenav.runtime.traffic``).
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from safenav.world.poses import Mask
 
 
 class TeamClosure(Struct, frozen=True):
-    """The obstacles that can be resolved and that never can; with the former resolved, the poses
-    that each robot can reach (``reach``), and whether it can continue forever there (``live``).
-    ``stuck``: those of ``never`` whose next need can never be fulfilled. ``left``: how far each
-    obstacle is brought."""
+    """The obstacles that can be resolved and those that never can; with the former resolved, the
+    poses that each robot can reach (``reach``), and whether it can continue forever there
+    (``live``). ``stuck``: those of ``never`` whose next need can never be fulfilled. ``left``: the
+    final stage of each obstacle."""
 
     resolved: tuple[int, ...]
     never: tuple[int, ...]
@@ -40,12 +40,12 @@ class Refuted(Struct, frozen=True):
 
 
 Refutation = TeamClosure | tuple[Refuted, ...]
-"""A closure that leaves a robot stuck, or all steps that there are, each refuted."""
+"""A closure in which a robot cannot continue, or all possible steps, each refuted."""
 
 
 def closure_of(now: PoseSets) -> TeamClosure:
     """The least fixpoint over open obstacles: one can be resolved if for each of its needs enough
-    capable robots can get to its regions, all that can be resolved being out of the way.
+    capable robots can reach its regions once all resolvable obstacles are gone.
 
     Optimistic: robots do not collide, and no robot is lost by an irreversible choice. An obstacle
     that is ``never`` resolved here cannot be resolved at all.
@@ -67,8 +67,8 @@ def closure_of(now: PoseSets) -> TeamClosure:
 
 
 def _enough(gate: int, now: PoseSets, given: Stage) -> bool:
-    """Whether enough robots can get to where the next need of an obstacle is met, and to where
-    those before it were met (from the ``given`` one on) by the same robots."""
+    """Whether enough robots can reach the regions of an obstacle's next need, and those of the
+    needs before it (from the ``given`` one on) that the same robots fulfil."""
     problem, stages = now.problem, now.stages
     needs, number = problem.gates[gate].needs, stages[gate].need
     begin = number
@@ -99,7 +99,7 @@ def refute(now: PoseSets) -> Refutation:
 
 
 def _loses_nothing(step: Step, now: PoseSets) -> bool:
-    """Whether each robot of a group gets from the step to all that it could get to before, even
+    """Whether each robot of a group can reach, from the step, all poses that it could before, even
     if the step changes nothing."""
     return all(
         not now.reach(i, now.sets[i]) & ~now.reach(i, at)

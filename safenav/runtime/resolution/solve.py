@@ -1,13 +1,12 @@
 """SOLVE: an order in which robots resolve obstacles, so that every robot can continue in the end.
 
-Robots are sets of poses here, those that each may choose to be in, and do not collide. A step
-fulfils one need of one obstacle: a group of capable robots goes where it can be fulfilled. If the
-robots of a need may act at different times, a step can also be one robot's part of it, since what
-that robot does afterwards may let the others in.
-Resolving only opens paths, and a step after which each robot of the group can come back to wherever
-it may have been loses nothing. So such a step is taken immediately, and the search branches only
-over irreversible choices. Without collisions the search fails iff no order of moves and resolutions
-keeps every robot able to continue (docs/coordination.md).
+A robot is the set of poses that it may choose to be in; robots do not collide. A step fulfils one
+need of one obstacle: a group of capable robots goes where it can be fulfilled. If the robots of a
+need may act at different times, a step can also be one robot's part of it, since that robot may
+then make way for the others. Resolving only opens paths, and a step after which each robot of the
+group can return to all its former poses loses nothing. So such a step is taken immediately, and the
+search branches only over irreversible choices. Without collisions the search fails iff no order of
+moves and resolutions keeps every robot able to continue (docs/coordination.md).
 """
 
 from __future__ import annotations
@@ -25,11 +24,12 @@ BUDGET = 20_000
 """Nodes of one search; the largest trees seen had three."""
 
 Present = Mapping[int, tuple[int, ...]]
-"""The robots that serve an obstacle already."""
+"""The robots that already serve each obstacle."""
 
 
 class Step(Struct, frozen=True):
-    """One need of one obstacle, met by ``group``; ``at``: in which poses each may meet it."""
+    """One need of one obstacle, fulfilled by ``group``; ``at``: the poses in which each robot may
+    do so."""
 
     gate: int
     need: int
@@ -41,7 +41,8 @@ Plan = tuple[Step, ...]
 
 
 class RankedStep(Struct, frozen=True):
-    """A step that could come next, with its merits. ``partial``: others have their part later."""
+    """A step that could come next, with its rank (lower is better). ``partial``: other robots do
+    their part later."""
 
     step: Step
     lossless: bool
@@ -50,8 +51,8 @@ class RankedStep(Struct, frozen=True):
 
 
 class PoseSets(Struct, frozen=True):
-    """The robots of a problem as ``sets`` of poses, those that each may choose to be in, with
-    obstacles at their ``stages``; those that are open are walls."""
+    """The robots of a problem as ``sets`` of poses that each may choose to be in, with obstacles at
+    their ``stages``; open ones are walls."""
 
     problem: Problem
     sets: tuple[Mask, ...]
@@ -100,9 +101,8 @@ class PoseSets(Struct, frozen=True):
 
 
 class Solver(Struct):
-    """Solves one problem; results for equal states come from memory.
-
-    ``stopping`` is called now and then and raises to end a search from outside.
+    """Solves one problem; results are kept for equal states. ``stopping``, called at each node,
+    raises to end a search from outside.
     """
 
     problem: Problem
@@ -120,8 +120,8 @@ class Solver(Struct):
     def plan(
         self, poses: tuple[int, ...], stages: Stages, wanted: frozenset[int], present: Present
     ) -> Plan | None:
-        """Return the steps, without those that nothing needs: by the robots that are there first,
-        in ticks, but by the ``present`` helpers of an obstacle where they suffice. Raises
+        """Return the necessary steps, by the robots with the lowest bids, or by the ``present``
+        helpers of an obstacle where they suffice; None if there is no plan. Raises
         BudgetExhaustedError."""
         self._nodes = 0
         now = PoseSets.around(self.problem, poses, stages)
@@ -146,7 +146,7 @@ class Solver(Struct):
             rest = self._solve(now.after(step), there, wanted, present)
             found = None if rest is None else (step, *rest)
             if found is not None or option.lossless:
-                break  # nothing was lost by it, so nothing else would do either
+                break  # it lost nothing, so no other step helps either
         if origins is None or found is None:
             self._memo[key] = found
         return found
@@ -155,8 +155,8 @@ class Solver(Struct):
 def options(
     now: PoseSets, origins: PoseSets | None, present: Present, *, every: bool = False
 ) -> list[RankedStep]:
-    """Return the steps that could come next, the best first. One step per obstacle is enough
-    among those that lose nothing, unless ``every`` one is wanted."""
+    """Return the steps that could come next, the best first. Only one lossless step per obstacle is
+    returned, unless ``every`` one is wanted."""
     found = list[RankedStep]()
     for gate in now.problem.open(now.stages):
         found += _for_gate(gate, now, origins, present, every)
@@ -214,7 +214,7 @@ def _for_gate(
 
 
 def _pruned(plan: Plan, now: PoseSets, wanted: frozenset[int]) -> Plan:
-    """The plan without the obstacles that can stay as they are."""
+    """The plan without the obstacles that need not be resolved."""
     for gate in dict.fromkeys(step.gate for step in reversed(plan)):
         if gate in wanted:
             continue
@@ -241,8 +241,8 @@ def _replayed(plan: Plan, now: PoseSets, wanted: frozenset[int]) -> Plan | None:
 
 
 def fits(problem: Problem, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
-    """Whether a whole group can stand there simultaneously: robots in conflict on regions of
-    their own (bipartite matching; others may share)."""
+    """Whether a whole group can stand in its ``places`` simultaneously, robots in conflict in
+    different regions (bipartite matching; others may share)."""
     crowd = [i for i in group if problem.conflicts[i] & set(group)]
     taken: dict[int, int] = {}
 

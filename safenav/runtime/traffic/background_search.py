@@ -59,7 +59,7 @@ class BackgroundSearch:
 
     def ask(self, moment: Hashable, search: Callable[[], Answer]) -> Answer:
         """Return the result of the search for a ``moment``; results for other moments are
-        discarded. Raises Unknown, and what the search raises."""
+        discarded. Raises Unknown, and the exceptions of the search."""
         if not self.background:
             return search()
         if self._asked is not None and self._asked[0] != moment and not self._asked[1].done():

@@ -63,7 +63,7 @@ LEGS_OF_A_ROBOT = 50
 
 FEW_SIZES = (2, 3)
 FEW_GROUPS = 300
-"""Number of groups of each size, those that stand nearest to each other first."""
+"""Number of groups of each size, the closest ones first."""
 FEW_STATES = 20_000
 
 CERTIFICATE_CHAIN = 1_000
@@ -89,9 +89,9 @@ REMEMBERED_STATES = 4_000
 AT_ONCE = 0.02
 """Live: seconds within which most searches end; results of others are fetched later."""
 LONGEST = 60
-"""Live: steps that robots which can undo them take meanwhile; then they wait for the answer."""
+"""Live: the most steps, all undoable, that robots take during a search; then they wait."""
 
 MOST_HELPERS = 2
-"""Robots that can help and move in a plan for a request that is due, unless it takes more."""
+"""Most robots that move and help in a plan for a deadline, unless the need takes more."""
 TIMED_STATES = 4_000
-"""States of one such search."""
+"""States of one search for a plan with a deadline."""

@@ -24,7 +24,7 @@ from safenav.world.poses import Mask, region_mask
 
 
 class ContinuationPlans:
-    """Moves of a team that are known to leave the mission feasible, and its last plan.
+    """Moves of a team that are proven to leave the mission feasible, and its last plan.
     ``in_service``: for the team as if every robot were in service."""
 
     def __init__(self, state: TeamState, searches: Searches, *, in_service: bool = False) -> None:

@@ -1,8 +1,9 @@
-"""Proofs of deadlock: no order of moves lets every robot complete, whatever is resolved.
+"""Proofs of deadlock: no order of moves lets every robot complete, even with all obstacles
+resolved.
 
 The search for a plan can exhaust the joint states of a small team, but not those of a large one.
-However, two or three robots that cannot complete without all other robots and all open obstacles
-can never complete: both only restrict their moves.
+However, two or three robots that cannot complete even without the other robots and open obstacles
+can never complete, since both only restrict their moves.
 """
 
 from __future__ import annotations
@@ -97,9 +98,9 @@ def _only(floor: Floor, group: tuple[int, ...]) -> Floor:
 
 
 def meets_the_rest_alone(floor: Floor, robot: RobotState, *, returns: bool) -> bool:
-    """Return whether a robot can meet all remaining targets of a terminating objective without all
-    others and all open obstacles. ``returns``: it must also be able to leave the last target and
-    return, as assignable goals require."""
+    """Return whether a robot can meet all remaining targets of a terminating objective if all other
+    robots and open obstacles are absent. ``returns``: it must also be able to leave the last target
+    and return, as assignable goals require."""
     index = floor.index(robot.name)
     member, here = floor.problem.members[index], 1 << floor.poses[index]
     graph = member.graph

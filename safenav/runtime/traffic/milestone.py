@@ -27,7 +27,7 @@ Row = tuple[int, ...]
 
 class Milestones:
     """Milestones of a robot with formulas, by one of its strategies. Results are cached.
-    ``inputs``: of the environment, whichever of them the formulas name."""
+    ``inputs``: names of the environment inputs that formulas may name."""
 
     def __init__(self, strategy: Strategy, objective: Ltl, inputs: Collection[str]) -> None:
         self.strategy = strategy
@@ -41,8 +41,8 @@ class Milestones:
 
     @cached_method
     def aim(self, node: int, met: frozenset[int]) -> Pose | None:
-        """Return the pose that the robot must reach first; None if it stands there, or it is
-        unknown. ``met``: the goals of its formulas that it has met in this round."""
+        """Return the pose that the robot must reach first; None if the robot stands there or the
+        pose is unknown. ``met``: the goals of its formulas that it has met in this round."""
         way = self._way(node, met)
         return None if way is None else self._milestone(way)
 

@@ -2,7 +2,7 @@
 needed.
 
 Robots follow a plan up to the first resolution, or until each robot with goal poses has reached
-them once; live often to its end.
+them once; in a live run often to its end.
 """
 
 from __future__ import annotations
@@ -56,9 +56,9 @@ class PlanProgress:
         return floor.problem.members[index].graph.pose(number)
 
     def _has_met(self, floor: Floor, index: int, due: Count) -> bool:
-        """Return whether a robot has met what is due, or cannot meet it by waiting: it has another
-        assignment or is out of service, its goals are steps, or none of its remaining targets is
-        here."""
+        """Return whether a robot has met the goals in ``due``, or cannot meet them by waiting: it
+        has another assignment or is out of service, its goals are steps, or none of its remaining
+        targets is here."""
         name, graph = floor.names[index], floor.problem.members[index].graph
         robot = self.state.robots[name]
         formulas = formulas_of(robot.robot, self.state.scenario.map)

@@ -186,8 +186,8 @@ class PlanSearch(Struct):
         return list(answer.states)
 
     def _only_out_hinder(self, floor: Floor) -> None:
-        """Record that no order of moves brings the starving robot to its target while some are out
-        of service: others may be served without the obstacle that it was to resolve."""
+        """Record that no order of moves brings the starving robot to its target while some robots
+        are out of service: other requests may be served without its obstacle."""
         assignment = (robot := self.state.robots[self.starved]).assignment
         if assignment.role is Role.OWN:
             self.state.last_settled.notes.hemmed_in[floor.index(self.starved)] = robot.pose
@@ -213,7 +213,7 @@ class PlanSearch(Struct):
                 else:
                     hopeless.add(gate)
         except BudgetExhaustedError:
-            pass  # perhaps later
+            pass  # another search may succeed
         return frozenset(hopeless)
 
     def _leg_of_starved(self, problem: SearchProblem) -> Answer:
@@ -276,8 +276,8 @@ class PlanSearch(Struct):
         return starves and robot.assignment.role is Role.CHARGES
 
     def _each_has_counted(self, problem: SearchProblem, state: JointState) -> bool:
-        """Return whether each robot with goal poses has reached them once; of the robots that go to
-        a charger only the starving one counts."""
+        """Return whether each robot with goal poses has reached them once; among those that go to a
+        charger, only the starving one counts."""
         course, before = problem.course, problem.start.counts
         for index, robot in enumerate(self.state.robots.values()):
             if self.charges(robot) and not self._at_stop(course, state, index, robot):

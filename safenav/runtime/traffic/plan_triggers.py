@@ -97,7 +97,7 @@ class PlanTriggers:
 
     def _due(self) -> PlanTrigger | None:
         """Return a trigger if by the last decision an obstacle has a deadline and the robot that
-        acts next shares its floor; None if not, or if a plan was already wanted for it."""
+        acts next shares its floor; None if not, or if a plan was already requested for it."""
         settled = self.state.last_settled
         if settled.notes.hurried or settled.in_time is None:
             return None
@@ -111,7 +111,7 @@ class PlanTriggers:
 
     def _clearing(self) -> PlanTrigger | None:
         """Return a trigger if by the last decision a robot that waits for help blocks its helper;
-        None if none does, or if a plan was already wanted for it."""
+        None if none does, or if a plan was already requested for it."""
         settled = self.state.last_settled
         if settled.notes.cleared:
             return None

@@ -1,1 +1,1 @@
-"""One robot's turn: the step it takes, its actions, and what follows from their ends."""
+"""One robot's turn: its step, its actions, and the consequences of their ends."""

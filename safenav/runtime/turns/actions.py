@@ -36,15 +36,15 @@ class Actions(Struct):
         """Let the robot perform its actions where it stands; changes are decided immediately."""
         told = self.world.within_reach(robot.robot, self._cleared(robot)) is not None
         if not told and self._must_not_sweep(robot):
-            return  # a world that is not told what to leave would do all that it can
+            return  # a world without ``within_reach`` would do all that it can
         event, robot.acted = robot.acted, None
         event = event or self._done_by(robot)
         robot.asked, robot.acts_on = True, tuple(self._within_reach(robot)[0])
         yield from self._resolve(robot, event)
 
     def acts_first(self, robot: RobotState) -> bool:
-        """Lockstep: whether a robot stays to act where it stands before it leaves, as a live one
-        does: where it starts, or on what it could not act on when it came."""
+        """Lockstep: whether a robot stays to act before it leaves, as a live one does: at its
+        start, or on obstacles on which it could not act when it arrived."""
         if not robot.active or not robot.robot.capabilities:
             return False
         chosen = self._chosen()
@@ -72,12 +72,12 @@ class Actions(Struct):
         return self._without_echoes(event, ()) if external else event
 
     def waits_to_sweep(self, robot: RobotState) -> bool:
-        """Whether a helper is in its place to act while others are still in the swept regions."""
+        """Whether a helper is in position to act while others are still in the swept regions."""
         helps = robot.assignment.obstacle
         return helps is not None and helps in self._must_not_sweep(robot)
 
     def acts(self, robot: RobotState) -> Generator[Event, None, bool]:
-        """Live: let an idle robot act before it leaves; whether its turn is used up by that."""
+        """Live: let an idle robot act before it leaves; return whether that is its turn."""
         if robot.acting is None:
             return (yield from self._begin(robot))
         event = self.world.acted(robot.robot) if robot.acting == robot.name else None
@@ -88,17 +88,17 @@ class Actions(Struct):
         return True
 
     def _begin(self, robot: RobotState) -> Generator[Event, None, bool]:
-        """Let a robot begin an action on what is within its reach; whether it has begun one."""
+        """Let a robot begin an action on the obstacles within its reach; return whether it has."""
         state, name = self.state, robot.name
         if not robot.active or robot.held is not None or not robot.robot.capabilities:
             return False
         obstacles, group, busy = self._within_reach(robot)
         if not obstacles and (robot.asked or busy):
-            return False  # it is asked again once the others are done
+            return False  # it may act again once the others are done
         robot.asked, robot.acts_on = True, tuple(obstacles)
         event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
         if event is not None and not (event.found or event.reason):
-            if obstacles or self.world.simulated:  # other worlds do nothing unasked
+            if obstacles or self.world.simulated:  # other worlds do nothing unrequested
                 yield from self._resolve(robot, event)
             return False
         command = self.world.number(name) if event is None else event.command or 0
@@ -114,7 +114,7 @@ class Actions(Struct):
         return True
 
     def _end(self, robot: RobotState, event: Acted) -> Iterator[Event]:
-        """Record the end of an action, and take in its results."""
+        """Record the end of an action, and process its results."""
         state, name = self.state, robot.name
         for other in state.robots.values():
             other.acting = None if other.acting == name else other.acting
@@ -132,7 +132,7 @@ class Actions(Struct):
         yield from self._acted(robot, event, barred=bool(barred))
 
     def gone(self, obstacle: Obstacle, *, by_user: bool = False) -> Iterator[Event]:
-        """An obstacle that the team knows has disappeared."""
+        """Process the disappearance of an obstacle, known or not."""
         self.state.failures.gone(obstacle.name, self.world.now())
         self.state.knowledge.sighted.pop(obstacle.name, None)
         if self.state.knowledge.knows(obstacle):
@@ -140,8 +140,8 @@ class Actions(Struct):
             yield ObstacleChanged(Change(obstacle, appeared=False, by_user=by_user))
 
     def _must_not_sweep(self, robot: RobotState) -> list[str]:
-        """The obstacles that a robot would resolve where it stands, but for other robots where
-        they sweep."""
+        """The obstacles that a robot could resolve where it stands if no other robots were in the
+        swept regions."""
         knowledge, clear = self.state.knowledge, self._cleared(robot)
         reach = knowledge.within_reach(robot.robot, self.state.standing(), knowledge.pending)
         swept = [o for o, _ in reach if o.swept(self.state.scenario.map)]
@@ -150,8 +150,8 @@ class Actions(Struct):
     def _resolve(
         self, robot: RobotState, event: Acted, only: Collection[str] | None = None
     ) -> Iterator[Event]:
-        """Take in what an action has resolved, and which other needs were met by it (``only``: of
-        these obstacles)."""
+        """Process the obstacles that an action has resolved, and the other needs that it fulfilled
+        (``only``: of these obstacles)."""
         state = self.state
         cleared = robot.acts_on if state.live else self._cleared(robot)
         names, takers = [obstacle.name for obstacle in cleared], self._takers()
@@ -166,7 +166,7 @@ class Actions(Struct):
             )
         gone = {obstacle.name for obstacle, _ in resolved}
         for one in met:
-            if not one.last or one.obstacle.name in gone:  # else the world has it that it failed
+            if not one.last or one.obstacle.name in gone:  # else the world reports a failure
                 self.tell.met(robot, one)
         if resolved:
             yield from self.relocation.leave_plan()
@@ -183,13 +183,13 @@ class Actions(Struct):
         return {} if chosen is None else chosen.takers(self.state.last_settled.floor)
 
     def _chosen(self) -> InTime | None:
-        """The acts that robots keep to: on a joint plan they take what they pass."""
+        """The acts that bind the robots; None on a joint plan, where they act in passing."""
         settled = self.state.settled
         return None if settled is None or self.traffic.plan.active else settled.in_time
 
     def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
-        """The results of an action without those that change nothing; one on an obstacle for the
-        last need of which nothing is reported has failed, unless that is gone meanwhile."""
+        """The results of an action without those that change nothing. Without a result for an
+        obstacle's last need the action has failed, or the obstacle is gone."""
         if event is None:
             return None
         event = self._without_echoes(event, {obstacle.name for obstacle in obstacles})
@@ -204,10 +204,10 @@ class Actions(Struct):
         return replace(event, found=(*event.found, *missing))
 
     def _without_echoes(self, event: Acted, named: Collection[str]) -> Acted:
-        """The results but those on obstacles that the action did not name, and that are not there
-        to the team's knowledge: a failure, or once more what was resolved before. A world that
-        repeats them would be asked forever whether there is more to do. Nor those by which an
-        obstacle would be resolved whose last need is not met: another need was, at most."""
+        """Return the results without echoes: results on obstacles that the action did not name and
+        the team does not know as present (a failure, or an earlier resolution). A world that
+        repeats them would keep the robot acting forever. Also drop results that report an obstacle
+        as resolved while its last need cannot be fulfilled yet."""
         told, dropped = list[tuple[Obstacle, ActResult]](), list[tuple[Obstacle, ActResult]]()
         early = [pair for pair in event.found if self._is_early(event.robot, *pair)]
         if early and self.state.live:
@@ -226,8 +226,8 @@ class Actions(Struct):
         return replace(event, found=tuple(told))
 
     def _is_early(self, name: str, obstacle: Obstacle, result: ActResult) -> bool:
-        """Whether a world says that a robot has delivered a load which it has only taken: of the
-        needs that are left, the same robot must meet one elsewhere."""
+        """Whether a world reports that a robot has delivered a load which it has only taken: one of
+        the remaining needs must be fulfilled by the same robot elsewhere."""
         state = self.state
         known = result is ActResult.DONE and obstacle.name in state.knowledge.pending
         if not known or self.world.simulated:
@@ -239,8 +239,8 @@ class Actions(Struct):
         )
 
     def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...], bool]:
-        """The pending obstacles on which a robot can act where it stands, and who takes part; and
-        whether it leaves others to robots that act on them already."""
+        """The pending obstacles on which a robot can act where it stands, the robots that take
+        part, and whether it leaves others to robots that already act on them."""
         state, group, busy = self.state, {robot.name}, False
         idle = {
             name: other.pose.region
@@ -261,7 +261,7 @@ class Actions(Struct):
         return found, tuple(name for name in state.robots if name in group), busy
 
     def _acted(self, robot: RobotState, event: Acted, *, barred: bool) -> Iterator[Event]:
-        """Take in the results of an action. ``barred``: the robot leaves an obstacle to others."""
+        """Process the results of an action. ``barred``: the robot leaves an obstacle to others."""
         for obstacle, result in event.found:
             if result is ActResult.NOTHING:
                 yield from self.gone(obstacle)
@@ -274,8 +274,8 @@ class Actions(Struct):
         if barred:
             yield from self.relocation.leave_plan()
             yield Unsettled(vocabulary.Reason.REQUEST)
-        # An action that fails has the reported effects only. One that finds nothing where it was
-        # directed has still met the other needs that are met where the robots stand.
+        # A failed action has the reported effects only. One that finds its obstacle gone still
+        # fulfils the other needs that the robots can fulfil where they stand.
         failed = any(result is ActResult.FAILED for _, result in event.found)
         failed = failed or bool(event.reason and not event.found)
         if done or not failed:

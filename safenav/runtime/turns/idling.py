@@ -26,7 +26,7 @@ class Idling(Struct):
     _idle: dict[str, Hashable] = field(default_factory=dict)
 
     def unless_idle(self, robot: RobotState, turn: Callable[[], object]) -> None:
-        """Carry out a turn, unless it is as the last one, which has changed nothing."""
+        """Carry out a turn, unless it equals the last one, which changed nothing."""
         view = self._view(robot) if self.state.live else None
         if view is not None and self._idle.get(robot.name) == view:
             return
@@ -35,7 +35,7 @@ class Idling(Struct):
         self._idle[robot.name] = view if before == self._traces(robot) else None
 
     def _view(self, robot: RobotState) -> Hashable | None:
-        """All that a robot's turn depends on; None if that may be more."""
+        """A key of all that a robot's turn depends on; None if it may depend on more."""
         state, traffic, name = self.state, self.traffic, robot.name
         if self._is_engaged(robot):
             return None
@@ -47,11 +47,11 @@ class Idling(Struct):
             return None
         seen = self.choice.observation(robot)
         if seen != robot.stays_for and (not self.simulated or state.graph(robot).one_way):
-            return None  # what is beyond the sides of its region may count, too
+            return None  # regions beyond its neighbours may count, too
         return known, seen
 
     def _is_engaged(self, robot: RobotState) -> bool:
-        """Whether more than its strategy, the plan and others beside it decide on a turn."""
+        """Whether a turn depends on more than its strategy, the plan and adjacent robots."""
         state, task = self.state, robot.planner.task
         if robot.transit is not None or robot.acting is not None or robot.held is not None:
             return True
@@ -65,7 +65,7 @@ class Idling(Struct):
         return formulas or robot.robot.model.battery is not None
 
     def _traces(self, robot: RobotState) -> Hashable:
-        """The state of a robot and of the trace, which a turn may alter."""
+        """A key of the state of a robot and of the trace, which changes if a turn has an effect."""
         planner, counts = robot.planner, (robot.own.mark, robot.progress.mark)
         left = robot.pose, robot.transit, robot.held, robot.acting, robot.asked, robot.begun
         node = planner, planner.node, planner.behind

@@ -24,7 +24,7 @@ from safenav.trace import records
 from safenav.world.moves import Pose
 
 PATIENCE = 25
-"""Ticks without a fairness assumption that are worth a word at the end of a run."""
+"""Ticks after which an unmet fairness assumption is reported at the end of a run."""
 
 Values = Mapping[str, int]
 
@@ -36,9 +36,9 @@ class GuaranteeError(SafenavError):
 
 
 class _Watched(Struct):
-    """One robot's specification in execution. ``met``: when each fairness assumption last
-    held; ``good``: steps that were found to break nothing; ``broken``: the assumptions that an
-    observation breaks, by node; ``fair``: those on fairness that hold in a step."""
+    """One robot's specification in execution. ``met``: when each fairness assumption last held;
+    ``good``: steps that break nothing; ``broken``: the assumptions that an observation breaks at a
+    node; ``fair``: the fairness assumptions that hold in a step."""
 
     spec: Specification
     met: dict[Constraint, int]
@@ -57,8 +57,8 @@ class Monitors:
         self._watched: dict[str, _Watched] = {}
 
     def broken_assumptions(self, robot: RobotState, observed: Values) -> list[Constraint]:
-        """Return a robot's assumptions that the other robots violated since its last step. Nothing
-        is known of a robot that has left its automaton, or did not answer the last look."""
+        """Return a robot's assumptions that the other robots violated since its last step. None are
+        known for a robot that is off its automaton or was held back after its last look."""
         watched, planner = self._watched[robot.name], robot.planner
         if planner.node is None or planner.behind or not self._complete(watched.spec, observed):
             return []
@@ -70,7 +70,7 @@ class Monitors:
         return found
 
     def watch(self, robot: RobotState) -> None:
-        """Watch a robot with a new strategy, whose start is checked now. Raises GuaranteeError."""
+        """Monitor a robot's new strategy, and check its initial node. Raises GuaranteeError."""
         spec, values = robot.planner.strategy.specification, robot.planner.values()
         fairness = spec.section(Section.ENV_LIVENESS)
         self._watched[robot.name] = _Watched(spec, dict.fromkeys(fairness, self._state.tick))
@@ -79,12 +79,12 @@ class Monitors:
                 raise self._defect(robot, constraint)
 
     def tell(self, robot: RobotState, broken: Sequence[Constraint]) -> None:
-        """Put broken assumptions into the trace, each rule once."""
+        """Record broken assumptions, each rule once."""
         for rule in dict.fromkeys(str(constraint.origin) for constraint in broken):
             self._state.emit(records.Assumption(self._state.tick, robot.name, rule))
 
     def check_guarantees(self, robot: RobotState, observed: Values, proposal: Proposal) -> None:
-        """Check a step before it is taken, and take note of the fairness that it met.
+        """Check a step before it is taken, and note the fairness assumptions that it meets.
 
         Raises GuaranteeError.
         """
@@ -108,8 +108,8 @@ class Monitors:
             watched.met[constraint] = self._state.tick
 
     def allows_planned(self, robot: RobotState, pose: Pose) -> bool:
-        """Whether the formulas of a robot allow a step of a joint plan with what it remembers.
-        Plans may be made without that, so only formulas that refer to memory can forbid a step.
+        """Whether the formulas of a robot, with its memory, allow a step of a joint plan. Plans may
+        ignore the memory, so only formulas that refer to memory (or inputs) can forbid a step.
 
         Raises GuaranteeError.
         """

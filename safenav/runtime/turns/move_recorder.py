@@ -1,5 +1,5 @@
-"""The trace lines of a turn: the move, the obstacle that stopped it, the needs that it met, what a
-strategy did not know."""
+"""The trace lines of a turn: moves, obstacles that stopped them, needs fulfilled, observations that
+no strategy input represents."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ _HOLDS = {
 
 
 class MoveRecorder:
-    """Emits the lines of turns; remembers the signal that each robot's moves recorded last, and
-    what they have said of its beliefs."""
+    """Emits the lines of turns; remembers each robot's last recorded signal and beliefs."""
 
     def __init__(self, state: TeamState) -> None:
         self._state = state
@@ -40,8 +39,8 @@ class MoveRecorder:
         command: int = 0,
         seconds: float | None = None,
     ) -> None:
-        """Record that a robot is on its way. ``step``: None in its later ticks. ``seconds``: what
-        it is expected to take."""
+        """Record that a robot is in transit. ``step``: None in its later ticks. ``seconds``: its
+        expected duration."""
         transit = robot.transit
         assert transit is not None
         if not self._state.live:
@@ -94,11 +93,11 @@ class MoveRecorder:
         self._beliefs(robot)
 
     def looked(self, task: Task, known: Mapping[str, Knowledge]) -> None:
-        """A robot has looked, with this result."""
+        """Keep the result of a robot's look, to be recorded after its move."""
         self._looked = (task, known)
 
     def _beliefs(self, robot: RobotState) -> None:
-        """Emit what is new of the last look, after the move that it led to."""
+        """Record the beliefs that the last look changed, after the resulting move."""
         if self._looked is None:
             return
         (task, knowledge), self._looked = self._looked, None
@@ -164,15 +163,15 @@ class MoveRecorder:
         self._state.emit(records.Late(self._state.tick, event, reason, robot, name, at=at))
 
     def met(self, robot: RobotState, met: NeedMet) -> None:
-        """``robot`` has met one of the needs of an obstacle, with others or alone."""
+        """Record that ``robot`` has fulfilled a need of an obstacle, alone or with others."""
         need = met.obstacle.name, met.need, met.obstacle.needs[met.need].action
         group = met.group if len(met.group) > 1 else None
         who = robot.name, robot.pose.region, group
         self._state.emit(records.Met(self._state.tick, *need, *who))
 
     def no_answer(self, robot: RobotState, observed: Mapping[str, int]) -> None:
-        """Record that the strategy has no successor, and no single violated assumption is the
-        reason: its inputs cannot represent the observation."""
+        """Record that the strategy has no successor although no single assumption is violated: its
+        inputs cannot represent the observation."""
         where = ", ".join(f"{name} = {value}" for name, value in observed.items())
         name = f"movement of the other robots (observed: {where})"
         self._state.emit(records.Assumption(self._state.tick, robot.name, name))

@@ -1,5 +1,5 @@
-"""The steps of robots: begun, under way, ended, and what they count for. A robot whose step fails
-tries again, reports an obstacle, or is out of service."""
+"""The steps of robots: begun, in transit, ended, and the goals that they meet. A robot whose step
+fails tries again, reports an obstacle, or is out of service."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Moves(Struct, frozen=True):
     actions: Actions
 
     def begin(self, robot: RobotState, step: DecidedStep) -> Iterator[Event]:
-        """Begin a step; one that is over when the command returns ends immediately."""
+        """Begin a step; one that has ended when the command returns is processed immediately."""
         if self.state.live and step.pose == robot.pose:
             self.tell.stays(robot, step)
             around = self._values_around(robot, robot.pose, step.before)
@@ -90,7 +90,7 @@ class Moves(Struct, frozen=True):
         self, robot: RobotState, step: DecidedStep, event: Ended, recorded: DecidedStep | None
     ) -> Iterator[Event]:
         """Process the end of a step: let the robot act there, and count its progress. ``recorded``:
-        its line in a trace in ticks."""
+        the step as recorded by a lockstep trace."""
         start, pose, progress = robot.pose, step.pose, robot.progress
         robot.transit, robot.claims = None, {}
         self.state.moved()
@@ -121,9 +121,9 @@ class Moves(Struct, frozen=True):
     def _values_around(
         self, robot: RobotState, start: Pose, before: Values, *, strayed: bool = False
     ) -> StepValues:
-        """The variables of formulas around a step that has just ended, and remember what they do
-        (nothing else depends on them). Where it was not their strategy's step: poses, and what is
-        remembered, which changes as the formulas have it if they allow the step."""
+        """Return the variables of formulas before and after a step that has just ended, and update
+        the formula memory. If it was not the strategy's step, they are the poses, inputs and
+        memory, which changes by the formulas if these allow the step."""
         own, progress = robot.robot.objective, robot.progress
         if not isinstance(progress.objective, Ltl):
             return before, {}
@@ -157,7 +157,7 @@ class Moves(Struct, frozen=True):
     def _count(
         self, robot: RobotState, progress: Progress, around: StepValues, *, strayed: bool = False
     ) -> None:
-        """Count the goals that the robot has met in its turn, unless its assignment has changed."""
+        """Count the goals that the robot met in its turn, unless its assignment has changed."""
         done = self.state.rounds_counted(robot)
         if not robot.begun:
             self.relocation.strategies.begin(robot)
@@ -166,8 +166,8 @@ class Moves(Struct, frozen=True):
         self.state.changes += self.state.rounds_counted(robot) != done
 
     def _has_counted(self, robot: RobotState, around: StepValues) -> bool:
-        """Live: whether a robot that stays where it meets all its goals has met them as often as is
-        wanted. A pass takes no time: counting each of them would fill the trace."""
+        """Live: whether a robot that meets all its goals by staying has met them as often as
+        required. A pass takes no time, so counting every pass would fill the trace."""
         wanted = self.state.scenario.until.rounds if robot.progress is robot.own else 1
         enough = robot.begun and robot.progress.rounds >= wanted
         return enough and robot.progress.met_by_staying(robot.pose.region, *around)
@@ -182,7 +182,7 @@ class Moves(Struct, frozen=True):
             case Elsewhere() if robot.pose.region in taken(self.state, robot.robot) - {
                 start.region
             }:
-                return Reaction.OUT_OF_SERVICE, None  # it slid to where another robot is
+                return Reaction.OUT_OF_SERVICE, None  # it slid into another robot's region
             case Arrived() | Elsewhere():
                 return None, None
             case Lost():
@@ -205,7 +205,7 @@ class Moves(Struct, frozen=True):
         return reaction, violation
 
     def _stops(self, robot: RobotState, obstacle: Obstacle, at: float) -> bool:
-        """Whether an obstacle that a robot has met stops it, and was not opened after that."""
+        """Whether an obstacle that a robot encountered stops it, and was not opened afterwards."""
         if self.state.failures.is_late(obstacle.name, at):
             self.tell.late("blocked", "the obstacle was opened later", robot.name, obstacle, at)
             return False
@@ -244,8 +244,9 @@ class Moves(Struct, frozen=True):
             yield events.HelpRequested(encountered.violation)
 
     def _lost(self, robot: RobotState, event: Lost) -> Iterator[Event]:
-        """Close all regions but one in which a lost robot may be: it blocks that one itself. Where
-        it may be in a zone that it does not hold by that, close all of this to the others."""
+        """Close all regions in which a lost robot may be, except its last one, which it blocks
+        itself. If it may be in a zone that it does not block there, close the whole zone to the
+        zone's other robots."""
         others = frozenset(other.name for other in self.state.in_conflict(robot.robot))
         here = robot.pose.region
         closed = dict.fromkeys(event.regions - {here}, others)

@@ -18,12 +18,12 @@ from safenav.spec.specification import Constraint
 from safenav.trace.vocabulary import ChangeCause, PlanEndReason, Reason
 
 _BY = {ChangeCause.SCENARIO: "by a change of the scenario", ChangeCause.USER: "by an operator"}
-"""Who takes a robot out of service."""
+"""The agent that takes a robot out of service."""
 
 
 class Relocation(Struct, frozen=True):
-    """Finds the nodes in which robots continue; where a strategy has none, an event asks for
-    another strategy."""
+    """Finds the nodes from which robots continue; if a strategy has none, an event requests another
+    strategy."""
 
     state: TeamState
     strategies: Strategies
@@ -32,7 +32,7 @@ class Relocation(Struct, frozen=True):
     def leave_plan(
         self, reason: PlanEndReason = PlanEndReason.CHANGED, *, settling: bool = True
     ) -> Iterator[Event]:
-        """End the joint plan: every robot continues with a strategy that knows where it is.
+        """End the joint plan: every robot continues with a strategy that has a node for its pose.
         ``settling``: new strategies come with the decision right after this."""
         if not self.traffic.plan.active:
             return
@@ -44,7 +44,7 @@ class Relocation(Struct, frozen=True):
             yield events.OutsideStrategy(robot.name, Reason.PLAN)
 
     def _off_their_strategies(self) -> list[RobotState]:
-        """The robots that can decide something and are in no node of their strategy."""
+        """The robots that are not in transit and in no node of their strategy."""
         return [
             robot
             for robot in self.state.robots.values()
@@ -61,8 +61,8 @@ class Relocation(Struct, frozen=True):
             yield events.ServiceChanged(robot.name, active, cause)
 
     def put_in_service(self, robot: RobotState, *, active: bool) -> None:
-        """A robot that is back continues from where it is, whatever the others have done meanwhile.
-        If it needs a new strategy, the decision right after this brings one."""
+        """Put a robot in or out of service. One that is back continues from its pose; if it needs a
+        new strategy, the decision right after this provides one."""
         robot.active = active
         if active:
             self.state.failures.back(robot.name)
@@ -74,7 +74,8 @@ class Relocation(Struct, frozen=True):
             self.strategies.relocate(robot)  # else its assignment has changed meanwhile
 
     def go_on(self, robot: RobotState) -> Iterator[Event]:
-        """Continue a robot off its strategy from where it is: in it, if that knows the pose."""
+        """Continue a robot off its strategy from its pose, in that strategy if it has a node for
+        the pose."""
         if robot.planner.node is not None or not robot.active:
             return
         if not self.strategies.relocate(robot):
@@ -89,8 +90,8 @@ class Relocation(Struct, frozen=True):
             yield from self.go_on(robot)
 
     def is_placed(self, robot: RobotState) -> None:
-        """A robot is in a pose in which its strategy has not brought it. If that is its next target
-        it has met that: a strategy that begins there counts it."""
+        """Process a robot's pose that its strategy did not lead to. If the robot is at its next
+        target, the strategy that begins there counts the target as met."""
         robot.planner.node = None
         if robot.pose.region in robot.progress.awaited():
             robot.begun = False

@@ -24,7 +24,7 @@ from safenav.world.poses import region_mask
 
 
 class StepChoice(Struct, frozen=True):
-    """Observes for a robot, and checks the steps that it proposes."""
+    """Observes for a robot, and checks the steps that its strategy proposes."""
 
     state: TeamState
     world: Commands
@@ -43,15 +43,15 @@ class StepChoice(Struct, frozen=True):
         return observed
 
     def look_around(self, robot: RobotState, shown: frozenset[Region] = frozenset()) -> Sightings:
-        """Look around, once per turn: a look lets beliefs grow by a step of the others. What a
-        strategy believes of others stays true by that, also where it decides nothing."""
+        """Look around, once per turn: each look extends beliefs by one step of the other robots. So
+        beliefs stay true also in turns without a decision."""
         sightings = self._sightings(robot, shown)
         self.tell.looked(robot.planner.task, sightings.known)
         return sightings
 
     def _sightings(self, robot: RobotState, shown: frozenset[Region]) -> Sightings:
-        """Return what a robot observes of the robots that its task is about; regions ``shown``
-        count as occupied."""
+        """Return what a robot observes of the robots in its task; regions ``shown`` count as
+        occupied."""
         team, here, task = self.state, robot.pose.region, robot.planner.task
         positions = {o.name: team.robots[o.name].pose.region for o in task.observed}
         known = team.beliefs.look(task, team.scenario.map, here, positions)
@@ -103,7 +103,7 @@ class StepChoice(Struct, frozen=True):
             planner.switch.stopped = robot.pose
         options = planner.alternatives(robot.pose, observed, refused)
         if self.state.live or robot.robot.model.timing.most > 1:
-            # Help is asked for at the end of this turn, and not by a robot on its way elsewhere.
+            # Help is requested at the end of this turn, and not by a robot in transit.
             options = [option for option in options if option.pose == robot.pose]
         safe = next(
             option
@@ -152,8 +152,8 @@ class StepChoice(Struct, frozen=True):
         return self.traffic.certified(robot.name, pose)
 
     def _out_of_ways(self, robot: RobotState, pose: Pose) -> bool:
-        """Live: whether a robot keeps out of what others occupy, or still need for the joint plan;
-        and, while a decision waits for strategies, can come back."""
+        """Live: whether ``pose`` avoids regions that others occupy or still need for the joint
+        plan; and, while a decision waits for strategies, lets the robot return."""
         had = taken(self.state, robot.robot)
         if pose.region in had or self.traffic.plan.ahead(robot.name) >> pose.region & 1:
             return False

@@ -1,6 +1,6 @@
 """One robot's turn: look, propose, characterize, back up, move, act.
 
-The order of what happens here is the order of lines in a trace (docs/trace.md).
+The order of these steps is the order of trace lines (docs/trace.md).
 """
 
 from __future__ import annotations
@@ -73,15 +73,15 @@ class Turns:
             yield from self._follow_strategy(robot)
 
     def _may_act(self, robot: RobotState) -> bool:
-        """Live: whether a robot may act where it stands; it does not while an operator is waited
-        for, who may be there."""
+        """Live: whether a robot may act where it stands. It does not while the team waits for an
+        operator, who may be there."""
         state = self.state
         may = robot.acting is not None or not state.waits_for_operator
         return state.live and (may or may_continue(self.state, robot))
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
-        """The turn of a robot that makes no decisions: it looks around, and stays. Its strategy
-        learns what it has seen."""
+        """The turn of a robot that decides nothing: it looks around, and stays. Its strategy is
+        updated with the look."""
         planner = robot.planner
         self.choice.look_around(robot)
         yield from self._stay(robot, why)
@@ -92,8 +92,8 @@ class Turns:
             self.strategies.catch_up(robot)
 
     def _released(self, robot: RobotState) -> bool:
-        """Live: whether a robot has done its way of the joint plan, and continues by its strategy
-        (``may_move`` keeps it out of the ways of the others)."""
+        """Live: whether a robot has completed its part of the joint plan, and continues with its
+        strategy (``_may_move`` keeps it out of the others' paths)."""
         planner = robot.planner
         if not self.state.live or not self.traffic.plan.released(robot.name):
             return False
@@ -105,14 +105,14 @@ class Turns:
         return planner.node is not None
 
     def _charges(self, robot: RobotState) -> bool:
-        """Whether it stands on a charger, and is not to go to another one."""
+        """Whether it stands on a charger, and has no other one to go to."""
         here, stop = robot.pose.region, robot.stop
         put_there = self.state.live and stop is None
         away = put_there or (stop is not None and stop.region != here)
         return here in self.state.scenario.chargers and not away
 
     def _awaits_action(self, name: str) -> bool:
-        """Live: whether a robot has followed a helper that is in its place to act."""
+        """Live: whether a robot has followed a helper that is in position to act."""
         return self.traffic.plan.follows(name) and any(
             other.assignment.role is Role.HELPS
             and other.transit is None
@@ -138,7 +138,7 @@ class Turns:
         broken = self.monitors.broken_assumptions(robot, observed)
         answer = planner.propose(observed)
         lost, proposal = answer is None, answer or Proposal(robot.pose, None)
-        if self.traffic.holds(robot.name):  # a plan is due: it begins no other step
+        if self.traffic.holds(robot.name):  # a plan is about to begin, so no other step does
             lost, proposal = False, planner.held_back(robot.pose, observed)
         silent = lost and planner.node is not None and not (broken or planner.behind)
         violation = choice.violation(robot, proposal.pose)
@@ -172,11 +172,11 @@ class Turns:
     def _note_decision(
         self, robot: RobotState, observed: Mapping[str, int], proposal: Proposal, seen: Hashable
     ) -> None:
-        """Live: note what a robot decides, and that its strategy stays for what it has ``seen``.
-        The same again at the same place leads to nothing new, however often it is decided."""
+        """Live: note a robot's decision, and that its strategy stays for the observation ``seen``.
+        Repeating a decision in the same pose changes nothing."""
         planner = robot.planner
         stays = (proposal.pose, proposal.node) == (robot.pose, planner.node)
-        # With regions shown, whether it could come back depends on all others.
+        # With regions shown, whether it could return depends on all other robots.
         lasts = not (proposal.shown and self.state.graph(robot).one_way)
         robot.stays_for = seen if stays and proposal.answers and lasts else None
         robot.shown = proposal.shown
@@ -186,8 +186,8 @@ class Turns:
             robot.stood.add(moment)
 
     def _follow_plan(self, robot: RobotState) -> Iterator[Event]:
-        """The next step of the joint plan, checked like any other move; the robot looks around as
-        in any other turn, so that what it knows of others stays true."""
+        """Take the next step of the joint plan, checked like any other move. The robot looks around
+        as in any other turn, so that its beliefs stay true."""
         self.choice.look_around(robot)
         pose = self.traffic.plan.next_pose(robot.name)
         shut = taken if self.state.live else swept
@@ -202,7 +202,7 @@ class Turns:
             yield events.ObstacleEncountered(violation)
         if pose is None or violation is not None:
             if robot.planner.task.tracking is not Tracking.NEARBY:
-                robot.planner.node = None  # it remembers where others were, and they move on
+                robot.planner.node = None  # it remembers the others' former regions
             why = HoldReason.PLAN if self.traffic.plan.active else HoldReason.HELD
             by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
             yield from self._stay(robot, why, by)

@@ -7,10 +7,9 @@ from safenav.scenario.objective import Ltl
 
 
 def may_continue(team: TeamState, robot: RobotState) -> bool:
-    """Whether a robot moves while the team waits: it can undo each of its moves alone. Either it
-    waits for nothing, and has a strategy for its own objective, which none of those has that the
-    wait is about; or it has one for its objective while it waits for a change of the scenario; or
-    for the way to its charger."""
+    """Whether a robot moves while the team waits. It must be able to undo each of its moves alone,
+    and have a strategy for its own objective (without waiting for help, and if the wait is not
+    about it), for its objective for waiting, or for the path to its charger."""
     planner, waiting = robot.planner, team.waiting
     if planner.node is None or not robot.active or robot.held is not None:
         return False
@@ -30,14 +29,14 @@ def may_continue(team: TeamState, robot: RobotState) -> bool:
 
 
 def has_other_objective(team: TeamState, robot: RobotState) -> bool:
-    """Whether a robot is to pursue its objective while it waits, as the team waits for a change of
-    the scenario: nothing else would be possible then if it stayed."""
+    """Whether a robot pursues its objective for waiting while the team waits for a change of the
+    scenario."""
     if team.waits_until is None or robot.robot.while_waiting is None:
         return False
     return robot.active and _waits_for_help(team, robot) and not team.graph(robot).one_way
 
 
 def _waits_for_help(team: TeamState, robot: RobotState) -> bool:
-    """Whether a robot has requested something that is not resolved."""
+    """Whether a robot has requested help with an obstacle that is not resolved."""
     requests = (*team.requests, *team.requests.given_up)
     return any(robot.name in request.requesters for request in requests)
