@@ -180,7 +180,7 @@ def _drawing(draws: str) -> Callable[[object], str]:
     return draw
 
 
-if not TYPE_CHECKING:  # or a type checker would take any name for a public one
+if not TYPE_CHECKING:  # a type checker would otherwise accept any name
 
     def __getattr__(name: str) -> object:
         if name not in _HOMES:

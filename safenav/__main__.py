@@ -1,4 +1,5 @@
-"""Entry point of the command, also as ``python -m safenav``; Ctrl-C ends its imports, too."""
+"""Entry point of the command, also of ``python -m safenav``. Ctrl-C ends it even while modules
+load."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ import sys
 
 def main() -> None:
     """Run the command line."""
-    # Modules, strategies and searches are millions of objects and hardly a cycle: look for cycles
-    # seldom, from the first import on, and not once more through all of them at the exit.
+    # Modules, strategies and searches are millions of objects with hardly a cycle: collect
+    # rarely, from the first import on, and not again at exit.
     gc.set_threshold(200_000, 20, 100)
     atexit.register(gc.freeze)
     try:

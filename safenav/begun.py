@@ -10,9 +10,9 @@ from safenav.bounds import Count, Place, Region, Sha256
 
 
 class RoundClock(Struct, frozen=True):
-    """A round that was begun ``since`` so many ticks (-1: in tick 1). ``disturbed``: the
-    robot has done something else in it, ``before``: in the one before it; ``over``: it is judged
-    already."""
+    """The clock of a round with a deadline. ``since``: ticks since it began (-1: it begins in tick
+    1); ``disturbed``: the robot did something else in this round, ``before``: in the previous one;
+    ``over``: its deadline has been judged."""
 
     since: int
     disturbed: bool = False
@@ -22,8 +22,8 @@ class RoundClock(Struct, frozen=True):
 
 class Done(Struct, frozen=True):
     """A robot's progress with its own objective: ``rounds`` since the last resolution, the targets
-    ``seen`` in the present one, the target whose ``turn`` it is. ``uncounted``: what it meets where
-    it stands is not counted yet. ``memory``: of its formulas."""
+    ``seen`` in the present round, the target whose ``turn`` it is. ``uncounted``: whether a target
+    at its pose is not counted yet; ``memory``: values of its formulas' variables."""
 
     rounds: Count = 0
     seen: tuple[Count, ...] = ()
@@ -34,9 +34,9 @@ class Done(Struct, frozen=True):
 
 
 class PlanLeft(Struct, frozen=True):
-    """The rest of a joint plan: the places of each robot (region and heading), the first where it
-    stands; ``[first, i, then, j]``: ``then`` enters its place ``j`` only when ``first`` has
-    arrived at its place ``i``; why the plan was made."""
+    """The rest of a joint plan. ``robots``: poses of each robot, its present one first; ``orders``:
+    ``[first, i, then, j]``, ``then`` enters its pose ``j`` only when ``first`` has arrived at its
+    pose ``i``; ``reason``: why the plan was made."""
 
     robots: Mapping[str, tuple[Place, ...]]
     orders: tuple[tuple[str, Count, str, Count], ...]
@@ -44,17 +44,16 @@ class PlanLeft(Struct, frozen=True):
 
 
 class Begun(Struct, frozen=True):
-    """The run that this one continues, whose promises and objectives were accepted: what cannot be
-    kept from here is judged, and not refused. ``trace``: the sha256 of its trace, if it is a file;
-    ``robots``: those that had begun; ``due``: the ticks left for the requests that were open;
-    ``late``: the obstacles whose promise is broken; ``closed``: those that were found
-    untraversable; ``had``: the robots that have had their turn of tick 1 before; ``met``: the
-    robots that met the first needs of obstacles, where the same robots must meet the next;
-    ``asked``: the obstacles that were requested, the oldest first, with the region where each
-    requester waits; ``stays``: those of which an operator says that they stay;
-    ``plan``: the rest of the joint plan that was followed; ``waited``: the ticks for which robots
-    had stood before, without another target; ``charging``: those that charge where they stand;
-    ``ran``: it was not refused before its first tick."""
+    """The run that this one continues. Its deadlines and objectives were accepted, so those that
+    are infeasible from here are judged, not refused. ``trace``: sha256 of its trace, if that is a
+    file; ``robots``: progress of the robots that had begun; ``due``: ticks left for each open
+    request; ``late``: obstacles whose deadline had passed; ``closed``: obstacles found
+    untraversable; ``had``: robots that have already had their turn of tick 1; ``met``: the robots
+    that fulfilled the first needs of an obstacle, if the same robots must fulfil the next;
+    ``asked``: requested obstacles, the oldest first, with the region where each requester waits;
+    ``stays``: obstacles that an operator has declared permanent; ``plan``: the rest of the joint
+    plan; ``waited``: ticks without progress of each robot; ``charging``: robots that charge at
+    their pose; ``ran``: the run was not refused before its first tick."""
 
     trace: Sha256 | None = None
     robots: Mapping[str, Done] = {}

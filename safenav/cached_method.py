@@ -1,4 +1,4 @@
-"""Results that an object keeps, by arguments."""
+"""Methods whose results are cached by their arguments."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _Result = TypeVar("_Result")
 def cached_method(
     method: Callable[Concatenate[_Self, _Asked], _Result],
 ) -> cached_property[Callable[_Asked, _Result]]:
-    """A method that is a pure function of its arguments, and of what its object never changes:
-    each result is computed once. The object has a ``__dict__``."""
+    """Decorate a method that depends only on its arguments and on constant state of its object, to
+    compute each result once. The object needs a ``__dict__``."""
 
     def of(owner: _Self) -> Callable[_Asked, _Result]:
         return cast("Callable[_Asked, _Result]", cache(partial(method, owner)))

@@ -1,5 +1,5 @@
-"""Graphs that are explored from their beginnings, and their strongly connected components in one
-pass (Tarjan: SIAM J. Comput. 1972)."""
+"""Graph search from initial states, and strongly connected components in one pass (Tarjan: SIAM J.
+Comput. 1972)."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ _State = TypeVar("_State", bound=Hashable)
 def explored(
     begins: Iterable[_State], after: Callable[[_State], Sequence[_State]]
 ) -> dict[_State, Sequence[_State]]:
-    """The states that can be reached from ``begins``, each with those ``after`` it; depth first,
-    the last successor first."""
+    """Return the states reachable from ``begins``, each with its successors (``after``); depth
+    first, the last successor first."""
     found: dict[_State, Sequence[_State]] = {}
     stack = list(begins)
     while stack:
@@ -30,8 +30,8 @@ def explored(
 def shortest_paths(
     begins: Iterable[_State], after: Callable[[_State], Iterable[_State]]
 ) -> dict[_State, _State]:
-    """The states that can be reached from ``begins``, the nearest first, each with the one before
-    it on a shortest path; a beginning has itself there."""
+    """Return the states reachable from ``begins``, the nearest first, each with its predecessor on
+    a shortest path; the predecessor of an initial state is itself."""
     before = {state: state for state in begins}
     queue = list(before)
     for state in queue:
@@ -43,7 +43,8 @@ def shortest_paths(
 
 
 def path_to(state: _State, before: Mapping[_State, _State]) -> tuple[_State, ...]:
-    """The path to a state by the result of ``shortest_paths``, from its beginning on."""
+    """Return the path from an initial state to a state. ``before``: result of
+    ``shortest_paths``."""
     path = [state]
     while before[path[-1]] != path[-1]:
         path.append(before[path[-1]])
@@ -51,7 +52,7 @@ def path_to(state: _State, before: Mapping[_State, _State]) -> tuple[_State, ...
 
 
 def components(graph: Graph) -> list[list[int]]:
-    """Return the strongly connected components, each after those that it leads to."""
+    """Return the strongly connected components, each after the components that it can reach."""
     found: list[list[int]] = []
     index = [-1] * len(graph)
     low = [0] * len(graph)

@@ -1,7 +1,7 @@
-"""Every error that safenav raises on purpose, and the exit code that goes with it.
+"""All deliberate errors of safenav, and their exit codes.
 
-A proven negative (unrealizable, operator needed) is not an error: it is an outcome, and
-travels as data. This module has bad input, exhausted resources, and broken tools.
+A proven negative (unrealizable, operator needed) is not an error but an outcome, returned as data.
+This module covers bad input, exhausted resources, and broken tools.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ _OF_OUTCOMES = {
 
 
 def exit_code_of(outcome: Outcome) -> ExitCode:
-    """Return the exit code of a run that ends so, if nothing else was expected."""
+    """Return the exit code of a run with this outcome, if its scenario expects no other."""
     return _OF_OUTCOMES.get(outcome, ExitCode.NEGATIVE)
 
 
 WRONG_NAMES = (errno.ENAMETOOLONG, errno.ELOOP)
-"""Errors that the name of a file causes, wherever it comes from and whatever it is used for."""
+"""Errors caused by a file's name, whatever the file is used for."""
 FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of a file, or an output, that cannot grow."""
 
 
 def file_words(error: OSError) -> str:
-    """A file that cannot be used, and why; of a long name only the beginning."""
+    """Return the name of a file that cannot be used, shortened if long, and the reason."""
     name, why = str(error.filename or ""), error.strerror or str(error)
     shown = name if len(name) <= _NAME else f"{name[: _NAME - 3]}..."
     return f"{shown}: {why}" if shown else why
@@ -60,15 +60,14 @@ _LINE = 76
 """Width of an excerpt with its line number: indented, it fits into 80 columns, so that the caret
 stays below its column."""
 _REPORTED = 101
-"""The most diagnostics of a message: 100 of a scenario, and a last one that counts the others."""
+"""Maximum number of diagnostics in a message: 100 of a scenario, and one that counts the rest."""
 
 
 class Diagnostic(Struct, frozen=True):
     """One error in an input, with a hint for fixing it.
 
-    ``line`` and ``column`` count from 1; 0 means that there is no place to point at.
-    ``found`` says what is wrong, ``hint`` what to do about it. ``source`` is the text of the line;
-    a caret below it shows the column.
+    ``line`` and ``column`` count from 1; 0 means no position. ``found``: the error; ``hint``: how
+    to fix it; ``source``: the text of the line; a caret below it shows the column.
     """
 
     file: str
@@ -86,7 +85,7 @@ class Diagnostic(Struct, frozen=True):
         return "\n    ".join([*told, self.hint] if self.hint else told)
 
     def _excerpt(self) -> list[str]:
-        """The line and a caret below the column; of a long line only what is around it."""
+        """Return the line, cut to the text around the column, and a caret below the column."""
         if not self.source.strip() or not 1 <= self.column <= len(self.source) + 1:
             return []
         shown = "".join(char if char.isprintable() else " " for char in self.source)
@@ -104,7 +103,7 @@ class SafenavError(Exception):
 
 
 class InputError(SafenavError):
-    """An input cannot be used. Carries every diagnostic that was found, in file order."""
+    """An input cannot be used. ``diagnostics``: all errors found in it, in file order."""
 
     exit_code = ExitCode.BAD_INPUT
 
@@ -116,11 +115,11 @@ class InputError(SafenavError):
         super().__init__("\n".join(told))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[Sequence[Diagnostic]]]:
-        return type(self), (self.diagnostics,)  # from a pool of processes
+        return type(self), (self.diagnostics,)  # to be sent between processes
 
 
 class UsageError(SafenavError):
-    """A request that makes no sense (an unknown robot on the command line, say)."""
+    """A request that cannot be carried out, such as an unknown robot on the command line."""
 
     exit_code = ExitCode.BAD_INPUT
 
@@ -138,6 +137,6 @@ class ResourceLimitError(SafenavError):
 
 
 class NotCertifiedError(SafenavError):
-    """The checker refuses the bundle that was made of a run."""
+    """The checker refuses the bundle of a run."""
 
     exit_code = ExitCode.NEGATIVE

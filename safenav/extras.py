@@ -1,7 +1,7 @@
-"""Optional packages: which requirements an extra has, and the command that installs them here.
+"""Optional packages: the requirements of each extra, and the command that installs them.
 
-A wheel or a checkout is on no index, so ``pip install 'safenav[studio]'`` would fetch whatever has
-that name there. The requirements come from safenav's own metadata.
+A wheel or a checkout is not on an index, so ``pip install 'safenav[studio]'`` would fetch any
+package of that name. The requirements come from safenav's own metadata.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ from safenav.errors import UsageError
 
 
 def requirements(extra: str = "") -> tuple[str, ...]:
-    """The requirements of an extra, those of its own extras included; of safenav itself for ``""``.
+    """Return the requirements of an extra and of the extras that it includes; ``""``: safenav's
+    own.
 
-    Empty if safenav was not installed: then there is no metadata.
+    Empty if safenav is not installed, since there is no metadata.
     """
-    # Imported where it is needed: it takes longer than the rest of the command line.
+    # Imported here: it takes longer than the rest of the command line.
     from importlib import metadata
 
     try:
@@ -41,13 +42,13 @@ def requirements(extra: str = "") -> tuple[str, ...]:
 
 
 def project(requirement: str) -> str:
-    """The package that a requirement names."""
+    """Return the name of the package in a requirement."""
     found = re.match(r"[\w.-]+", requirement)
     return found[0] if found else requirement
 
 
 def install_command(extra: str = "") -> str:
-    """The command that installs the requirements of an extra beside this safenav."""
+    """Return the command that installs the requirements of an extra for this Python."""
     pip = "pip" if Path(sys.executable).with_name("pip").exists() else f"{sys.executable} -m pip"
     wanted = requirements(extra)
     if not wanted:  # run from its sources
@@ -56,7 +57,7 @@ def install_command(extra: str = "") -> str:
 
 
 def missing(user: str, package: str, extra: str) -> UsageError:
-    """The error that ``user`` needs a package of an extra, which is not installed."""
+    """Return the error that ``user`` (a feature) needs a package of an extra."""
     return UsageError(
         f"{user} needs {package}, which is not installed\n    {install_command(extra)}"
     )

@@ -1,4 +1,4 @@
-"""The state of the installation: the first thing to check when nothing runs."""
+"""State of the installation, which ``safenav doctor`` reports."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ _ANSWER_SECONDS = 10.0
 
 
 class Package(Struct, frozen=True):
-    """``version`` is None if it is not installed; ``extra`` None if safenav cannot do without."""
+    """A Python package. ``version``: None if it is not installed; ``extra``: None if it is
+    required."""
 
     name: str
     version: str | None
@@ -58,7 +59,8 @@ class Package(Struct, frozen=True):
 
 
 class SlugsHealth(Struct, frozen=True):
-    """``version`` is None for a foreign binary. ``problem``: why it cannot be used."""
+    """State of the synthesizer. ``version``: None for a binary that is not safenav's own;
+    ``problem``: why it cannot be used."""
 
     path: str | None
     chosen_by: str
@@ -68,7 +70,7 @@ class SlugsHealth(Struct, frozen=True):
 
 
 class CacheHealth(Struct, frozen=True):
-    """``directory`` is None if the cache is off."""
+    """State of the synthesis cache. ``directory``: None if the cache is off."""
 
     directory: str | None
     chosen_by: str
@@ -98,8 +100,8 @@ class Installation(Struct, frozen=True):
 
 
 def examine() -> Installation:
-    """Look at everything. It asks the synthesizer twice, and writes one empty file into the
-    cache directory, which it removes."""
+    """Examine packages, synthesizer and cache. Runs two syntheses, and creates and removes an empty
+    file in the cache directory."""
     packages: dict[str, Package] = {}
     for extra in (None, *PURPOSES):
         for name in map(project, requirements(extra or "")):
@@ -151,7 +153,7 @@ def _wrong_answer(binary: Binary) -> str | None:
 
 
 def _tiny(formula: str) -> Specification:
-    """One input, one output, one guarantee."""
+    """Return a specification with one input, one output and one guarantee."""
     rule = Constraint(
         Section.SYS_TRANS, formula, Origin("doctor", "a specification with a known verdict")
     )

@@ -1,9 +1,8 @@
-"""Lines of JSON and CSV, and where a line of text ends: at a line feed, perhaps after a carriage
-return, and nowhere else.
+"""JSON lines, CSV, and line ends of text: a line feed, perhaps after a carriage return.
 
-Python, YAML and some editors end lines at other characters, too (U+0085, U+2028, a carriage return
-on its own). Where a text holds one of them, ``# a comment<U+2028>a formula`` is a comment to one
-program and a formula to another. Such texts are refused.
+Python, YAML and some editors also end lines at other characters (U+0085, U+2028, a single carriage
+return). In a text with one of them, ``# a comment<U+2028>a formula`` is a comment to one program
+and a formula to another. Such texts are refused.
 """
 
 from __future__ import annotations
@@ -21,17 +20,17 @@ HINT = "remove it: programs do not agree on whether a line ends there"
 
 
 def printable(text: str) -> str:
-    """Text from a file or of a file's name, which must not give orders to the terminal."""
+    """Return the text of a file or of its name without characters that control the terminal."""
     return "".join(char if char.isprintable() or char == "\n" else "?" for char in text)
 
 
 def json_line(data: Any) -> str:
-    """A line of a JSON Lines file or protocol: compact and in ASCII."""
+    """Return data as a line of a JSON Lines file or protocol: compact, in ASCII."""
     return json.dumps(data, separators=(",", ":")) + "\n"
 
 
 def json_flaw(error: Exception) -> str:
-    """The reason why a text is not JSON, and where."""
+    """Return the reason why a text is not JSON, and the position."""
     if isinstance(error, json.JSONDecodeError):
         line = f"line {error.lineno}, " if error.lineno > 1 else ""
         return f"{error.msg} at {line}column {error.colno}"
@@ -41,7 +40,7 @@ def json_flaw(error: Exception) -> str:
 
 
 def csv_text(headings: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
-    """A table (RFC 4180, with line feeds): a line of headings and one for each row; None is an
+    """Return a table as CSV (RFC 4180, with line feeds): the headings, then the rows; None is an
     empty field."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([headings, *rows])
@@ -49,7 +48,8 @@ def csv_text(headings: Iterable[object], rows: Iterable[Iterable[object]]) -> st
 
 
 def foreign_character(text: str) -> tuple[int, int, str] | None:
-    """The first character on which programs disagree: its line and column (from 1), its name."""
+    """Return line and column (from 1) and name of the first character that programs interpret
+    differently; None if there is none."""
     match = _FOREIGN.search(text)
     if match is None:
         return None

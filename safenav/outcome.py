@@ -21,7 +21,7 @@ class Outcome(StrEnum):
 
 
 class Verdict(StrEnum):
-    """The result of a synthesis. A proven negative is not a timeout is not a crash."""
+    """The result of a synthesis. Only REALIZABLE and UNREALIZABLE are proven."""
 
     REALIZABLE = "realizable"
     UNREALIZABLE = "unrealizable"

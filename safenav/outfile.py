@@ -1,4 +1,4 @@
-"""Writing what was made for the user: whole files or none."""
+"""Atomic writing of output files."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from safenav.errors import UsageError
 
 
 def write_out(path: Path, content: str | bytes, *, told: bool = True, replace: bool = True) -> None:
-    """The content under that name (``-``: standard output), and a word about it if ``told``.
-    ``replace``: a file that exists.
+    """Write a file (``-``: standard output), and report it if ``told``. ``replace``: overwrite an
+    existing file.
 
     Raises UsageError if it cannot be written.
     """
@@ -62,13 +62,13 @@ def _failure(path: Path, error: OSError) -> UsageError:
 
 
 def tell(path: Path) -> None:
-    """A word about a file that was written."""
+    """Report name and size of a written file on standard error."""
     click.echo(f"{path}  {path.stat().st_size / 1024:.0f} KiB", err=True)
 
 
 def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = True) -> None:
-    """Let ``write`` fill a file beside ``path`` and rename it: no half file is ever left. A device
-    or a pipe is written as it is. ``replace``: a file that exists.
+    """Let ``write`` fill a file beside ``path``, then rename it: an incomplete file is never left.
+    Devices and pipes are written directly. ``replace``: overwrite an existing file.
 
     Raises UsageError if that cannot be done.
     """

@@ -1,1 +1,1 @@
-"""Many scenarios: find them, run them side by side, compare each with what it expects."""
+"""Batches: find scenarios, run them in parallel, compare each run with its expectations."""

@@ -1,9 +1,9 @@
-"""Comparisons of a batch: with a former one (what behaves differently, what takes longer), and of
-the values that it varies (which have made a difference).
+"""Comparisons of a batch: with an earlier one (changed behaviour, slower cases), and between the
+values of its settings (which made a difference).
 
-Two runs of the same scenario behave the same, to the tick, so any difference in what happened
-is named. Time is noisy: a case counts as slower only if its run took longer by a ratio and by
-more than ``NOISE_SECONDS``.
+Two runs of the same scenario behave identically, to the tick, so every difference is reported. Time
+is noisy: a case counts as slower only if its run took longer by a ratio and by more than
+``NOISE_SECONDS``.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ class Slower(Struct, frozen=True):
 
 
 class Changed(Struct, frozen=True):
-    """``what``: one sentence a difference."""
+    """A case with changed behaviour. ``what``: one sentence per difference."""
 
     name: str
     what: list[str]
 
 
 class BaselineComparison(Struct, frozen=True):
-    """``new`` and ``gone`` are names of cases that only one of the two batches has a result
-    for; ``slower`` is ordered by what was lost, worst first."""
+    """Differences from a baseline. ``new``, ``gone``: names of cases with a result only in this
+    batch, or only in the baseline; ``slower``: by lost seconds, the most first."""
 
     changed: list[Changed] = field(default_factory=list)
     slower: list[Slower] = field(default_factory=list)
@@ -54,8 +54,8 @@ def compare(
     ratio: float = RATIO,
     not_run: Iterable[str] = (),
 ) -> BaselineComparison:
-    """The differences from the baseline. ``ratio``: factor from which a case counts as slower;
-    ``not_run``: names of cases that are still there, but without a result."""
+    """Return the differences from the baseline. ``ratio``: factor from which a case counts as
+    slower; ``not_run``: names of cases of this batch without a result."""
     found = BaselineComparison()
     seen = set(not_run)
     for result in results:
@@ -97,8 +97,8 @@ def _shown(value: object) -> str:
 
 
 def without_effect(results: Sequence[Result]) -> Iterator[tuple[str, str, list[str]]]:
-    """File, key and values of each setting that took several values, all others being equal, and
-    never changed what a run came to (in ticks, rounds, obstacles, helpers or outcome)."""
+    """Yield file, key and values of each setting whose values, with equal other settings, never
+    changed the result of a run (ticks, rounds, obstacles, helpers or outcome)."""
     files = dict.fromkeys(result.file for result in results if result.settings)
     for file in files:
         cases = [result for result in results if result.file == file]
@@ -109,7 +109,7 @@ def without_effect(results: Sequence[Result]) -> Iterator[tuple[str, str, list[s
 
 
 def _values(cases: Sequence[Result], key: str) -> tuple[list[str], bool]:
-    """The values that are compared with others, and whether none made a difference."""
+    """Return the values that are compared with others, and whether none made a difference."""
     groups: dict[str, dict[str, str]] = {}
     for result in cases:
         if key in result.settings:

@@ -1,4 +1,4 @@
-"""The same work on a Dask cluster: ``--dask ADDRESS`` (optional extra ``safenav[dask]``).
+"""Cases on a Dask cluster: ``--dask ADDRESS`` (optional extra ``safenav[dask]``).
 
 A Dask worker runs each case in a process of its own, kept for the next case: one that crashes or
 hangs costs neither the Dask worker nor the cases beside it. If a Dask worker dies, the scheduler
@@ -32,7 +32,7 @@ from safenav.extras import missing
 _lock = threading.Lock()
 _idle: dict[str, list[Worker]] = defaultdict(list)
 _busy: dict[str, set[Worker]] = defaultdict(set)
-"""Worker processes here by batch: several batches may share a cluster."""
+"""Worker processes on this machine by batch, since several batches may share a cluster."""
 
 
 def version_here() -> str:
@@ -42,8 +42,8 @@ def version_here() -> str:
 def run_case(
     batch: str, directory: str, case: dict[str, Any], conditions: dict[str, Any], traced: bool
 ) -> tuple[dict[str, Any], bytes]:
-    """The result of a case as a record, and the trace if it is wanted and the case failed.
-    ``directory``: where the batch runs; files that a scenario names are read as from there.
+    """Return the result of a case as a record, and its trace if that is wanted and the case failed.
+    ``directory``: the batch's own, to which paths in the scenario are relative.
 
     Raises SafenavError if no worker process can be started here.
     """
@@ -70,12 +70,12 @@ def run_case(
 
 
 def leave(batch: str) -> None:
-    """End all worker processes of a batch that is over."""
+    """End all worker processes of a batch that has ended."""
     with _lock:
         for worker in _idle.pop(batch, []):
             worker.end()
         for worker in _busy.pop(batch, set()):
-            worker.kill()  # the thread that waits for it does the rest
+            worker.kill()  # the thread that waits for it cleans up
 
 
 _CONNECT_SECONDS = 10
@@ -135,7 +135,7 @@ class DaskCluster:
         return [self._arrival(future) for future in futures]
 
     def running(self) -> list[tuple[str, float]]:
-        """Nothing: the cluster knows, and asking it costs more than it tells."""
+        """Return an empty list: querying the cluster would cost more than the answer is worth."""
         return []
 
     def close(self) -> None:
@@ -164,7 +164,8 @@ class DaskCluster:
         return Arrival(case, result, self._kept(content))
 
     def _failed(self, case: Case, future: Any, error: Exception) -> Result:
-        """A case for which the cluster brought no result."""
+        """Return the result of a case that failed on the cluster. Raises SafenavError if the
+        cluster is gone."""
         if future.status in ("cancelled", "lost"):
             raise SafenavError(
                 f"the Dask cluster at {self._address} is gone: {error}\n"
@@ -185,7 +186,8 @@ class DaskCluster:
         return path
 
     def _check_versions(self) -> None:
-        """Threads of the workers connected now; a cluster may have none yet."""
+        """Compare safenav's version on the workers connected now, perhaps none yet. Raises
+        UsageError."""
         try:
             versions = self._client.run(version_here)
         except Exception as error:
@@ -202,7 +204,7 @@ class DaskCluster:
 
 
 def _distributed() -> Any:
-    """The package, imported only when it is wanted: it is large, and optional."""
+    """Return the package, imported only here: it is large, and optional. Raises UsageError."""
     try:
         return importlib.import_module("distributed")
     except ImportError as error:

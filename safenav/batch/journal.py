@@ -1,8 +1,7 @@
-"""The state file of a batch: every result on a line of its own, written when it arrives.
+"""The state file of a batch: one line per result, written when it arrives.
 
-Whatever ends a batch, what was done is on disk; ``--resume`` reads it back. A result counts
-as done only for exactly the same work (its fingerprint). Only one batch at a time may use the
-directory.
+However a batch ends, its results so far are in the file, and ``--resume`` reads them. A result is
+reused only for an equal case (by its fingerprint). Only one batch at a time may use the directory.
 """
 
 from __future__ import annotations
@@ -24,11 +23,11 @@ NAME = "state.jsonl"
 
 
 class StateFile:
-    """Opens ``directory/state.jsonl``, keeping its lines if ``resume``; without, a batch may
-    only replace its own results: those of ``cases``, by name.
+    """The state file ``directory/state.jsonl``. ``resume``: keep its results; otherwise they are
+    discarded, and must be of ``cases`` (names).
 
-    ``former`` holds the results that are kept, by fingerprint; ``existed`` says whether a
-    batch has used the directory before.
+    ``former``: the kept results, by fingerprint; ``existed``: whether a batch has used the
+    directory before.
 
     Raises UsageError if the directory cannot be used, is in use by another batch, or holds the
     results of another one.
@@ -60,7 +59,7 @@ class StateFile:
         self._rewrite()
 
     def add(self, result: Result) -> None:
-        """Keep a result: on disk when this returns."""
+        """Append a result, which then survives the end of this process."""
         try:
             self._file.write(json_line(result.record()))
             self._file.flush()
@@ -68,7 +67,8 @@ class StateFile:
             raise self._unusable(error) from error
 
     def _read(self) -> dict[str, Result]:
-        """Results by fingerprint. A line that is none was cut off: its case is run again."""
+        """Return the results by fingerprint. A line that was cut off is ignored: its case is run
+        again."""
         found = {}
         self._file.seek(0)
         for line in self._file:
@@ -92,7 +92,7 @@ class StateFile:
             )
 
     def _rewrite(self) -> None:
-        """Begin with whole lines only. In place: the lock belongs to this very file."""
+        """Rewrite the file with complete lines only; in place, since this file is locked."""
         self._file.truncate(0)
         for result in self.former.values():
             self.add(result)

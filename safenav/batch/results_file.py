@@ -36,7 +36,7 @@ COLUMNS = (
 
 
 def counts(report: Report) -> dict[str, int]:
-    """Cases by verdict; verdicts that nothing has are left out, but for ``passed``."""
+    """Return the number of cases by verdict, without verdicts of no case, except ``passed``."""
     found = {CaseVerdict.PASSED.value: 0}
     for result in report.in_order:
         found[result.verdict.value] = found.get(result.verdict.value, 0) + 1
@@ -46,7 +46,7 @@ def counts(report: Report) -> dict[str, int]:
 
 
 def to_json(report: Report, comparison: BaselineComparison | None = None) -> str:
-    """Return all results of the batch."""
+    """Return all results of the batch as JSON."""
     data: dict[str, Any] = {
         "batch": VERSION,
         "safenav": safenav.__version__,
@@ -64,7 +64,7 @@ def to_json(report: Report, comparison: BaselineComparison | None = None) -> str
 
 
 def to_csv(report: Report) -> str:
-    """The figures of each case, for a spreadsheet; the least robustness of each requirement."""
+    """Return the figures of each case as CSV, with the least robustness of each requirement."""
     required = list(dict.fromkeys(n for r in report.in_order for n in r.requirements or ()))
     rows = []
     for result in report.in_order:
@@ -78,7 +78,8 @@ def to_csv(report: Report) -> str:
 
 
 def read_results(path: Path) -> dict[str, Result]:
-    """The results of a former ``--results``, by name. Raises UsageError if the file is none."""
+    """Return the results in a file of an earlier ``--results``, by name. Raises UsageError for any
+    other file."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

@@ -23,10 +23,10 @@ class Arrival(Struct, frozen=True):
 
 
 class Backend(Protocol):
-    """Runs cases; whatever becomes of one, its result arrives."""
+    """Runs cases; each gives a result, even if it crashes or hangs."""
 
     def submit(self, case: Case) -> None:
-        """Run it when there is room. Returns immediately."""
+        """Queue a case; return immediately."""
 
     def collect(self, seconds: float) -> list[Arrival]:
         """Return the results that have arrived, waiting at most ``seconds`` for the first.
@@ -35,20 +35,20 @@ class Backend(Protocol):
         """
 
     def running(self) -> list[tuple[str, float]]:
-        """Names of cases in work, as far as known, with their seconds so far."""
+        """Return the names of running cases, as far as known, with their seconds so far."""
 
     def close(self) -> None:
         """Stop all work, leaving no process behind."""
 
 
 Artifacts = Callable[[Result, Path | None], list[str]]
-"""Keeps what helps to look into a failure (given its trace, if any); returns what it wrote."""
+"""Writes files that help to analyse a failed case, given its trace, if any; returns their names."""
 
 _LOOK_SECONDS = 0.2
 
 
 class Observer(Protocol):
-    """Hears of a batch while it runs."""
+    """Receives the progress of a batch."""
 
     def waiting(self, report: Report, running: Sequence[tuple[str, float]]) -> None:
         """Called several times per second: running cases with their seconds so far."""
@@ -58,8 +58,9 @@ class Observer(Protocol):
 
 
 class Report(Struct):
-    """The results of a batch. ``results`` by name, as they arrived; ``resumed`` of them were there
-    before. ``interrupted``: it was stopped; ``stopped_early``: by the first failure."""
+    """The results of a batch. ``results``: by name, in the order of arrival; ``resumed``: number of
+    results from before. ``interrupted``: it was stopped; ``stopped_early``: by the first
+    failure."""
 
     cases: tuple[Case, ...]
     results: dict[str, Result]
@@ -102,10 +103,10 @@ def run_batch(
     artifacts: Artifacts | None = None,
     observer: Observer | None = None,
 ) -> Report:
-    """Run all cases that ``state`` does not know yet, and close the backend.
+    """Run all cases without a result in ``state``, and close the backend.
 
-    KeyboardInterrupt ends the batch, not the caller: the report says so. Raises SafenavError
-    if no case can be run any longer; results so far are in the state file.
+    KeyboardInterrupt ends the batch, which the report then says (``interrupted``). Raises
+    SafenavError if no case can be run any longer; results so far are in the state file.
     """
     former = {} if state is None else state.former
     done = {case.name: former[case.fingerprint] for case in cases if case.fingerprint in former}

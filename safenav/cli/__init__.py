@@ -67,7 +67,7 @@ EXTRAS = {
     "aiohttp": "studio",
     "cyclonedds": "ros2",
 }
-"""The extra that installs a package which some commands need, by the name that is imported."""
+"""The extra of each package that only some commands need, by its import name."""
 
 EPILOG = """\b
 Exit codes:
@@ -86,7 +86,7 @@ Environment:
 
 
 class _Commands(click.Group):
-    """Knows the commands by name and imports a command's module when it is wanted."""
+    """The group of all commands, which imports a command's module only when it is used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         del ctx
@@ -119,7 +119,7 @@ class _Commands(click.Group):
 
 
 def command_of(name: str) -> click.Command:
-    """The command of this name, from its module."""
+    """Return the command of this name, from its module."""
     word = name.replace("-", "_")
     module = importlib.import_module(f"safenav.cli.{ELSEWHERE.get(name, word)}")
     command: click.Command = getattr(module, word if name in ELSEWHERE else "command")
@@ -144,8 +144,8 @@ def group() -> None:
 
 
 def main() -> None:
-    """Entry point of the ``safenav`` command. Whatever ends it from outside ends it as Ctrl-C does:
-    with its subprocesses and temporary files."""
+    """Entry point of the ``safenav`` command. SIGTERM and SIGHUP end it as Ctrl-C does: with its
+    subprocesses, without its temporary files."""
     _open_closed_streams()
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_DFL:
@@ -169,8 +169,8 @@ def main() -> None:
     except KeyboardInterrupt:
         _fail("interrupted", ExitCode.INTERRUPTED)
     except BrokenPipeError:
-        # The reader of our output has gone (``safenav ... | head``): nothing is wrong here,
-        # and nobody is left to tell. Keep the interpreter from trying at exit.
+        # The reader of the output has closed it (``safenav ... | head``), which is not an error.
+        # Keep the interpreter from writing to it at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(ExitCode.OK)
     except Exception as error:
@@ -191,8 +191,8 @@ def main() -> None:
 
 
 def _open_closed_streams() -> None:
-    """Discard what goes to a standard stream with which a service or a script (``>&-``) has not
-    started the program. The next file that it opens would become that stream otherwise."""
+    """Open the null device for each standard stream that is closed at the start, as by a service or
+    a script (``>&-``). Otherwise the next file opened would become that stream."""
     for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
         try:
             os.fstat(number)
@@ -202,7 +202,7 @@ def _open_closed_streams() -> None:
 
 
 def _coloured() -> bool | None:
-    """False if the user wants no colours; None: a terminal has them, a file has not."""
+    """Return False if the user wants no colours; None: colours on a terminal, not in a file."""
     return False if os.environ.get("NO_COLOR") else None
 
 

@@ -172,7 +172,7 @@ def command(
             state = stack.enter_context(
                 StateFile(out, resume=resume, cases=[c.name for c in found.cases])
             )
-            # Only what a batch has written there before is removed.
+            # Remove only files that an earlier batch has written there.
             failures = FailureFolder(out, keep=resume or not state.existed)
             if resume:
                 done = {case.fingerprint for case in found.cases}
@@ -209,7 +209,8 @@ def command(
 
 
 def _first_worker(stack: ExitStack) -> Worker:
-    """It loads what a run needs while this process looks for scenarios."""
+    """Start a worker, which loads the modules of a run while this process searches for
+    scenarios."""
     from safenav.batch.workers.worker import Worker
 
     worker = Worker()
@@ -225,7 +226,7 @@ def _processors() -> int:
 
 
 def _make_empty(folder: Path, stack: ExitStack) -> None:
-    """Make it an empty folder, until the stack is closed."""
+    """Create a folder, or empty it; remove it when the stack is closed."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     stack.callback(shutil.rmtree, folder, ignore_errors=True)

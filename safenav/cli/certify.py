@@ -1,5 +1,5 @@
-"""``safenav certify`` and ``safenav check-bundle``: a run, and everything that proves it, as one
-bundle; and its check by the checker that is installed."""
+"""``safenav certify`` and ``safenav check-bundle``: write a run with its proofs as a bundle; check
+a bundle with the installed checker."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ Exit codes:
 
 
 APART = " apart from deadlines and batteries"
-"""Restricts the verdicts on robots where a deadline or a charge makes the mission unrealizable."""
+"""Restriction of the robots' verdicts if a deadline or a battery makes the mission unrealizable."""
 
 
 @click.command(epilog=EPILOG)
@@ -110,9 +110,9 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
 
 
 def _with_inputs(plan: Scenario, synthesizer: Synthesizer) -> Iterator[str]:
-    """Warn of the objectives that inputs give where one is unrealizable from the start."""
+    """Yield warnings about objectives from inputs that are unrealizable from the start."""
     for robot in plan.robots:
-        for event, objective in robot.when:  # as if it were on from the beginning
+        for event, objective in robot.when:  # as if the input were on from the start
             team = (replace(r, objective=objective) if r is robot else r for r in plan.robots)
             then = replace(plan, robots=tuple(team))
             answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
@@ -122,7 +122,7 @@ def _with_inputs(plan: Scenario, synthesizer: Synthesizer) -> Iterator[str]:
 
 
 def _verdict(name: str, answer: TaskResult, plan: Scenario) -> dict[str, Any]:
-    """The verdict on a robot as data."""
+    """Return the verdict on a robot as data."""
     task = answer.task
     why = None if answer.realizable else explain_unrealizable(task.robot, task, plan.map)
     return {
@@ -138,7 +138,8 @@ def _verdict(name: str, answer: TaskResult, plan: Scenario) -> dict[str, Any]:
 
 
 def _tell(verdict: Mapping[str, Any], words: str, scenario: Path, apart: str) -> None:
-    """Print the verdict on a robot, whose objective is in ``words``. ``apart``: from what."""
+    """Print the verdict on a robot. ``words``: its objective; ``apart``: restriction of the
+    verdict."""
     good = verdict["explanation"] is None
     word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
     lines = [f"{verdict['robot']}: {word}{apart}, {words}"]

@@ -1,4 +1,4 @@
-"""``safenav draw``: a scenario before its run."""
+"""``safenav draw``: draw a scenario before its run."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def command(
 
 
 def _plan(path: Path, division: Division) -> Scenario:
-    """The scenario, or one without robots around a map file."""
+    """Return the scenario of a file; for a map file, a scenario without robots."""
     if form_of(path) is not None:
         return Scenario(path.name, load_map(path, division), ())
     if division != Division():

@@ -1,4 +1,4 @@
-"""``safenav drive``: run a scenario with real robots, or rehearse that."""
+"""``safenav drive``: run a scenario with real robots, or rehearse the run."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def command(
     world = None
 
     def mission(plan: Scenario, listeners: list[Listener]) -> Mission:
-        """The mission of the fleet, once each robot has answered."""
+        """Return the mission, for real robots once each of them has answered."""
         nonlocal world
         robots = load_fleet(fleet, plan)
         connection.close()
@@ -144,7 +144,7 @@ def command(
             begun=first,
         )
         run.begin(plan)
-        run.run(operator, joins=motion is None)  # one file of motion, one run
+        run.run(operator, joins=motion is None)  # a motion file describes one run
         connection.close()
         if motion is not None and run.trace is not None and world is not None:
             _write_motion(motion, run.trace, world, stations, run.mission.began)

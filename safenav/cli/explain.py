@@ -59,7 +59,7 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     wanted = [r.name for r in plan.robots] if robot is None else [robot]
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
     if refused is not None and not found and robot is None:
-        raise refused  # for something else than an objective that cannot be met
+        raise refused  # for another reason than an unreachable target
     if not found and robot is None:
         return _of_the_run(plan, as_json)
     if as_json:
@@ -82,7 +82,7 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
         click.echo(json.dumps(postmortem_data(found, plan), indent=2))
     else:
         echo_folded(postmortem_lines(found, plan.map.word))
-        refused = found.result.outcome is Outcome.UNREALIZABLE  # it names the promise
+        refused = found.result.outcome is Outcome.UNREALIZABLE  # its reason has been printed
         ahead = None if refused else simulate_team(plan, default_synthesizer(plan))
         echo_folded(f"without obstacles: {line}" for line in deadline_lines(plan, ahead))
     return exit_code_of(found.result.outcome)

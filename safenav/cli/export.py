@@ -1,4 +1,4 @@
-"""``safenav export``: a run as waypoints in metres."""
+"""``safenav export``: a run as waypoints, a ROS 2 bag, tables or samples."""
 
 from __future__ import annotations
 
@@ -159,8 +159,8 @@ def command(
 def _by_its_ending(
     output: Path, waypoints: Path | None, mcap: Path | None, columns: Path | None
 ) -> tuple[Path | None, Path | None, Path | None]:
-    """Waypoints, bag and columns with ``--output``. Raises UsageError for another ending, or if
-    another option names that output."""
+    """Return the files of waypoints, bag and columns, one of them ``output``, by its ending. Raises
+    UsageError for another ending, or if another option gives the same output."""
     match output.suffix:
         case ".csv" | ".json" if waypoints is None:
             return output, mcap, columns
@@ -207,7 +207,8 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
 
 
 def _ways(motion: Motion, frame: Frame) -> Ways:
-    """Position of each robot of a motion, in the frame of the map."""
+    """Return times, positions and yaws of each robot of a motion (s, m, rad), in the frame of the
+    map."""
     from safenav.motion.columns import Columns, columns_of, placed
 
     side = motion.header.side

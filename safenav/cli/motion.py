@@ -131,7 +131,7 @@ def check_motion(
     moved = read_motion(motion)
     found = checked(moved, run)
     formulas = requirements_of(run, more)
-    # A motion that breaks rules has no signals to rely on.
+    # The signals of a motion that breaks rules are not reliable.
     judgements = [] if found else judged(MotionRecording(moved, run, rate), formulas)
     ok = not found and all(one.verdict == SATISFIED for one in judgements)
     if as_json:

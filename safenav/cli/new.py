@@ -102,7 +102,7 @@ def _new_fleet(file: Path, scenario: Path, force: bool) -> int:
 
 
 def _written(text: str, file: Path, force: bool, about: str, next_steps: list[str]) -> int:
-    """Write a text; if it is in a file then, tell about it and what to do with it."""
+    """Write a text; if it goes to a file, print what the file is (``about``) and the next steps."""
     write_out(file, text, told=False, replace=force)
     if str(file) != "-":
         click.echo(f"{file}: {about}", err=True)

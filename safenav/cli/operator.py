@@ -1,4 +1,4 @@
-"""An operator at the terminal or in a file, for live runs that wait for one."""
+"""Interventions of an operator, from the terminal or a file, in live runs that wait for them."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ if TYPE_CHECKING:
 
 TERMINAL = "-"
 HELP_SECONDS = 10.0
-"""Wall time for trying repairs."""
+"""Maximum wall time in seconds for trying repairs."""
 PASSES = 200
-"""Passes that let commands end before the operator is prompted."""
+"""Maximum number of passes for commands to end before the operator is prompted."""
 
 POLL = 0.05
-"""Seconds between two looks at the terminal."""
+"""Seconds between two checks for terminal input."""
 
 ADD = "add"
 ADD_FORM = f"add ROBOT {{model: M, start: A, objective: {USAGE}}}"
 
 Lines = list[tuple[str, str]]
-"""Where a line stands, and the line."""
+"""The position of each line (file and number), and the line."""
 
 
 def run_with_operator(
     mission: Mission, source: str, *, helping: bool, another: Another | None = None
 ) -> Mission:
-    """Run a mission; where it waits, take interventions from a file (TERMINAL: the terminal).
-    ``helping``: print the repairs that were tried. ``another`` makes the mission that continues
-    where a robot joins the team; None: no robot can. A Ctrl-C in this function ends the mission.
-    Returns the last mission. Raises UsageError for a line that is not an intervention, or is
-    impossible; at the terminal it is printed."""
+    """Run a mission; when it waits, take interventions from the file ``source`` (TERMINAL: the
+    terminal). ``helping``: print the repairs that were tried; ``another``: makes the mission that
+    continues when a robot joins the team (None: no robot can). Ctrl-C ends the mission. Returns the
+    last mission. Raises UsageError for a line that is not an intervention, or is impossible; at the
+    terminal, the error is printed instead."""
     batches = None if source == TERMINAL else _batches(Path(source), mission.scenario)
     terminal = _Terminal(mission)
     while True:
@@ -61,7 +61,7 @@ def run_with_operator(
             mission = terminal.mission = another(_with(mission, told, joins))
             continue
         except UsageError as error:
-            mission.give_up(str(error))  # its trace has an end
+            mission.give_up(str(error))  # so that its trace has an end
             raise
         _report_unused(batches)
         return mission
@@ -84,14 +84,15 @@ class _Joins(Exception):  # noqa: N818 - it is not an error
 
 
 def _joining(line: str, place: str) -> _Joins | None:
-    """The robot of a line ``add NAME {...}``; None for another line."""
+    """Return the robot of a line ``add NAME {...}``; None for another line."""
     word, _, robot = line.partition(" ")
     name, _, rest = robot.strip().partition(" ")
     return _Joins(f"{name.rstrip(':')}: {rest}", place) if word == ADD else None
 
 
 def _with(mission: Mission, told: Sequence[Record], joins: _Joins) -> Scenario:
-    """The rest of a mission with the robot that joins; ends the mission."""
+    """End a mission; return the scenario of its rest, with the robot that joins. Raises
+    UsageError."""
     from safenav.runtime.analysis.resuming import joins_words, rest_with
 
     try:
@@ -105,7 +106,7 @@ def _with(mission: Mission, told: Sequence[Record], joins: _Joins) -> Scenario:
 def _run(
     mission: Mission, batches: Iterator[Lines] | None, terminal: _Terminal, *, helping: bool
 ) -> RunResult:
-    """Run a mission to its end. Raises _Joins where a robot joins."""
+    """Run a mission to its end. Raises _Joins when a robot joins."""
     mission.start()
     passes = 0
     try:
@@ -125,8 +126,8 @@ def _run(
 
 
 class _Terminal:
-    """Lines of standard input. A mission continues while no line is there: robots end their
-    commands, and a Ctrl-C ends the run."""
+    """Lines of standard input. The mission continues until a line arrives: robots end their
+    commands, and Ctrl-C ends the run."""
 
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
@@ -134,8 +135,8 @@ class _Terminal:
         self._over = False
 
     def line(self, *, stepping: bool) -> str | None:
-        """The next line without its end; None at the end of the input, of the mission or of its
-        wait. ``stepping``: let the mission continue meanwhile."""
+        """Return the next line without its end; None at the end of the input, of the mission or of
+        its wait. ``stepping``: let the mission continue meanwhile."""
         while b"\n" not in self._read and not self._over:
             if self.mission.result is not None or self.mission.waiting is None:
                 return None
@@ -173,7 +174,7 @@ def _apply(mission: Mission, lines: Lines) -> None:
 
 
 def _known(wanted: Intervention, scenario: Scenario) -> None:
-    """Raise UsageError if an obstacle can never be known: its type does not exist."""
+    """Raise UsageError if an intervention names an obstacle whose type does not exist."""
     from safenav.runtime.intervention.kinds import MarkPermanent, MarkResolved
     from safenav.scenario.model import name_parts
 
@@ -188,8 +189,8 @@ def _known(wanted: Intervention, scenario: Scenario) -> None:
 
 
 def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
-    """The interventions of each wait: lines without an empty one between them. They are read with
-    the scenario, so that a mistake does not end a run that has begun."""
+    """Return the interventions of each wait, which empty lines separate. They are checked against
+    the scenario before the run, since an error would end it."""
     from safenav.runtime.intervention.reading import LINES, read_intervention
 
     try:
@@ -223,7 +224,8 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
 
 
 def _with_another(scenario: Scenario, line: str) -> Scenario | None:
-    """The scenario with a robot that joins; None if it cannot join now, but perhaps later."""
+    """Return the scenario with a robot that joins; None if it cannot join now, but perhaps
+    later."""
     from safenav.scenario.reading.joining import joined
 
     try:
@@ -233,7 +235,8 @@ def _with_another(scenario: Scenario, line: str) -> Scenario | None:
 
 
 def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
-    """Ask for interventions until an empty line follows one; the end of the input gives up."""
+    """Prompt for interventions until an empty line follows one; the end of the input gives up the
+    run."""
     from safenav.runtime.intervention.reading import LINES, read_intervention
     from safenav.scenario.reading.joining import joined
 
@@ -277,7 +280,7 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
 
 
 def repairs_of(mission: Mission) -> Iterator[str]:
-    """Return in words the repairs under which the mission was completed from here."""
+    """Yield, in words, the repairs with which a simulated run from the present state completes."""
     from safenav.runtime.analysis.postmortem import as_it_stands, explain_run
     from safenav.runtime.mission import default_synthesizer
 

@@ -1,6 +1,6 @@
-"""Options that several commands have in common, their types, and checks of what was given.
+"""Shared options of the commands, their types, and checks of their values.
 
-A path to write is tried before the command begins, so that no work is lost.
+Paths to write are tried before a command begins, so that no work is lost.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ class _Input(click.Path):
 
 
 class _Output(click.ParamType[Path]):
-    """A path to write; ``-`` is standard output. Raises UsageError where nothing can be written.
+    """A path to write; ``-`` is standard output. Raises UsageError if it cannot be written.
 
-    ``endings``: those of files; with any other ending it is a folder. None: always a file.
+    ``endings``: endings of files, a path with any other is a folder; None: always a file.
     """
 
     name = "path"
@@ -74,7 +74,7 @@ class _Output(click.ParamType[Path]):
 def _claim(
     path: Path, param: click.Parameter | None, ctx: click.Context | None, *, writes: bool
 ) -> None:
-    """Raises UsageError if a file that is to be written is to be read, or written again."""
+    """Raises UsageError if another parameter names the same file, and one of both is an output."""
     special = str(path) == "-" or (path.exists() and not path.is_file())
     if special or param is None or ctx is None:
         return
@@ -97,7 +97,7 @@ TRACE_PAGE_OR_FOLDER = _Output((".jsonl", ".html"))
 BUNDLE = _Output((".zip",))
 
 SECONDS = FiniteRange(min=0, min_open=True, max=1e9)
-"""A duration, or a moment of a run."""
+"""A duration, or a time of a run, in seconds."""
 METRES = FiniteRange(min=0, min_open=True, max=1e6)
 PIXELS = click.IntRange(100, 8000)
 
@@ -145,8 +145,8 @@ _DIVISION = (
 
 
 def division(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options for dividing a map file into regions: ``--rows``, ``--cols``, ``--side`` (metres) and
-    ``--share``."""
+    """Add the options that divide a map file into regions: ``--rows``, ``--cols``, ``--side``
+    (metres) and ``--share``."""
     for option in reversed(_DIVISION):
         command = option(command)
     return command
@@ -155,7 +155,8 @@ def division(command: Callable[..., Any]) -> Callable[..., Any]:
 def print_findings(
     source: object, found: Sequence[object], show_all: bool, rest: str = "more"
 ) -> None:
-    """Print the first thing that was found in a source, or all of them."""
+    """Print the first finding about a source, or all. ``rest``: noun for the findings not
+    printed."""
     for each in found if show_all else found[:1]:
         click.echo(f"{source}: {each}")
     if len(found) > 1 and not show_all:
@@ -163,14 +164,14 @@ def print_findings(
 
 
 def check_robot(name: str | None, scenario: Scenario, file: Path) -> None:
-    """Raises UsageError unless the scenario in the file has this robot (None: none was named)."""
+    """Raises UsageError if the scenario in a file has no robot of this name (None: any)."""
     names = [robot.name for robot in scenario.robots]
     if name is not None and name not in names:
         raise UsageError(f"{file}: there is no robot '{name}'; it has {', '.join(names)}")
 
 
 def made_folder(folder: Path) -> Path:
-    """The folder, made if it is missing. Raises UsageError where that is impossible."""
+    """Return a folder, created if missing. Raises UsageError if that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Pictures in pixels, with a warning of letters that no font has."""
+"""Pictures in pixels, with a warning about characters that no font has."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def pixels_of(picture: str, width: int | None) -> bytes:
 
 
 def warn_of_boxes(picture: str) -> None:
-    """Warn of letters that are boxes in the pixels of a vector picture."""
+    """Warn about characters of a vector picture that its pixels show as boxes."""
     from safenav.report.picture.raster import lacking
 
     if letters := lacking(picture):

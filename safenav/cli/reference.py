@@ -125,6 +125,6 @@ def _tell(found: Installation) -> None:
 
 
 def _line(good: bool | None, what: str, text: str) -> None:
-    """``good``: None for what is worth knowing but stops nothing."""
+    """Print one line of the report. ``good``: None for a note about something optional."""
     mark, colour = {True: ("ok", "green"), False: ("wrong", "red"), None: ("note", "yellow")}[good]
     click.echo(f"{click.style(mark.ljust(6), fg=colour)} {what:<12} {text}")

@@ -148,7 +148,7 @@ def _refuse_unread(context: click.Context) -> None:
 
 
 def _refuse_ending(output: Path | None, form: str) -> None:
-    """Raises UsageError for a file whose name is that of another form of a replay."""
+    """Raises UsageError if the file's ending is that of another form of a replay."""
     ending = "" if output is None else output.suffix.lower().removeprefix(".")
     if output is not None and ending in ("html", "svg", "png", "gif") and ending != form:
         name = output.with_suffix(f".{form}").name
@@ -159,7 +159,7 @@ def _refuse_ending(output: Path | None, form: str) -> None:
 
 
 def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
-    """The page in 3D, with the motion in a file or one that is made for the trace."""
+    """Return the 3D page, with the motion from a file or computed from the trace."""
     try:
         from safenav.motion.check.mismatch import read_motion_of
         from safenav.motion.making import motion_of
@@ -171,7 +171,7 @@ def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
 
 
 def _moment(replay: Replay, written: str) -> tuple[int, float]:
-    """The tick that is written, and the part of the way to the next one."""
+    """Return the tick that a user has given, and the fraction of the time to the next one."""
     unit, end = _unit(replay)
     if written == "last":
         return replay.last, 0.0
@@ -190,7 +190,7 @@ def _moment(replay: Replay, written: str) -> tuple[int, float]:
 
 
 def _unit(replay: Replay) -> tuple[str, float]:
-    """Unit of the run's time, and its end."""
+    """Return the unit of the run's time, and its end."""
     return "ticks" if replay.times is None else "seconds", replay.time(replay.last)
 
 

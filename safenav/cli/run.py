@@ -80,7 +80,8 @@ class Outputs(Struct, frozen=True):
         html: Path | None,
         motion: Path | None,
     ) -> Outputs:
-        """``stem``: the name of the files of ``output``, if that is a folder."""
+        """Return the files of all options. ``stem``: name of the files in ``output``, if that is a
+        folder."""
         if output is not None:
             trace, html = _by_its_ending(output, stem, trace, html)
             if motion is not None and motion.resolve() in [
@@ -90,11 +91,12 @@ class Outputs(Struct, frozen=True):
         return cls(trace, html, motion)
 
     def temporary(self, stem: str) -> str | None:
-        """The name of a trace that the others are made of, if they need one."""
+        """Return the name of a temporary trace, if the page or the motion must be made from a
+        trace."""
         return f"{stem}.jsonl" if self.html is not None or self.motion is not None else None
 
     def write(self, trace: Path | None) -> list[str]:
-        """Write page and motion; return which requirements the motion does not satisfy."""
+        """Write page and motion; return a message for each requirement that is not satisfied."""
         _write_page(trace, self.html)
         return [] if self.motion is None or trace is None else _write_motion(trace, self.motion)
 
@@ -184,7 +186,7 @@ def _refuse_beside_live(context: click.Context) -> None:
 
 
 def _simulated(verify: bool, *, attended: bool) -> MakeMission:
-    """Make missions in the scenario's own world."""
+    """Return a function that makes missions in the scenario's own world."""
     return lambda plan, listeners: Mission(
         plan,
         default_synthesizer(plan, verify=verify),
@@ -211,7 +213,8 @@ def _write_page(trace: Path | None, html: Path | None) -> None:
 def _by_its_ending(
     output: Path, stem: str, trace: Path | None, html: Path | None
 ) -> tuple[Path | None, Path | None]:
-    """Trace and page of ``--output``. Raises UsageError if another option names one of them."""
+    """Return the files of trace and page with those of ``output``. Raises UsageError if another
+    option gives one of them."""
     writes_trace, writes_page = output.suffix != ".html", output.suffix != ".jsonl"
     for option, given in (("--trace", writes_trace and trace), ("--html", writes_page and html)):
         if given:
@@ -227,7 +230,7 @@ def _by_its_ending(
 
 
 def _write_motion(trace: Path, motion: Path) -> list[str]:
-    """Write the motion of a run; returns which requirements of the scenario it does not satisfy."""
+    """Write the motion of a run; return a message for each requirement that is not satisfied."""
     from safenav.motion.file.reading import text_of
     from safenav.motion.making import motion_of
     from safenav.motion.requirements import MotionRecording, judged, requirements_of

@@ -1,4 +1,4 @@
-"""A run at the terminal: its listeners, what interrupts it, and how its end is reported."""
+"""A run at the terminal: its listeners, its interruption, and the report of its end."""
 
 from __future__ import annotations
 
@@ -30,20 +30,21 @@ from safenav.trace.trace import Trace
 from safenav.trace.writing import Listener, TraceWriter, next_part
 
 PATIENCE = 0.8
-"""Seconds between the first signal and the end of a run that does not notice it."""
+"""Seconds after the first signal until a run that does not react is ended."""
 
 MOST_STATES = 20_000
-"""States of a strategy that is examined after a run has come to a limit."""
+"""Maximum number of states of a strategy that is examined after a run has reached a limit."""
 
 MakeMission = Callable[[Scenario, list[Listener]], Mission]
 """Makes the mission of a scenario with these listeners."""
 
 
 class RunSession:
-    """A mission and those that continue it where a robot joins, each with a trace of its own.
+    """A mission and those that continue it when a robot joins, each with its own trace.
 
-    ``trace``: file of the first one; None: no trace, or with a name ``temporary`` one that lasts
-    until the stack is closed. ``views`` also listen. ``begun``: the trace that the run continues.
+    ``trace``: file of the first trace; if None, ``temporary`` names a trace that exists until the
+    stack is closed (None: no trace). ``views``: further listeners; ``begun``: the trace that the
+    run continues.
     """
 
     def __init__(
@@ -78,14 +79,14 @@ class RunSession:
         self.mission = self._make(plan, [*listeners, *self._views])
 
     def _another(self, rest: Scenario) -> Mission:
-        """The mission that continues with a robot more."""
+        """Return the mission that continues with one more robot."""
         self.trace = self.trace and next_part(self.trace)
         self.begin(rest)
         return self.mission
 
     def run(self, operator: str | None, *, joins: bool = True) -> None:
-        """Run the mission, and those that continue it, to the end. ``operator``: the file of
-        interventions; ``joins``: whether robots can join there."""
+        """Run the mission, and those that continue it, to the end. ``operator``: the source of
+        interventions; ``joins``: whether robots can join."""
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
             signal.signal(number, lambda number, _: _interrupt(self.mission, number))
         plan = self.mission.scenario
@@ -101,9 +102,9 @@ class RunSession:
     def report(
         self, scenario: Path | None, html: Path | None = None, unmet: Sequence[str] = ()
     ) -> int:
-        """Print how the run ended, and what differs from what the scenario expects (``unmet``:
-        differences found before); the exit code. ``scenario``: the file that next steps name, if
-        any."""
+        """Print the differences from what the scenario expects (``unmet``: further ones) and the
+        next steps; return the exit code. ``scenario``: the file that next steps name; None: no next
+        steps."""
         assert self.mission.result is not None
         plan, outcome = self.mission.scenario, self.mission.result.outcome
         expected, interrupted = plan.expect, outcome is Outcome.INTERRUPTED
@@ -132,7 +133,7 @@ class RunSession:
         return status
 
     def _next_steps(self, outcome: Outcome, scenario: Path, html: Path | None) -> list[str]:
-        """Commands that show what went wrong."""
+        """Return commands that show the cause of the outcome."""
         name = quote(str(scenario))
         if html is not None:
             steps = [f"view: open {quote(str(html))} (starts at the last tick)"]
@@ -151,8 +152,8 @@ class RunSession:
         return steps
 
     def _vacuous(self) -> Iterator[str]:
-        """The robots whose strategies may win without their objectives."""
-        # Imported where it is needed: most runs end otherwise.
+        """Yield the robots whose strategies may win without meeting their objectives."""
+        # Imported here, since most runs do not need it.
         from safenav.explain.vacuity import vacuities
         from safenav.synthesis.strategy import Strategy
 
@@ -164,7 +165,7 @@ class RunSession:
                 yield name
 
     def record(self) -> dict[str, Any]:
-        """The result as data."""
+        """Return the result as data."""
         result, ledger = self.mission.result, self.ledger
         assert result is not None
         return {
@@ -185,7 +186,7 @@ class RunSession:
 
 
 def limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
-    """The scenario with the limits of the command line."""
+    """Return the scenario with the limits of the command line."""
     limits = plan.limits
     ticks = limits.ticks if ticks is None else ticks
     seconds = limits.seconds if seconds is None else seconds
@@ -193,7 +194,8 @@ def limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenari
 
 
 def attendant(given: str | None, live: bool, as_json: bool) -> str | None:
-    """The file of interventions; TERMINAL if a user can answer there. Raises UsageError."""
+    """Return the source of interventions: the given file, or TERMINAL if a user can answer there;
+    None: no operator. Raises UsageError for a file without a live run."""
     if given is not None and not live:
         raise UsageError("--operator helps live runs only; add '--clock live'")
     if given is None and live and not as_json and sys.stdin.isatty() and sys.stderr.isatty():
@@ -202,8 +204,8 @@ def attendant(given: str | None, live: bool, as_json: bool) -> str | None:
 
 
 def _interrupt(mission: Mission, number: int) -> None:
-    """Stop at the next safe point; immediately on a second signal or after PATIENCE. The clock's
-    own first signal ends the run at its time limit."""
+    """Stop at the next safe point; immediately on a second signal or after PATIENCE. The first
+    SIGALRM ends the run at its time limit."""
     if number == signal.SIGALRM and mission.ending:
         return
     if mission.stopping:
@@ -216,7 +218,8 @@ def _interrupt(mission: Mission, number: int) -> None:
 
 
 def _while_heard(listener: Listener) -> Listener:
-    """A listener that falls silent when the reader of our output has gone: the run continues."""
+    """Return a listener that is ignored once the output's reader has closed it: the run
+    continues."""
     heard = True
 
     def hear(record: Record) -> None:
@@ -233,7 +236,7 @@ def _while_heard(listener: Listener) -> Listener:
 
 
 def _not_reached(plan: Scenario, result: RunResult) -> Iterator[str]:
-    """The changes of a scenario that a run was completed before."""
+    """Yield messages on the changes of a scenario before which its run was completed."""
     live = plan.clock is Clock.LIVE
     end = (result.makespan or 0.0) if live else result.ticks
     for change in plan.changes:

@@ -1,5 +1,5 @@
-"""Specifications in files: ``safenav verify``, and their part of ``safenav synth`` and ``safenav
-explain``."""
+"""Commands for specification files: ``safenav verify``, and parts of ``safenav synth`` and
+``safenav explain``."""
 
 from __future__ import annotations
 
@@ -51,11 +51,12 @@ Exit codes:
 """
 
 WARNING_SECONDS, WARNING_MB = 5.0, 100
-"""Limits of the strategy that `explain` looks for warnings in after it has given the verdict."""
+"""Limits of the synthesis whose strategy `explain` examines for warnings, after its verdict."""
 
 
 def is_specification(file: Path) -> bool:
-    """Whether a file holds a specification, not a scenario; not if it cannot be read."""
+    """Return whether a file contains a specification, not a scenario; False if it cannot be
+    read."""
     try:
         with file.open(encoding="utf-8", errors="replace") as text:
             return source.is_specification(text.read(source.MAX_BYTES))
@@ -64,12 +65,13 @@ def is_specification(file: Path) -> bool:
 
 
 def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> int:
-    """Print the size of the strategy of a specification, and write it into ``output``."""
+    """Print the size of a specification's strategy, and write it into ``output``; return the exit
+    code."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure if verify else None)
     result = _listed(synthesizer.synthesize, spec)
     if not _is_proven(result):
-        # A strategy may be too large to list where the verdict takes a moment.
+        # The verdict may be quick even if the strategy is too large to list.
         decided = _decided(file, synthesizer.synthesize(spec, strategy=False))
         if decided.verdict is Verdict.REALIZABLE:
             raise _too_large(file, "realizable, but its strategy", result)
@@ -94,7 +96,7 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
 
 
 def words_of(result: SynthesisResult) -> str:
-    """Whether a strategy was verified, in a word."""
+    """Return in a word whether a strategy was verified."""
     return {True: "yes", None: "no"}[result.verified or None]
 
 
@@ -114,7 +116,7 @@ def print_sizes(first: str, rows: Iterable[tuple[StrategySize, str]]) -> None:
 
 
 def explain(file: Path, as_json: bool) -> int:
-    """Print why a specification is unrealizable."""
+    """Print why a specification is unrealizable; return the exit code."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure)
     result = _decided(file, synthesizer.synthesize(spec, strategy=False))
@@ -146,7 +148,7 @@ def _decided(file: Path, result: SynthesisResult) -> SynthesisResult:
 def _listed(
     ask: Callable[[Specification], SynthesisResult], spec: Specification
 ) -> SynthesisResult:
-    """The answer to a request for a strategy, out of memory if that is more than may be printed."""
+    """Return the result of a synthesis request; OUT_OF_MEMORY if its output exceeds a limit."""
     try:
         return ask(spec)
     except ResourceLimitError as error:
@@ -165,8 +167,8 @@ def _too_large(file: Path, what: str, result: SynthesisResult) -> ResourceLimitE
 
 
 def _warn(file: Path, result: SynthesisResult, synthesizer: Synthesizer) -> bool:
-    """Warn of a system that wins by breaking its assumptions; whether it does. A strategy that is
-    too large to list is not examined."""
+    """Warn about a system that wins by breaking its assumptions; return whether it does. A strategy
+    that is too large to list is not examined."""
     if result.strategy is None:
         return False
     found = vacuous_wins(result.strategy, synthesizer)

@@ -109,7 +109,8 @@ def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
 
 
 def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:
-    """Warn of robots that win by breaking their own assumptions; whether there are any."""
+    """Warn about robots that win by breaking their own assumptions; return whether there are
+    any."""
     warned = False
     for name, answer in answers.items():
         strategy = answer.result.strategy

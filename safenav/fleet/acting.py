@@ -1,8 +1,8 @@
 """Actions of a fleet: the robots that take part in each need of an obstacle, and the meaning of
 their answers.
 
-If several robots lift a crate together, the service of each is called, and all must succeed. After
-a met need the obstacle's next need applies.
+If several robots lift a crate together, the service of each is called, and all must succeed. Once a
+need is fulfilled, the obstacle's next need applies.
 """
 
 from __future__ import annotations
@@ -77,8 +77,8 @@ class FleetProgress:
 
 class TeamAction(Struct):
     """One command to act. ``on``: the obstacle of the present action; ``team``: the answers of its
-    participants; ``advanced``: obstacles of which a need was met, but not the last one;
-    ``reasons``: reasons of failed parts; ``need``: the need that the action must meet."""
+    participants; ``advanced``: obstacles with a need fulfilled, but not the last one; ``reasons``:
+    reasons of failed parts; ``need``: the need that the action must fulfil."""
 
     robot: Robot
     obstacles: Sequence[Obstacle]

@@ -161,8 +161,8 @@ def _actions(
     deeds: Sequence[TimedAction],
     acts: Sequence[tuple[float, float]],
 ) -> Iterator[Line]:
-    """Yield the lines of an action's robots in sequence. ``acts``: when a follower that acts alone
-    acted; it moves before and after that."""
+    """Yield the lines of an action's robots in sequence. ``acts``: begin and end of each action of
+    a follower that acts alone; it also moves before and after them."""
     begin, end = act.t or 0.0, acted.t or 0.0
     span = (end - begin) / max(1, len(deeds))
     own = [times for times in acts if begin <= times[0] + ROUNDING and times[1] <= end + ROUNDING]

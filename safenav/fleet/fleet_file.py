@@ -57,7 +57,7 @@ NAMESPACE = re.compile(rf"/?|{NAME.pattern}/?")
 def _in_ros(
     pattern: re.Pattern[str], node: Node | None, what: str, findings: Findings
 ) -> str | None:
-    """Return a text key with this pattern."""
+    """Return the text of a node if it has this pattern; otherwise report it."""
     found = read.text(node, what, findings)
     if node is None or found is None or pattern.fullmatch(found):
         return found

@@ -106,7 +106,8 @@ class Follower(Struct):
 
 
 class Following:
-    """A transport that drives followers by references, over one that streams these."""
+    """A transport that turns the goals of followers into references, which another transport
+    streams."""
 
     def __init__(
         self,
@@ -290,7 +291,7 @@ class Following:
         order, reference, now = follower.order, follower.reference, self._clock()
         if reference is None or (order is not None and order.doing is Doing.ACTING):
             return
-        if order is None:  # resting there would pull it back through regions that others may enter
+        if order is None:  # rest would pull it back through regions that others may enter
             out = self._places.outside(follower.mover.region, at.x, at.y)
             if not follower.gone and out > follower.tolerance:
                 self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")
@@ -350,8 +351,8 @@ class Following:
 
 
 def mover_of(robot: Robot, places: Places) -> Mover:
-    """Return the motion of a robot, at rest at its start in the scenario. Raises UsageError for a
-    robot without such a motion."""
+    """Return the mover of a robot, at rest at its start. Raises UsageError if its model has no
+    motion, or regions are not square."""
     east, north = places.frame.resolution
     if abs(east - north) > 1e-9 * max(east, north):
         raise UsageError(

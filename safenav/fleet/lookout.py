@@ -59,7 +59,7 @@ class Lookout:
         return self._strays.pop(body.robot.name)
 
     def placed(self, robot: str) -> None:
-        """Record that a robot was placed in its region known to the team."""
+        """Record that an operator has placed a robot in the region where the team expects it."""
         self._strays.pop(robot, None)
 
     def is_shared(self, body: DrivenRobot, region: Region) -> bool:
@@ -74,7 +74,7 @@ class Lookout:
     def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
         """Keep a scan until odometry shows where it was taken: either may be late."""
         if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
-            return  # also from a clock that was set, until odometry is
+            return  # this also drops scans of a clock that was set back, until odometry shows it
         body.newest = scan.stamp
         body.unread.append(HeardScan(heard, scan))
 
@@ -106,9 +106,9 @@ class Lookout:
     def _whose(
         self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
     ) -> View | None:
-        """Return whether a ray into a region may have hit another robot at a point (metres), in a
-        scan received at a time: a robot that is near that point or moves through the region, or did
-        so up to ``PASSED`` seconds before."""
+        """Return ROBOT if a ray that ended in a region at a point (metres) may have hit another
+        robot, which is near that point or moves through the region; DOUBT if one was, or did,
+        within ``PASSED`` seconds before the scan was received; else None."""
         view = None
         for other in self._bodies.values():
             if other is body:

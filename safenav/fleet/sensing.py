@@ -29,8 +29,9 @@ BEFORE = 0.1
 region, or past its middle to count as behind it."""
 
 NARROW, WIDE = 0.1, 0.3
-"""Shares of a region's side on both sides of the way to its middle: of what stands there, and that
-are free when it is gone; the leaves of a door that is ajar are beside the middle."""
+"""Maximum distances of rays from the line to a region's middle, as shares of its side: NARROW to
+detect an obstacle, WIDE to find that it is gone, since the leaves of a door that is ajar are beside
+the middle."""
 
 
 class Sighting(Struct, frozen=True):
@@ -72,9 +73,10 @@ class Sensing:
         self._resolved_at: dict[Region, dict[str, float]] = {}
         self._resolved: dict[Region, float] = {}
         self._hit: dict[tuple[Region, str], float] = {}
-        """When a sensor has last seen what stands in a region."""
+        """Time at which each sensor last detected the obstacle of a region."""
         self.acted_on: set[Region] = set()
-        """Regions whose obstacle a robot acts on: its result tells whether it is gone."""
+        """Regions whose obstacle a robot acts on: the result of the action shows whether it is
+        gone."""
 
     def at(self, region: Region) -> Obstacle | None:
         return self._seen.get(region)

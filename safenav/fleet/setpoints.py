@@ -2,7 +2,7 @@
 
 In the frame of the world (the map's origin and yaw applied): metres, seconds, radians. Times are on
 the clock of the fleet's world. The stream is ``HORIZON`` samples ``PERIOD`` seconds apart, sent
-once a period (paper, Section VII: a quadratic programme at 20 Hz).
+once per period (paper, Section VII: a quadratic programme at 20 Hz).
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from safenav.scenario.model import Obstacle
 
 
 class TransportKind(StrEnum):
-    """The middleware."""
+    """The middleware or simulator by which robots are driven."""
 
     ROS1 = "ros1"
     ROS2 = "ros2"
@@ -75,8 +75,8 @@ class Network(Struct, frozen=True):
 
 
 class SimulationUse(Struct, frozen=True):
-    """The simulation runs at most ``pace`` times as fast as a clock. ``obstacles`` that are really
-    there; None for those of the scenario."""
+    """``pace``: maximum speed-up over real time; ``obstacles``: the true ones, None for those of
+    the scenario."""
 
     pace: float = 1.0
     obstacles: tuple[Obstacle, ...] | None = None
@@ -94,7 +94,8 @@ class PyrobosimUse(Struct, frozen=True):
 
 
 class FleetFile(Struct, frozen=True):
-    """``inputs``: the topic (std_msgs/Bool) of each input of the environment that has one."""
+    """The data of a fleet file. ``inputs``: the topic (std_msgs/Bool) of each input of the
+    environment that has one."""
 
     transport: TransportKind
     network: Network

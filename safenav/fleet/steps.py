@@ -87,7 +87,7 @@ class FleetSteps:
         self._transport = self._following or transport
         self._clock = clock
         self.begun = clock.now()
-        """The clock's seconds at which this world's begin."""
+        """Time of the clock at which this world's time is 0."""
         self._messages: queue.SimpleQueue[tuple[float, Message]] = queue.SimpleQueue()
         self._bodies = {
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
@@ -183,7 +183,7 @@ class FleetSteps:
             self._go_back(body, task)
 
     def _pause(self, task: FleetTask) -> None:
-        """Send the goal of a robot again, but not immediately."""
+        """Schedule the goal of a robot to be sent again after ``PAUSE``."""
         task.left -= 1
         task.goal, task.due = 0, self.now() + PAUSE
 
@@ -275,15 +275,16 @@ class FleetSteps:
             self._again_or_back(body, task, far)
 
     def _near(self, body: DrivenRobot, region: Region) -> bool:
-        """Return whether it is at its destination; for a follower, the end of its reference has
-        shown that."""
+        """Return whether a robot is near the centre of its destination; a follower is, since its
+        reference has ended there."""
         return (
             body.robot.name in self.followers
             or self._metres_to(body, region) <= body.station.tolerance
         )
 
     def _is_well_inside(self, body: DrivenRobot, region: Region) -> bool:
-        """Return whether it is well inside a region: near its centre, or following references."""
+        """Return whether a robot is well inside a region: near its centre, or following
+        references."""
         inside = max(body.station.tolerance, min(self.places.frame.resolution) / 4)
         return body.robot.name in self.followers or self._metres_to(body, region) <= inside
 
@@ -301,7 +302,8 @@ class FleetSteps:
         self._end(body, Lost, regions, reason)
 
     def _end(self, body: DrivenRobot, kind: Callable[..., WorldEvent], *about: object) -> None:
-        """End a command by an event of this kind, which gives the robot's pose."""
+        """End a command by an event of this kind; the robot's pose is the one that the event gives,
+        if any."""
         assert body.task is not None
         event = kind(self.now(), body.robot.name, *about, command=body.task.command)
         body.pose, body.task = getattr(event, "pose", body.pose), None

@@ -107,7 +107,8 @@ class Transport(Protocol):
         Raises FleetError if the middleware cannot be used."""
 
     def missing(self) -> list[str]:
-        """Return the names of the action servers that have not answered yet."""
+        """Return the names of action servers, and of followers' topics, that no robot answers
+        yet."""
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
         """Send a robot to a goal; GoalEnded follows, once for each goal."""
@@ -121,7 +122,7 @@ class Transport(Protocol):
         fleet's world. A robot must stop by itself when its stream ends."""
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
-        """Let a robot act on an obstacle where it stands; Performed follows, once."""
+        """Let a robot act on an obstacle from its present position; Performed follows, once."""
 
     def close(self) -> None:
         """Cancel every goal, and disconnect. Safe to call twice."""

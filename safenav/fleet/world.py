@@ -400,7 +400,7 @@ class FleetWorld(FleetSteps):
             if task is not None and task.phase is Phase.LOOKING and task.there:
                 if View.DOUBT not in look.view.values():
                     self._looked(body, task)
-                else:  # what it has hit may have left: take another scan before a robot enters
+                else:  # the robot or obstacle that a ray has hit may have left: scan again
                     task.due = max(task.due, task.since + PASSED + FRESH)
             elif task is not None and task.phase is Phase.INSPECTING:
                 self._send_if_clear(body, task)

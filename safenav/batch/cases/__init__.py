@@ -1,1 +1,1 @@
-"""The cases of a batch: where they come from, how they vary."""
+"""The cases of a batch: their search and their variations."""

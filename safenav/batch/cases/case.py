@@ -1,4 +1,4 @@
-"""A batch's cases and their results, as data that travels between processes as JSON."""
+"""Cases of a batch and their results: data that processes exchange as JSON."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import safenav
 Settings = Mapping[str, Any]
 """Dotted path into the scenario (``limits.ticks``) -> the value that replaces the present one."""
 _HALF = 60
-"""Characters at each end of a name that are kept."""
+"""Number of characters kept at each end of a long name."""
 
 
 class CaseVerdict(StrEnum):
@@ -24,7 +24,7 @@ class CaseVerdict(StrEnum):
 
     PASSED = "passed"
     DIFFERENT = "different"
-    """It ran to an end that is not the expected one."""
+    """The run ended, but not as expected."""
     INVALID = "invalid"
     """The scenario does not load."""
     LIMIT = "limit"
@@ -38,11 +38,11 @@ class CaseVerdict(StrEnum):
 
 
 class Case(Struct, frozen=True):
-    """One run to make: a scenario with some of its settings replaced.
+    """One run of a batch: a scenario with some of its settings replaced.
 
-    ``name`` is unique within a batch and the same in the next one. ``text`` is the scenario
-    (None if the file could not be read: running the case says why). ``references`` stands for
-    the content of the files that it names.
+    ``name`` is unique within a batch and the same in the next one. ``text`` is the scenario (None
+    if the file could not be read, which the run reports). ``references`` is a digest of the files
+    that it names.
     """
 
     name: str
@@ -53,15 +53,15 @@ class Case(Struct, frozen=True):
 
     @property
     def fingerprint(self) -> str:
-        """Same fingerprint, same work: what was done under it need not be done again."""
+        """Hash of the case and of safenav's version: a result with an equal one is still valid."""
         version, settings = safenav.__version__, dict(self.settings)
         made_of = [version, self.name, self.file, self.text, settings, self.references]
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def file_name(name: str, digest: str) -> str:
-    """A name for files of the case of that name; a long one lacks its middle. The digest
-    distinguishes names that are equal once they are fit for this."""
+    """Return a file name for a case, without the middle of a long name. The digest distinguishes
+    case names that become equal."""
     fit = re.sub(r"[^A-Za-z0-9._=-]+", "_", name).strip("._")
     if len(fit) > 2 * _HALF:
         fit = f"{fit[:_HALF]}...{fit[-_HALF:]}"
@@ -70,7 +70,7 @@ def file_name(name: str, digest: str) -> str:
 
 class Conditions(Struct, frozen=True):
     """Settings of each case's run. ``seconds``: wall-clock limit of one case. ``certify``: the
-    folder into which the bundle of each run goes (docs/certificates.md), or None."""
+    folder for the bundle of each run (docs/certificates.md), or None."""
 
     seconds: float = 600.0
     verify: bool = True
@@ -78,11 +78,11 @@ class Conditions(Struct, frozen=True):
 
 
 class Result(Struct, frozen=True):
-    """The result of one case. ``reasons`` says what is wrong, one sentence each; ``detail`` is
-    more for a reader who looks into it (a traceback, last words); ``earlier`` holds the reasons of
-    former attempts. ``requirements``: name -> verdict and robustness on the motion of the run.
-    ``makespan``: of a live run, seconds on its own clock. ``seconds`` is the run itself,
-    ``wall_seconds`` all of the time from handing it out to having the answer."""
+    """The result of one case. ``reasons``: differences or errors, one sentence each; ``detail``: a
+    traceback, or the last output of the process; ``earlier``: reasons of former attempts;
+    ``requirements``: name -> verdict and robustness on the motion of the run; ``makespan``: seconds
+    of a live run on its own clock; ``seconds``: duration of the run; ``wall_seconds``: time from
+    giving the case to a process to its result."""
 
     name: str
     file: str
@@ -116,7 +116,7 @@ class Result(Struct, frozen=True):
 
     @property
     def worth_another_try(self) -> bool:
-        """Whether running it again could give anything else."""
+        """Whether another attempt could give another result."""
         return self.verdict is not CaseVerdict.INVALID
 
     @property
@@ -126,7 +126,7 @@ class Result(Struct, frozen=True):
 
     @property
     def duration(self) -> float:
-        """Seconds of the run; of the attempt if there was no run to its end."""
+        """Seconds of the run, or of the attempt if the run did not end."""
         return self.wall_seconds if self.seconds is None else self.seconds
 
     def record(self) -> dict[str, Any]:
@@ -135,7 +135,7 @@ class Result(Struct, frozen=True):
 
 
 def without_a_run(case: Case, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:
-    """The result of a case that has no outcome to tell."""
+    """Return the result of a case without an outcome."""
     return Result(
         case.name, case.file, dict(case.settings), case.fingerprint, verdict, reasons, detail
     )

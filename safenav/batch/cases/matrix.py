@@ -10,8 +10,7 @@
     include:
       - {seed: 99, expect.outcome: operator_needed}
 
-Every combination of the matrix is run, but those that an ``exclude`` item matches, and in
-addition each ``include`` item as it stands.
+Every combination of the matrix that no ``exclude`` item matches is run, and each ``include`` item.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ _FIXED = ("safenav", "name")
 
 
 class Named(Struct, frozen=True):
-    """A path as written in the file, and where."""
+    """A path as written in the file, and its position."""
 
     value: str
     line: int
@@ -55,13 +54,13 @@ class Matrix(Struct, frozen=True):
 
 
 def is_matrix(text: str) -> bool:
-    """Whether a file says that it is a matrix file: ``batch:`` at the beginning of a line, or
-    ``matrix:`` where that was forgotten."""
+    """Return whether a text is meant as a matrix file: a line begins with ``batch:``, or with
+    ``matrix:`` if the former was forgotten."""
     return _MARK.search(text) is not None
 
 
 def read_matrix(text: str, file: str) -> Matrix:
-    """Raises InputError with everything that is wrong with it."""
+    """Read a matrix file. Raises InputError with all its errors."""
     findings = Findings(file)
     root = parsed(text, findings)
     matrix = None if root is None else _matrix(root, findings)
@@ -96,7 +95,7 @@ def _matrix(root: Node, findings: Findings) -> Matrix | None:
     all_settings = [dict(zip(axes, values, strict=True)) for values in chosen]
     kept = [s for s in all_settings if not any(_matches(s, out) for out in excluded)]
     if item.get("matrix") is None and included:
-        kept = []  # a list of runs is meant, not those and the plain scenario
+        kept = []  # the listed runs replace the plain scenario
     runs = kept + included
     if not runs and not len(findings):
         findings.add(item.get("exclude"), "every combination is excluded")
@@ -129,7 +128,7 @@ def _axes(node: Node | None, findings: Findings) -> dict[str, list[Any]]:
 
 
 def _values(node: Node, what: str, findings: Findings) -> list[Any]:
-    """A list of values, or ``{from: 0, to: 9}``, both included."""
+    """Return the values of a list, or of ``{from: 0, to: 9}``, both included."""
     if isinstance(node, Mapping):
         required = {"from": "the first number", "to": "the last number, included"}
         item = read.mapping(node, what, findings, ("from", "to"), required)
@@ -167,7 +166,7 @@ def _settings_list(node: Node | None, what: str, findings: Findings) -> list[dic
 
 
 def _is_path(key: Scalar, findings: Findings) -> bool:
-    """Whether a key begins with one of a scenario's own keys."""
+    """Return whether a key begins with one of a scenario's own keys; otherwise report it."""
     first = key.text.split(".")[0]
     known = [word for word in ScenarioKeys.known if word not in _FIXED]
     if first in known and all(key.text.split(".")):
@@ -183,7 +182,7 @@ def _check_excluded(
     axes: dict[str, list[Any]],
     findings: Findings,
 ) -> None:
-    """An item that can match nothing is a slip of the pen."""
+    """Report the items of ``exclude`` that can match no combination."""
     items = node.items if isinstance(node, Sequence) else ()
     for item, settings in zip(items, excluded, strict=False):
         for path, value in settings.items():

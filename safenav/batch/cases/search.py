@@ -1,9 +1,8 @@
 """Cases from the files, folders, patterns and matrix files that a user names.
 
 A search, in a folder or by a pattern, takes the scenarios that it finds and skips the rest: YAML
-files that are not scenarios (maps, catalogues), matrix files, and folders
-named ``invalid``, whose scenarios are broken on purpose. A file that is named is always taken.
-A case also holds a digest of the files that its scenario names.
+files that are not scenarios (maps, catalogues), matrix files, and folders in ``LEFT_OUT``. A named
+file is always taken. A case also holds a digest of the files that its scenario names.
 """
 
 from __future__ import annotations
@@ -35,13 +34,14 @@ _NAMING = ("map", "catalogue")
 
 
 class References:
-    """Reads each file once, however many cases there are."""
+    """Digests of the files that scenarios name; each file is read once."""
 
     def __init__(self) -> None:
         self._digests: dict[Path, str] = {}
 
     def of(self, scenario: Path, text: str, settings: Settings) -> str:
-        """A digest of what the scenario names, with the settings in place; empty if nothing."""
+        """Return a digest of the files that a scenario names, with the settings applied; empty if
+        it names none."""
         root = self._root(text)
         if root is None:
             return ""
@@ -63,7 +63,7 @@ class References:
 
 
 LEFT_OUT = ("invalid", "unrealizable")
-"""Folders of these names are not searched: their scenarios are broken on purpose."""
+"""Folders of these names are not searched: their scenarios fail on purpose."""
 
 _SUFFIXES = (".yaml", ".yml")
 _SCENARIO = re.compile(r"^safenav\s*:", re.MULTILINE)
@@ -72,8 +72,8 @@ _WIDTH = 40
 
 
 class FoundCases(Struct):
-    """``passed_over``: YAML files that a search saw and did not take; ``matrices``: matrix files
-    among what it saw, which are run where they are named."""
+    """``passed_over``: YAML files that searches skipped; ``matrices``: matrix files that searches
+    skipped, since they are run only if named."""
 
     cases: list[Case] = field(default_factory=list)
     passed_over: list[str] = field(default_factory=list)
@@ -81,7 +81,7 @@ class FoundCases(Struct):
 
 
 def find_cases(paths: Sequence[str]) -> FoundCases:
-    """The cases that ``paths`` name, each once, in the order named and sorted within a search.
+    """Return the cases that ``paths`` name, each once, in this order, sorted within a search.
 
     ``-`` is a scenario on standard input. Raises UsageError for a path that leads to no scenario,
     InputError for a bad matrix file.
@@ -90,7 +90,7 @@ def find_cases(paths: Sequence[str]) -> FoundCases:
     for path in paths:
         try:
             search.add(path)
-        except OSError as error:  # a name that is too long, say
+        except OSError as error:  # such as a name that is too long
             raise UsageError(f"{path[:60]}: {error.strerror}") from error
     return search.found
 
@@ -150,7 +150,7 @@ class _Search:
                     self._case(Path(case.file), settings)
 
     def _below(self, matrix: Path, named: Named) -> list[Case]:
-        """The cases that a matrix file names, without its settings."""
+        """Return the cases that a matrix file names, without its settings."""
         place = f"{matrix}:{named.line}:{named.column}"
         below = matrix.parent / named.value
         try:
@@ -185,7 +185,7 @@ class _Search:
         return name
 
     def _text(self, path: Path) -> str | None:
-        """Return None if it cannot be read; its run reports the reason."""
+        """Return the text of a file; None if it cannot be read, which its run reports."""
         key = str(path)
         if key not in self._texts:
             self._texts[key] = read_source(path, Findings(key))
@@ -193,7 +193,7 @@ class _Search:
 
 
 def _is_scenario(text: str | None) -> bool:
-    """Whether a file that a search met is meant to be a scenario. In doubt it is: a broken
+    """Return whether a file that a search found is meant as a scenario. If in doubt it is: a broken
     scenario must not vanish from the batch."""
     if text is None or _SCENARIO.search(text):
         return True
@@ -208,8 +208,8 @@ def _is_scenario(text: str | None) -> bool:
 
 
 def _files_below(folder: Path) -> list[Path]:
-    """YAML files, sorted, without hidden folders and those left out. Links to folders are not
-    followed: they could lead round in a circle."""
+    """Return the YAML files below a folder, sorted, without hidden folders and ``LEFT_OUT``. Links
+    to folders are not followed, since they could form a cycle."""
     found: list[Path] = []
     try:
         entries = sorted(folder.iterdir())
@@ -248,7 +248,7 @@ def _meant(path: Path) -> str:
 
 
 def _shown(path: Path) -> str:
-    """The path as named, without detours such as ``./`` and ``suite/../``."""
+    """Return a path as named, without ``./`` and ``suite/../``."""
     return Path(os.path.normpath(path)).as_posix()
 
 

@@ -1,7 +1,7 @@
 """Replace values in a scenario by dotted paths: ``limits.ticks``, ``robots.quad.start``.
 
-The document tree is changed before it is read, so that a variation is checked exactly as if
-it stood in the file. A diagnostic about a replaced value points at the one it replaces.
+The document tree is changed before it is read, so that a variation is checked exactly as if it were
+in the file. A diagnostic about a new value points at the value that it replaces.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from safenav.scenario.yaml.findings import Findings
 
 
 def varied(root: Node, settings: Values[str, Any], findings: Findings) -> Node:
-    """The tree with every setting in place; a path that leads nowhere is reported."""
+    """Return the tree with all settings applied; report each path that does not exist."""
     for path, value in settings.items():
         root = _replaced(root, path.split("."), value, path, findings)
     return root
 
 
 def node_of(value: Any, place: Place) -> Node:
-    """Plain data as nodes, all at one place."""
+    """Return plain data as nodes, all at one position."""
     if isinstance(value, Values):
         entries = [(Scalar(place, str(k), str(k)), node_of(v, place)) for k, v in value.items()]
         return Mapping(place, tuple(entries))
@@ -33,7 +33,7 @@ def node_of(value: Any, place: Place) -> Node:
 
 
 def _replaced(node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> Node:
-    """``node`` with what is at ``steps`` replaced; mappings on the way are made if missing."""
+    """Return ``node`` with the value at ``steps`` replaced; missing mappings are created."""
     if not steps:
         return node_of(value, node.place)
     step, rest = steps[0], steps[1:]

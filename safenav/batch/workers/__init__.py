@@ -1,1 +1,1 @@
-"""Local workers for cases: processes that can be ended."""
+"""Local worker processes, which run cases and can be killed."""

@@ -1,8 +1,8 @@
 """The process that runs cases, one after the other: ``Worker`` starts it and talks to it.
 
-Lines of JSON come in on standard input and go out on what was standard output; anything else
-that is printed goes to standard error, so that nothing can be taken for an answer. If standard
-input ends (the batch is gone) so does this process, with the synthesis that it runs.
+It reads JSON lines from standard input and writes JSON lines to the original standard output; all
+other output goes to standard error. When standard input ends, because the batch has ended, this
+process also ends, with its synthesis.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def main() -> None:
     answers = os.dup(sys.stdout.fileno())
     os.set_inheritable(answers, False)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    faulthandler.enable()  # a crash, and the SIGABRT for one that hangs, tell where it was
+    faulthandler.enable()  # prints the stack at a crash, and at the SIGABRT for a hung case
     _forbid_core_dumps()
     from safenav.batch.cases.case import Case, Conditions
     from safenav.batch.workers.execution import execute
@@ -38,7 +38,7 @@ def main() -> None:
     while task := tasks.get():
         given: dict[str, Any] = json.loads(task)
         if given["directory"] is not None:
-            with contextlib.suppress(OSError):  # not there: only files beside it are missed
+            with contextlib.suppress(OSError):  # if missing, only its files are not found
                 os.chdir(given["directory"])
         trace = Path(given["trace"]) if given["trace"] is not None else None
         result = execute(Case(**given["case"]), Conditions(**given["conditions"]), trace)
@@ -49,7 +49,7 @@ def _listen(tasks: queue.SimpleQueue[bytes]) -> None:
     for line in sys.stdin.buffer:
         tasks.put(line)
     tasks.put(b"")
-    # SIGTERM within a synthesis kills it before we go; anywhere else it ends us right away.
+    # During a synthesis, SIGTERM first kills that; otherwise it ends this process immediately.
     os.kill(os.getpid(), signal.SIGTERM)
 
 

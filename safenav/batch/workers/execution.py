@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Result:
-    """The result of the case. ``trace``: where to write what happens, if anywhere."""
+    """Return the result of a case. ``trace``: file for its trace, if one is wanted."""
     begun = time.monotonic()
     try:
         scenario = load(case)
@@ -74,7 +74,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
             trace = Path(stack.enter_context(TemporaryDirectory())) / "trace.jsonl"
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
-        # A batch runs scenarios side by side: one synthesis at a time in each.
+        # A batch runs scenarios in parallel, so each runs one synthesis at a time.
         synthesizer = default_synthesizer(
             scenario, verify=conditions.verify, binary=_binary(), at_once=1
         )
@@ -110,7 +110,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
 
 
 def _required(trace: Path) -> list[Judgement]:
-    """The verdicts on the requirements of a run, on the motion that its trace gives."""
+    """Return the verdicts on the requirements of a run, on the motion computed from its trace."""
     try:
         from safenav.motion.making import motion_of
         from safenav.motion.requirements import MotionRecording, judged, requirements_of
@@ -123,7 +123,7 @@ def _required(trace: Path) -> list[Judgement]:
 def _certify(
     case: Case, trace: Path, kept: Kept, synthesizer: Synthesizer, folder: Path
 ) -> list[str]:
-    """Write the bundle of a run; says why its checker refuses it, if it does."""
+    """Write the bundle of a run; return a message if that fails or its checker refuses it."""
     stem = case.name.replace("/", "+")
     if not re.fullmatch(r"[A-Za-z0-9._=+-]{1,100}", stem):
         stem = file_name(case.name, hashlib.sha256(case.name.encode()).hexdigest())
@@ -140,7 +140,7 @@ def _certify(
 
 
 def _text_as_run(case: Case) -> str:
-    """The text of a case's scenario, its settings replaced."""
+    """Return the text of a case's scenario with its settings applied."""
     text = case.text or ""
     root = root_of(text) if case.settings else None
     if root is None:
@@ -151,10 +151,11 @@ def _text_as_run(case: Case) -> str:
 
 @cache
 def _binary() -> Binary:
-    """Found once in each process: to look it up can take as long as a small synthesis."""
+    """Return the synthesizer, found once per process: a search can take as long as a small
+    synthesis."""
     return find_binary()
 
 
 def _told(diagnostic: errors.Diagnostic) -> str:
-    """A diagnostic in one line."""
+    """Return a diagnostic on one line."""
     return "; ".join(part.strip() for part in str(replace(diagnostic, source="")).splitlines())

@@ -1,7 +1,7 @@
 """Cases on this machine: some worker processes, each with one case at a time.
 
-One thread waits for all of them. A worker that crashes or hangs costs its own case; a
-new one takes its place.
+One thread waits for all of them. A worker that crashes or hangs fails only its own case, and is
+replaced.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from safenav.batch.workers.worker import Worker, with_news
 
 
 class LocalPool:
-    """At most ``jobs`` cases run in parallel. ``traces``: a directory to write traces to, if any.
-    ``started``: workers that have been started before; they are the pool's now."""
+    """At most ``jobs`` cases run in parallel. ``traces``: directory for traces, if any;
+    ``started``: running workers, which the pool takes over."""
 
     def __init__(
         self,
@@ -75,7 +75,7 @@ class LocalPool:
             worker.give(self._todo.popleft(), self._conditions, trace)
 
     def _due(self, end: float) -> list[Worker]:
-        """Workers that have something to say or whose time is over."""
+        """Return the workers that have a message or no time left."""
         if not self._busy:
             return []
         until = min(end - time.monotonic(), *(w.seconds_left for w in self._busy))
@@ -96,8 +96,8 @@ class LocalPool:
         return Arrival(case, result, trace)
 
     def _place(self, worker: Worker) -> None:
-        """Keep a worker and the syntheses that it waits for on one processor: they take turns, and
-        migrating them costs an eighth of the time of small cases.
+        """Bind a worker and its syntheses to one processor: they take turns, and migration costs an
+        eighth of the time of small cases.
         """
         free = self._processors - set(self._placed.values())
         if worker not in self._placed and free:
@@ -107,8 +107,8 @@ class LocalPool:
 
 
 def _processors(jobs: int) -> frozenset[int]:
-    """The processors to share out: none to choose from with one job, with more jobs than
-    processors, or where the system does not let us choose."""
+    """Return the processors to which workers are bound: none with one job, with more jobs than
+    processors, or where the system cannot bind processes."""
     if not hasattr(os, "sched_getaffinity"):
         return frozenset()
     available = os.sched_getaffinity(0)

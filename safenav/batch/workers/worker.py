@@ -1,9 +1,9 @@
-"""A worker process as its owner sees it: give it a case, wait, take the result, or end it.
+"""A worker process: give it a case, wait for the result, or end it.
 
-It is killed with all that it started, even what has left its group: synthesizers lead process
-groups of their own, and outlive a worker that crashed. On Linux they are known by a mark in their
-environment, which they inherit and keep when they are orphaned; elsewhere by the tree of parents,
-which must be read while the worker still stands.
+It is killed with all its descendants, including synthesizers, which lead their own process groups
+and outlive a crashed worker. On Linux descendants are recognized by a mark in their environment,
+which they inherit and keep when orphaned; elsewhere by the process tree, which must be read before
+the worker dies.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ MARK = "SAFENAV_BATCH_WORKER"
 """Environment variable: a different value for each worker."""
 
 _ROUNDS = 50
-"""A process may start another one while we look, or be about to begin its program."""
+"""Maximum number of searches: during one, a process may start another or not have its environment
+yet."""
 _BEGINNING_SECONDS = 0.01
 _YOUNG_SECONDS = 5.0
 
 
 def kill_family(pid: int, mark: str) -> None:
-    """SIGKILL to a child of ours (not yet reaped) and to its descendants."""
+    """Send SIGKILL to a child of this process (not yet reaped) and to its descendants."""
     if not sys.platform.startswith("linux"):
         for descendant in _descendants(pid):
             _kill(descendant)
@@ -50,7 +51,7 @@ def kill_family(pid: int, mark: str) -> None:
 
 
 def kill_orphans(mark: str) -> None:
-    """SIGKILL to whatever carries the mark; nothing where marks cannot be seen."""
+    """Send SIGKILL to all processes with the mark; to none where environments cannot be read."""
     wanted = f"{MARK}={mark}".encode()
     for _ in range(_ROUNDS):
         seen = [(pid, _environment(pid)) for pid in _processes()]
@@ -71,7 +72,8 @@ def _processes() -> list[int]:
 
 
 def _environment(pid: int) -> bytes:
-    """Empty for the dead, for those of other users, and for a moment for who begins a program."""
+    """Return the environment of a process; empty if it is dead, of another user or just
+    starting."""
     with contextlib.suppress(OSError):
         return Path(f"/proc/{pid}/environ").read_bytes()
     return b""
@@ -81,7 +83,7 @@ def _begins(pid: int) -> bool:
     """Return whether a process without an environment has just been started and may still get
     one."""
     with contextlib.suppress(OSError, ValueError):
-        Path(f"/proc/{pid}/exe").readlink()  # none of the dead, and of threads of the kernel
+        Path(f"/proc/{pid}/exe").readlink()  # fails for dead processes and kernel threads
         since = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
         age = time.clock_gettime(time.CLOCK_BOOTTIME) - since / os.sysconf("SC_CLK_TCK")
         return age < _YOUNG_SECONDS
@@ -112,7 +114,7 @@ def _kill(pid: int) -> None:
 _START_SECONDS = 60.0
 _LAST_WORDS = 4000
 _STACK_SECONDS = 0.5
-"""Lets a hung worker print its stack before it is killed."""
+"""Seconds for a hung worker to print its stack before it is killed."""
 
 _ROOT = str(Path(__file__).resolve().parents[3])
 _PROGRAM = (
@@ -124,8 +126,8 @@ _PROGRAM = (
 class Worker:
     """One process, used for many cases. Not thread safe.
 
-    It has a session of its own: Ctrl-C at the terminal reaches the batch alone, which then
-    ends its workers.
+    It has a session of its own: Ctrl-C at the terminal reaches only the batch, which then ends its
+    workers.
     """
 
     def __init__(self) -> None:
@@ -151,7 +153,7 @@ class Worker:
         return self._process.pid
 
     def fileno(self) -> int:
-        """Readable when there may be a result."""
+        """Return the file descriptor that is readable when there may be a result."""
         assert self._process.stdout is not None
         return self._process.stdout.fileno()
 
@@ -168,8 +170,8 @@ class Worker:
     def give(
         self, case: Case, conditions: Conditions, trace: Path | None, directory: str | None = None
     ) -> None:
-        """Let it run a case; it must not have one. ``directory``: what paths in the case are
-        relative to, if it is not the one where the worker was started."""
+        """Start a case; the worker must be idle. ``directory``: the one to which paths in the case
+        are relative, if not the one where the worker was started."""
         assert self.case is None and self._process.stdin is not None
         self.case = case
         self._limit = conditions.seconds
@@ -181,15 +183,15 @@ class Worker:
             "directory": directory,
             "trace": None if trace is None else str(trace.resolve()),
         }
-        with contextlib.suppress(BrokenPipeError):  # it is dead: ``receive`` will find out
+        with contextlib.suppress(BrokenPipeError):  # it is dead, which ``receive`` reports
             self._process.stdin.write(json_line(task).encode())
             self._process.stdin.flush()
 
     def receive(self) -> Result | None:
-        """The result of the case, once ``fileno`` is readable or its time is over; None if it
-        still runs. Without life in it afterwards, the worker is of no further use.
+        """Return the result of the case, when ``fileno`` is readable or the time is over; None if
+        the case still runs. A worker that is not ``alive`` afterwards cannot be used again.
 
-        Raises SafenavError if the process does not even start.
+        Raises SafenavError if the process does not start.
         """
         if with_news([self], 0):
             return self._read()
@@ -200,14 +202,14 @@ class Worker:
         return self._process.returncode is None
 
     def wait(self) -> Result:
-        """The result of the case, when it comes."""
+        """Wait for the result of the case and return it."""
         while True:
             with_news([self], max(0.0, self.seconds_left))
             if result := self.receive():
                 return result
 
     def kill(self) -> None:
-        """Kill it and all that it started; may be called from another thread."""
+        """Kill the process and its descendants; may be called from another thread."""
         kill_family(self.pid, self._mark)
 
     def end(self) -> None:
@@ -265,17 +267,18 @@ class Worker:
         return result
 
     def _timed(self, result: Result) -> Result:
-        """With the time since the case was given; its process knows better if it was heard late."""
+        """Return a result with its wall time: as measured by its process, or here if that is
+        longer."""
         return replace(result, wall_seconds=max(result.wall_seconds, round(self.elapsed, 6)))
 
     def _last_words(self) -> str:
-        file = self._stderr.fileno()  # its offset is shared with the process: leave it alone
+        file = self._stderr.fileno()  # its offset is shared with the process: do not move it
         begin = max(self._words_before, os.fstat(file).st_size - _LAST_WORDS)
         return os.pread(file, _LAST_WORDS, begin).decode("utf-8", "replace").strip()
 
 
 def with_news(workers: Iterable[Worker], seconds: float) -> list[Worker]:
-    """Return the workers with messages (or dead ones); wait so long for the first."""
+    """Return the workers that have a message or are dead; wait up to ``seconds`` for the first."""
     with selectors.DefaultSelector() as selector:
         for worker in workers:
             selector.register(worker, selectors.EVENT_READ, worker)

@@ -3,8 +3,8 @@
 A walker is an inverted pendulum that keeps its balance on its footsteps. The mass at height h falls
 away from the centre of pressure p: c'' = omega^2 (c - p). Its controller can choose p only under
 the feet on the ground, and where the next foot lands: it corrects the divergent part of its state,
-c + c'/omega, by both (Khadiv et al. 2020, without the step timing). What these cannot correct makes
-it fall. Feet are the planned ones, each moved by its correction.
+c + c'/omega, by both (Khadiv et al. 2020, without the step timing). It falls if both do not
+suffice. Each foot lands on its planned foothold, moved by its correction.
 """
 
 from __future__ import annotations
@@ -39,15 +39,16 @@ FALLEN = 0.30
 
 
 class BalancedWalk(Struct):
-    """``landed``: the corrections (x, y) of the feet on the ground, by side and time of landing."""
+    """The balance of a walker. ``landed``: corrections (x, y) in metres of the feet on the ground,
+    by side and time of landing."""
 
     landed: dict[tuple[int, float], Point] = field(default_factory=dict)
 
     def pull(
         self, state: Sequence[float], row: Array, reference: Setpoints, now: float, omega: float
     ) -> Point | None:
-        """The acceleration (x, y) in a state [x, y, vx, vy] beside a row of the reference; None if
-        it falls."""
+        """Return the acceleration (x, y) in a state [x, y, vx, vy] (m, m/s), given the row of the
+        reference; None if the walker falls."""
         place, planned = state[:2], row.tolist()
         error = [place[i] - planned[i] + (state[2 + i] - planned[3 + i]) / omega for i in (0, 1)]
         if hypot(*error) > FALLEN:
@@ -68,7 +69,7 @@ class BalancedWalk(Struct):
 
 
 def _on_ground(reference: Setpoints, now: float) -> list[Foothold]:
-    """The feet on the ground; before and after the reference, those that it begins and ends on."""
+    """Return the feet on the ground: before the reference its first, after it its last ones."""
     moment = max(now, reference.begin)
     found = [foot for foot in reference.feet if foot.down <= moment < foot.up]
     if found:
@@ -78,7 +79,8 @@ def _on_ground(reference: Setpoints, now: float) -> list[Foothold]:
 
 
 def _under(x: float, y: float, middles: Sequence[Point], yaw: float) -> Point:
-    """The point nearest to x and y in the box around the soles, in the direction ``yaw``."""
+    """Return the point nearest to (x, y) in the box around soles that point in direction
+    ``yaw``."""
     c, s = cos(yaw), sin(yaw)
     ahead = [mx * c + my * s for mx, my in middles]
     aside = [my * c - mx * s for mx, my in middles]
@@ -131,8 +133,8 @@ class SimulatedBody(Struct):
 
 
 class Handling(Struct):
-    """An action under way on ``obstacle`` (None: nothing to act on); ``until``: when it has lasted
-    long enough."""
+    """An action under way on ``obstacle`` (None: nothing to act on); ``until``: time from which it
+    may end (seconds; infinite while the robot pushes a door)."""
 
     action: str
     obstacle: Obstacle | None

@@ -1,8 +1,8 @@
 """The obstacles of a lab: those present now, and their shapes in MuJoCo.
 
-An obstacle that blocks no robot, such as an order or an empty battery, has no body, nor has one
-with a hidden truth. All others have bodies for the robots that they block. Obstacles appear and
-disappear at the times of the scenario.
+Obstacles that block no robot, such as an order or an empty battery, and those with a hidden truth
+have no body. All others have bodies for the robots that they block. Obstacles appear and disappear
+at the times of the scenario.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from safenav.scenario.model import Need, Obstacle, Robot
 from safenav.world.map import Region
 
 EVERY, FIRST, MOST = 1, 4, 28
-"""The bit of contacts with every robot, and that of the first robot; robots with a bit."""
+"""Contact bits of all robots and of the first robot; maximum number of robots with their own
+bit."""
 BELOW = -10.0
 """Height in metres of obstacles that are absent: below the floor."""
 
@@ -64,8 +65,8 @@ def _touches(obstacle: Obstacle, robots: Sequence[Robot]) -> int:
 
 
 class Standing:
-    """The obstacles present now, by name, in a model with their shapes. ``stages``: number of met
-    needs of each."""
+    """The obstacles present now, by name, in a model with their shapes. ``stages``: number of
+    fulfilled needs of each."""
 
     def __init__(self, model: Any, obstacles: Sequence[LabObstacle]) -> None:
         self._model = model

@@ -1,4 +1,4 @@
-"""Robots, walls, doors and boxes in MuJoCo: a lab without robots, for rehearsals and tests.
+"""Robots, walls, doors and boxes in MuJoCo: a lab without real robots, for rehearsals and tests.
 
 A robot on the ground is a capsule that slides and turns under limited forces, a walker that tracks
 its footsteps an inverted pendulum (``BalancedWalk``); a quadcopter is a point mass whose
@@ -49,7 +49,7 @@ class Physics(Dynamics):
     # Commands
 
     def send(self, name: str, x: float, y: float, yaw: float | None) -> None:
-        """Replace the goal of a robot."""
+        """Replace the goal of a robot (metres, radians; None: any yaw)."""
         with self.lock:
             self._begin(self._bodies[name], [(x, y, yaw)])
 
@@ -122,7 +122,8 @@ class Physics(Dynamics):
             }
 
     def scan(self, name: str) -> tuple[float, list[float]]:
-        """The stamp and ranges of a lidar, counter-clockwise from the robot's front."""
+        """Return the stamp (seconds) and ranges (metres) of a lidar, counter-clockwise from the
+        robot's front."""
         with self.lock:
             body = self._bodies[name]
             x, y, yaw = self._at(body)
@@ -188,8 +189,8 @@ class Physics(Dynamics):
         body.best, body.since = inf, self.now
 
     def _reached(self, here: Region, action: str) -> Obstacle | None:
-        """Return the obstacle on which a robot acts: one whose next need is met there, or one in
-        its region or an adjacent one that needs the action."""
+        """Return the obstacle on which a robot acts: one whose next need is fulfilled there, or one
+        in its region or an adjacent one that needs the action."""
         near = {here, *self._places.world.neighbours(here)}
         able = [o for o in self._obstacles if any(need.action == action for need in o.needs)]
         beside = None
@@ -247,8 +248,8 @@ class Physics(Dynamics):
             self._worked(body.name, act)
 
     def _worked(self, name: str, act: Handling) -> None:
-        """End the work of a robot: it meets a need if enough robots have worked; otherwise it fails
-        after a wait."""
+        """End the work of a robot: it fulfils a need if enough robots have worked; otherwise it
+        fails after a wait."""
         obstacle = act.obstacle
         if obstacle is None or self._obstacles.stands(obstacle) is None:
             act.result = "nothing"

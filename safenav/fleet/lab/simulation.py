@@ -26,8 +26,7 @@ LOOKS = 5
 
 class SimulationTransport:
     """A fleet in MuJoCo. Only ``step`` advances time, at most ``pace`` times as fast as real time:
-    while the run computes time stands still, so that a drive does not depend on the machine's
-    speed."""
+    time stands still while the run computes, so a drive does not depend on the machine's speed."""
 
     def __init__(
         self, scenario: Scenario, stations: Mapping[str, Station], use: SimulationUse

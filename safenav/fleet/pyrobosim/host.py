@@ -60,8 +60,7 @@ class HostedRobot:
             self._commands.put(line)
 
     def is_sent_to(self, place: tuple[float, float]) -> bool:
-        """Return whether the regions of the current goal, the first one included, contain a
-        point."""
+        """Return whether a point (metres) is in the regions of the robot's open commands."""
         from shapely import Point, Polygon
 
         lines = list(self._open_lines)
@@ -83,7 +82,7 @@ class HostedRobot:
             self._teller.tell(scan=name, t=now, step=tau / 360, ranges=_rays(lidar, at, yaw))
 
     def tell_closed(self) -> None:
-        """Send the hallways that it knows to be closed."""
+        """Send the hallways that the robot knows to be closed."""
         closed = {hallway.name for hallway in self.robot.get_known_closed_hallways()}
         self._teller.tell(closed=sorted(closed), by=self.robot.name)
 
@@ -94,7 +93,7 @@ class HostedRobot:
                 answer = self._open(line) if line["do"] == "open" else self._go(line)
             except Exception as error:  # an error of the planner fails the goal
                 answer = ("failed" if line["do"] == "open" else "aborted", str(error))
-            self.tell_closed()  # the reason of a failure is known before the failure itself
+            self.tell_closed()  # first, since a closed hallway may be the reason of the failure
             self._open_lines.remove(line)
             done = "acted" if line["do"] == "open" else "end"
             self._teller.tell(
@@ -125,7 +124,7 @@ class HostedRobot:
                 return "succeeded", ""
             way = Way(poses=[at, goal])
         else:
-            self.robot.reset_path_planner()  # a graph does not know that a hallway closed
+            self.robot.reset_path_planner()  # its graph does not change when a hallway closes
             way = self.robot.plan_path(goal=goal)
             if way is None or way.num_poses == 0:
                 return "aborted", "its planner found no path"

@@ -64,7 +64,7 @@ class PyrobosimTransport:
             stdout=subprocess.PIPE,
             stderr=self._log,
             text=True,
-            start_new_session=True,  # Ctrl-C is for safenav, which ends it
+            start_new_session=True,  # Ctrl-C reaches only safenav, which ends the child
         )
         assert self._child.stdout is not None
         first = self._child.stdout.readline()

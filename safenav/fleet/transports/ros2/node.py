@@ -89,9 +89,8 @@ def _joined(domain: int, interface: str, peers: tuple[str, ...]) -> Any:
 def _confine(interface: str) -> None:
     """Restrict the sockets of this process that listen on all addresses to one interface.
 
-    cyclonedds binds those that receive to 0.0.0.0, whatever the configured interface (its issues
-    1923 and 2090). Linux alone can tie a socket to an interface afterwards, and only where it is
-    not.
+    cyclonedds binds its receiving sockets to 0.0.0.0, whatever the configured interface (its issues
+    1923 and 2090). Only Linux can bind an open socket to an interface, and only an unbound one.
     """
     if not sys.platform.startswith("linux"):
         return
