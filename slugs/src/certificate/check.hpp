@@ -37,7 +37,7 @@ enum class CertificateKind { Strategy, Counterstrategy };
 
 struct CheckResult {
   bool accepted;
-  std::string reason; // of a rejection: the node, what is wrong, the constraint
+  std::string reason; // of a rejection: node, error, constraint
 };
 
 // Throws LimitReached.

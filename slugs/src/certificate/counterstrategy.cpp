@@ -1,5 +1,5 @@
-// Whether a counterstrategy of the environment is correct; the conditions are
-// in certificate/check.hpp.
+// The check of a counterstrategy of the environment, by the conditions in
+// certificate/check.hpp.
 
 #include "certificate/counterstrategy.hpp"
 #include "certificate/graph/cycles.hpp"
@@ -155,7 +155,7 @@ void require_violation(const CheckModel &model) {
   const std::vector<bool> all(graph.successors.size(), true);
   const std::vector<std::uint32_t> component = components(graph, all, count);
   const auto &guarantees = model.edges_meeting(Section::SysLiveness);
-  std::vector<bool> wins(count, false); // has a cycle, and all guarantees so far
+  std::vector<bool> wins(count, false); // has a cycle, and meets all guarantees so far
   each_inner_edge(component, all, [&](Node node, std::uint64_t) { wins[component[node]] = true; });
   for (const std::vector<bool> &meeting : guarantees) {
     model.budget.check();

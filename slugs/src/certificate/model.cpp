@@ -108,7 +108,7 @@ void CheckModel::require_legal_edges() {
   std::uint64_t edge = 0;
   for (Node node = 0; node < strategy.size();) {
     budget.check();
-    // The next 64 edges, of as many nodes as it takes.
+    // Take the next 64 edges, of as many nodes as needed.
     const std::uint64_t first = edge;
     for (; edge - first < lanes && node < strategy.size();) {
       if (edge == strategy.first_edge[node + 1]) {
@@ -186,7 +186,7 @@ void CheckModel::put(Assignment &assignment, const Valuation &valuation, Owner o
 
 std::string CheckModel::name(Node node) const { return "node " + std::to_string(strategy.ids[node]); }
 
-// Integers by value, bits that belong to none by themselves.
+// Integers are given by value, bits of no integer by name.
 std::string CheckModel::describe(const Valuation &valuation, Owner owner) const {
   const std::vector<std::uint32_t> &variables = of_owner_[owner == Owner::Input ? 0 : 1];
   std::string text;

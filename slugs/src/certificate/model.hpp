@@ -1,6 +1,6 @@
-// A strategy laid over its specification: what the two checks have in common.
+// A strategy with its specification: the part shared by both checks.
 //
-// Whatever is wrong is thrown as a Rejection, whose text names the node.
+// Every error is thrown as a Rejection, whose text names the node.
 
 #pragma once
 

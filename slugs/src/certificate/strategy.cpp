@@ -1,4 +1,4 @@
-// Whether a strategy of the system is correct; the conditions are in certificate/check.hpp.
+// The check of a strategy of the system, by the conditions in certificate/check.hpp.
 
 #include "certificate/strategy.hpp"
 #include "certificate/graph/cycles.hpp"
@@ -52,8 +52,9 @@ void require_all_initial_states(const CheckModel &model, const std::vector<Node>
   });
 }
 
-// Every node has one successor for each next input: all edges are legal
-// already, so it is enough that inputs differ and that their number is right.
+// Checks that every node has one successor for each next input.  All edges are
+// known to be legal, so it suffices that the inputs differ and that their
+// number is right.
 class SuccessorCheck {
 public:
   explicit SuccessorCheck(const CheckModel &model)
@@ -122,8 +123,8 @@ private:
   std::vector<Node> last_successor_; // with which successor
 };
 
-// For each guarantee: among the edges that do not meet it, no component in
-// which every assumption is met.
+// Requires for each guarantee that the edges that do not meet it have no
+// component in which every assumption is met.
 void require_guarantees(const CheckModel &model) {
   const ExplicitStrategy &graph = model.strategy;
   const auto &assumptions = model.edges_meeting(Section::EnvLiveness);

@@ -1,4 +1,4 @@
-// What the command does, one function for each kind of run.
+// The runs of the command, one function for each kind.
 //
 // Standard output holds the strategy, translation or result of a check and
 // nothing else; all messages go to standard error.
@@ -69,7 +69,7 @@ void outlive_parent_thread() {
 #endif
 }
 
-// Raised after all mistakes of the input have been printed.
+// Thrown after all errors of the input have been printed.
 struct InputRejected : Error {
   InputRejected() : Error(ExitStatus::BadInput, "the input has mistakes") {}
   std::string message() const override { return ""; }
@@ -143,7 +143,7 @@ private:
 ExitStatus solve(const Options &options, const Budget &budget) {
   report("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
   const Specification specification = read(options.file, budget);
-  // Opened first: an output that cannot be written should not cost a solution.
+  // Opened first, so that an unwritable file fails before the game is solved.
   StatsFile stats(options.stats_file);
   std::optional<OutFile> out;
   if (options.explicit_strategy || options.counter_strategy)

@@ -1,7 +1,7 @@
 // Memory that is allocated by new, counted and limited: readers and checks of
-// certificates keep theirs there.
+// certificates use it.
 //
-// Only the program replaces operator new; the library leaves it alone.
+// Only the program replaces operator new; the library does not.
 
 #pragma once
 

@@ -31,7 +31,7 @@ public:
   // Appends the next piece; false at the end.
   bool read_some(std::string &text, const Budget &budget) {
     constexpr std::size_t chunk = std::size_t{1} << 18;
-    constexpr int milliseconds = 50; // between looks at the budget
+    constexpr int milliseconds = 50; // between checks of the budget
     pollfd waiting{descriptor_, POLLIN, 0};
     int ready;
     do {
@@ -48,7 +48,7 @@ public:
     return got > 0;
   }
 
-  // Of a file; 0 for what has no size.
+  // Size of a file; 0 for a pipe or another input without one.
   std::size_t size() const {
     struct stat status;
     return ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode)

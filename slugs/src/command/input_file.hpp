@@ -13,10 +13,10 @@ struct FileError : InputOutputError {
 };
 
 // A whole file, or standard input as "-".  Throws FileError with a message that
-// names the file and the reason, LimitReached also while a pipe keeps silent.
+// names the file and the reason, LimitReached also while it waits for a pipe.
 std::string read_file(const std::string &path, const Budget &budget);
 
-// Standard input, one line after the other.
+// Standard input, line by line.
 class InputLines {
 public:
   explicit InputLines(const Budget &budget) : budget_(budget) {}

@@ -1,4 +1,4 @@
-// The public face, include/slugs.hpp, over readers, solver and checker.
+// The public interface, include/slugs.hpp, over readers, solver and checker.
 
 #include "slugs.hpp"
 

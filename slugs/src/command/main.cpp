@@ -46,7 +46,7 @@ void allow_deep_recursion() {
 
 } // namespace
 
-// All forms, so that no block is taken by one allocator and given back by another.
+// All forms, so that no block is allocated by one allocator and freed by another.
 void *operator new(std::size_t bytes, const std::nothrow_t &) noexcept {
   const bool room = bytes <= heap.limit && heap.used <= heap.limit - bytes;
   void *block = room ? std::malloc(bytes ? bytes : 1) : nullptr;

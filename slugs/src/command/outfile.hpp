@@ -1,9 +1,9 @@
-// Output that is either complete or not there.
+// Output that is either complete or absent.
 //
 // A file is written under a temporary name beside its own and renamed when it
 // is complete, so a crash, a limit or a full disk never leaves a partial file
-// under the name that was asked for, and an older file stays until then.
-// Devices and pipes are written directly.
+// under the requested name, and an older file stays until then.  Devices and
+// pipes are written directly.
 
 #pragma once
 
@@ -19,7 +19,7 @@ namespace slugs {
 struct OpenError : InputOutputError {
   explicit OpenError(const std::string &what) : InputOutputError(ExitStatus::Internal, what) {}
 };
-// Something that was written did not arrive: disk full, closed pipe.
+// Written data was lost: disk full, closed pipe.
 struct WriteError : InputOutputError {
   explicit WriteError(const std::string &what) : InputOutputError(ExitStatus::Internal, what) {}
 };
@@ -35,7 +35,7 @@ public:
 
   // Throws WriteError as soon as a write fails.
   std::ostream &stream() { return stream_; }
-  // Puts the file in its place.  Throws WriteError if anything was lost.
+  // Gives the file its final name.  Throws WriteError if anything was lost.
   void commit();
 
 private:

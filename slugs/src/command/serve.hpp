@@ -10,7 +10,7 @@
 
 namespace slugs {
 
-// Answers until the requests end.
+// Answers requests until they end.
 void serve(const Specification &specification, OnDemandStrategy &strategy, InputLines &requests,
            std::ostream &out);
 

@@ -1,4 +1,5 @@
-// The handler, see command/signals.hpp.  Process-wide by nature: signals are.
+// The handler, see command/signals.hpp.  Its state is process-wide, as signals
+// are.
 
 #include "command/signals.hpp"
 

@@ -33,7 +33,8 @@ public:
     if (text.find_first_of(" \t\v\f") != std::string_view::npos)
       return diagnostics_.error(place, "found '" + printable(text) + "', expected one name on each line");
     const std::size_t odd = text.find_first_of("!&|^'$?#()=<>+,;");
-    // What cannot be shown, such as a control character, cannot be JSON either.
+    // Characters that cannot be shown, such as control characters, are not
+    // valid in JSON either.
     if (odd != std::string_view::npos || is_digit(text.front()) || !can_be_shown(text))
       return diagnostics_.error(place, "found '" + printable(text) + "', expected the name of a variable",
                                 text.back() == '\'' ? "variables are declared without a prime" : "");
@@ -56,8 +57,8 @@ public:
                                             : "declare one variable on each line");
       return boolean(name.text, declaration, name.place);
     }
-    // A broken range declares the widest one, so that uses of the integer are
-    // not reported as well.
+    // An invalid range declares the widest one, so that uses of the integer are
+    // not also reported.
     const std::optional<Range> bounds = range(lexemes);
     integer(name, declaration, bounds.value_or(Range{0, largest_number}));
   }

@@ -7,13 +7,13 @@
 
 namespace slugs {
 
-// slugsin: a name a line, indices in the order of the file.
+// slugsin: one name per line, indices in the order of the file.
 void declare_slugsin(const Sections &sections, const Source &source, Specification &specification,
                      Diagnostics &diagnostics, BudgetPacer &pacer);
 
-// structuredslugs: a name, or an integer as name:min...max, a line; all inputs
-// come before all outputs.  Integers become bits, and where these can hold more
-// than the range a limit is added to the owner's INIT and TRANS.
+// structuredslugs: one name, or one integer as name:min...max, per line; all
+// inputs come before all outputs.  Integers become bits; if these can hold
+// values beyond the range, a limit is added to the owner's INIT and TRANS.
 void declare_structured(const Sections &sections, const Source &source, Specification &specification,
                         Diagnostics &diagnostics, BudgetPacer &pacer);
 void limit_ranges(Specification &specification, BudgetPacer &pacer);

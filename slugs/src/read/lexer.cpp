@@ -113,7 +113,7 @@ Token prefix_operator(char c) {
 
 } // namespace
 
-// From `begin` to where the lexer stands.
+// The lexeme from `begin` to the lexer's position.
 Lexeme Lexer::lexeme(Token token, std::size_t begin, const char *hint) const {
   const std::size_t length = token == Token::End ? 1 : at_ - begin;
   return {token,
@@ -197,7 +197,7 @@ Lexeme Lexer::at(int column) const {
 std::vector<Lexeme> lex_structured(std::string_view line, int number, BudgetPacer &pacer) {
   Lexer lexer(line, number, Words::Structured, pacer);
   std::vector<Lexeme> all{lexer.take()};
-  // No declaration has as many; what a message needs of longer ones is among them.
+  // No valid declaration has as many, and messages need only the first ones.
   while (all.back().token != Token::End && all.size() < 100)
     all.push_back(lexer.take());
   all.push_back({Token::End, "", {number, static_cast<int>(line.size()) + 1, 1}});

@@ -56,8 +56,8 @@ enum class Words : std::uint8_t {
   StructuredPrefix, // a prefix line of structuredslugs: "&&" and "||" are two operators each
 };
 
-// The tokens of a line, one at a time: a line may have millions.  The last one
-// is a Token::End just behind the line, repeatedly.
+// The tokens of a line, one at a time, since a line may have millions.  After
+// the last one, it returns Token::End just behind the line, repeatedly.
 class Lexer {
 public:
   Lexer(std::string_view line, int number, Words words, BudgetPacer &pacer)
@@ -72,7 +72,7 @@ public:
     return taken;
   }
   BudgetPacer &pacer() const { return pacer_; }
-  // The token that begins at a column where one did before.
+  // Return the token that begins at a column where one has begun before.
   Lexeme at(int column) const;
 
 private:

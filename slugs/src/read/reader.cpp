@@ -1,4 +1,4 @@
-// Telling the languages apart and running the reader of each, see
+// Detection of the language, and the reader of each language, see
 // read/reader.hpp.
 //
 // Sections may come in any order, so a first pass collects their lines, a
@@ -16,7 +16,8 @@ namespace slugs {
 
 namespace {
 
-// The first character that is neither blank nor a negation, and no "!=".
+// The first character that is neither blank nor a negation; the "!" of "!=" is
+// not one.
 char first_character(std::string_view line) {
   for (std::size_t i = 0; i < line.size(); ++i)
     if (!is_blank(line[i]) && (line[i] != '!' || line.substr(i, 2) == "!="))
@@ -94,7 +95,7 @@ Language language_of(const Sections &sections, const Source &source, BudgetPacer
   }
   for (const std::vector<int> &section : sections.constraints)
     for (const int number : section) {
-      // What most lines of long files are is seen without a lexer.
+      // Most lines of long files are classified without a lexer.
       pacer.step();
       const std::string_view text = source.line(number);
       if (std::string_view("&|^$?").find(first_character(text)) != std::string_view::npos || is_plain(text))

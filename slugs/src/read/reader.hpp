@@ -10,13 +10,13 @@ namespace slugs {
 
 enum class Language { Slugsin, Structured };
 
-// Which language the text is in, told by its content: it is structuredslugs as
-// soon as it declares an integer or has a formula with an infix operator.
-// Prefix lines are legal in both.
+// Return the language of a text, by its content: it is structuredslugs as soon
+// as it declares an integer or has a formula with an infix operator.  Prefix
+// lines are legal in both.
 Language language_of(const Source &source);
 
-// All mistakes go to `diagnostics`; if there is an error the result is
-// incomplete and must not be used.  Throws LimitReached.
+// Errors and warnings go to `diagnostics`; after an error the result is incomplete
+// and must not be used.  Throws LimitReached.
 Specification read_specification(const Source &source, Diagnostics &diagnostics,
                                  const Budget &budget = Budget());
 

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t most_short = 7; // bytes of a name that is its own key
 
-// A short name itself with its length; of others a hash, which no short name has. Eight
-// bytes at a time; pieces may overlap.
+// The key of a short name is the name with its length; that of a longer one is a hash,
+// which is not the key of a short name.  Eight bytes at a time; pieces may overlap.
 std::uint64_t key_of(std::string_view name) {
   const char *at = name.data();
   const std::size_t length = name.size();
@@ -75,7 +75,7 @@ const std::string &Scope::name(const Symbol &symbol) const {
                         : specification_.variables[symbol.index].name;
 }
 
-// Where the name is, or would be.
+// Return the slot of the name, or the empty slot for it.
 std::size_t Scope::slot_of(std::string_view name, std::uint64_t key) const {
   const std::size_t last = symbols_.size() - 1;
   for (std::size_t place = static_cast<std::size_t>(key * golden_multiplier >> 32) & last;;

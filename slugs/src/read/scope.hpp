@@ -1,7 +1,8 @@
-// Which names a formula may mention, and where.
+// The names that a formula may mention, by section.
 //
 // The environment moves first, and neither player's initial condition can look
-// ahead: the table of what each section may use is the turn order of the game.
+// ahead: the variables that each section may use follow the turn order of the
+// game.
 
 #pragma once
 
@@ -30,10 +31,10 @@ public:
 
   const Symbol *find(std::string_view name) const;
 
-  // A mention of a declared name: says why if the section forbids it.
+  // Check a use of a declared name; report it if the section forbids it.
   bool check_use(const Symbol &symbol, std::string_view name, Place place, Section section, bool next,
                  Diagnostics &diagnostics) const;
-  // An undeclared name: suggests a near one, else `hint`.
+  // Report an undeclared name; suggest a near one, else `hint`.
   void report_undeclared(std::string_view name, Place place, const std::string &hint,
                          Diagnostics &diagnostics) const;
 
@@ -48,7 +49,7 @@ private:
   const std::string &name(const Symbol &symbol) const;
 
   const Specification &specification_;
-  // Open addressing: half of what is read of a long file is names.
+  // Open addressing, since half of the text of a long file is names.
   std::vector<Entry> symbols_;
   mutable std::vector<std::string> names_; // as declared, once a suggestion is needed
   mutable std::unordered_map<std::string, std::string> nearest_;

@@ -11,7 +11,7 @@ namespace slugs {
 
 namespace {
 
-// What the lines that follow belong to.
+// The kind of section to which the next lines belong.
 enum class Part { BeforeFirst, Unknown, Declarations, Constraints };
 
 struct Heading {
@@ -69,8 +69,8 @@ Heading read_heading(std::string_view line, int number, Diagnostics &diagnostics
   return heading(nearest).value_or(Heading{});
 }
 
-// Whether a line holds no character on which programs disagree: behind one of
-// them, what this program takes for a comment is a formula for another.
+// Whether a line contains no character on which programs disagree: behind one,
+// this program's comment may be another's formula.
 bool is_one_line(std::string_view line, int number, Diagnostics &diagnostics) {
   for (std::size_t at = 0; at < line.size(); ++at)
     if (const std::size_t length = foreign_length(line.substr(at))) {

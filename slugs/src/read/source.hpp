@@ -41,9 +41,9 @@ private:
   std::vector<std::size_t> starts_; // of the lines, and the end
 };
 
-// The length in bytes of a character at the start of the text at which some
-// programs end a line and others do not, or that no text holds: all control
-// characters but the tab, U+2028 and U+2029. 0 if there is another one.
+// Length in bytes of the first character of the text, if only some programs end
+// a line there, or no text should contain it: control characters except the
+// tab, U+2028 and U+2029. 0 for any other character.
 std::size_t foreign_length(std::string_view text);
 
 inline bool is_blank(char c) { return c == ' ' || c == '\t'; }

@@ -163,8 +163,8 @@ void JsonReader::skip_scalar() {
     fail("found " + found() + ", expected a value");
 }
 
-// Iterative, since nesting is the writer's choice: `open` holds the closing
-// brackets that are due.
+// Iterative, since the nesting is unbounded: `open` holds the closing brackets
+// that are due.
 void JsonReader::skip() {
   std::string open;
   do {

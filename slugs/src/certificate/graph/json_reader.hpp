@@ -1,6 +1,6 @@
 // JSON (RFC 8259) as a stream of steps, without a tree of the document.
 //
-// The caller knows which shape it expects and asks for it piece by piece; a
+// The caller requests the shape that it expects, piece by piece, so that a
 // strategy of millions of edges goes straight into its arrays.
 
 #pragma once
@@ -13,7 +13,8 @@
 
 namespace slugs {
 
-// The text is not JSON, or not of the expected shape; says where.
+// The text is not JSON, or not of the expected shape; the message gives the
+// position.
 struct JsonError : Error {
   explicit JsonError(const std::string &what) : Error(ExitStatus::BadInput, what) {}
   std::string message() const override { return std::string(what()) + '\n'; }

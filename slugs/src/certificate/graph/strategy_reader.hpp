@@ -30,7 +30,7 @@ struct ExplicitStrategy {
   std::size_t size() const { return ids.size(); }
 };
 
-// Reads what --explicitStrategy --jsonOutput prints.  Throws JsonError,
+// Reads the output of --explicitStrategy --jsonOutput.  Throws JsonError,
 // LimitReached.
 ExplicitStrategy read_strategy(const std::string &file, std::string_view text,
                                const Budget &budget = Budget());

@@ -39,7 +39,7 @@ public:
       if (forward && level > on_lanes_) {
         set(--level, false);
       } else {
-        // Back to the last variable that is still false, and make it true.
+        // Return to the last variable that is false, and make it true.
         while (level < variables_.size() && value(level))
           truth(level++) = Truth{};
         if (level == variables_.size() || found_.size() >= most_)

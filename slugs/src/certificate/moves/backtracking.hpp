@@ -1,6 +1,6 @@
 // All solutions of a few formulas over a few variables, by backtracking.
 //
-// A branch is given up as soon as three-valued evaluation finds a formula
+// A branch is abandoned as soon as three-valued evaluation finds a formula
 // false.  The last six variables are not branched on: their 64 valuations are
 // the lanes of one evaluation.
 
@@ -15,7 +15,7 @@
 
 namespace slugs {
 
-// Values of `variables` for which all formulas hold, at most `most` of them.
+// Return at most `most` valuations of `variables` that satisfy all formulas.
 // The formulas mention no other variable; `variable_count` bounds all indices.
 std::vector<std::vector<bool>> solutions(const FormulaPool &pool, const std::vector<FormulaId> &formulas,
                                          const std::vector<OpenVariable> &variables,

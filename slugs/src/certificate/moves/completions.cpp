@@ -66,7 +66,8 @@ std::unique_ptr<Completions::Answer> Completions::compose(const Conjunction &rem
     multiply(factor->solutions.size());
   for (std::size_t i = 0; i < answer->unconstrained.size(); ++i)
     multiply(2);
-  // An impossible component outweighs any number of choices elsewhere.
+  // A component without solutions excludes all completions, whatever the others
+  // allow.
   for (const Component *factor : answer->factors)
     if (factor->solutions.empty())
       answer->count = 0;

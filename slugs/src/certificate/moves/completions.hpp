@@ -1,12 +1,11 @@
-// All ways to complete a partial valuation so that given constraints hold: the
+// All completions of a partial valuation that satisfy given constraints: the
 // next inputs that ENV_TRANS allows from a state, the outputs that SYS_TRANS
 // allows after an input.
 //
-// Enumerating 2^n valuations for each of 10^5 states is out of the question.
-// What remains of the constraints is split into components that share no
-// variable, and each component that has not been seen before is solved by
-// backtracking.  The answer is the product of the components' solutions; it is
-// never multiplied out.
+// Enumerating 2^n valuations for each of 10^5 states is infeasible.  So the
+// remainders of the constraints are split into components that share no
+// variable, and each new component is solved by backtracking.  The answer is
+// the product of the components' solutions, which is never expanded.
 
 #pragma once
 
@@ -22,12 +21,12 @@ namespace slugs {
 
 class Completions {
 public:
-  // Solutions of each component are listed up to `limit`, beyond that only
-  // known to be more.
+  // At most `limit` solutions of each component are listed; beyond that, it is
+  // only known that there are more.
   Completions(const Specification &specification, std::vector<Section> sections,
               std::vector<OpenVariable> open, std::uint64_t limit, const Budget &budget);
 
-  // The known variables of up to 64 queries; open ones are ignored.
+  // Set the known variables of up to 64 queries; open ones are ignored.
   void load(Assignment assignment) { remainders_.load(std::move(assignment)); }
 
   struct Component {
@@ -38,13 +37,13 @@ public:
   struct Answer {
     std::vector<const Component *> factors;
     std::vector<std::uint32_t> unconstrained; // positions
-    // Number of completions, or a larger number than the limit if there are
-    // more than that.
+    // Number of completions; if there are more than the limit, any number above
+    // it.
     std::uint64_t count = 0;
   };
   const Answer &answer(unsigned lane);
 
-  // Completions of an answer one by one, as values of the open variables, until
+  // Visit the completions of an answer, as values of the open variables, until
   // `visit` returns false.
   void enumerate(const Answer &answer, const std::function<bool(const std::vector<bool> &)> &visit) const;
 

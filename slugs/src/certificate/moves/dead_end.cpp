@@ -42,7 +42,7 @@ DeadEnds::Kind DeadEnds::search(const Assignment &assignment) {
     if (!answer)
       return Kind::SystemStuck;
 
-    // The moves to which this answer is illegal.
+    // From now on, only moves to which this answer is illegal.
     values.assign(values.size(), std::nullopt);
     for (std::uint32_t i = input_count_; i < values.size(); ++i)
       values[i] = (*answer)[i].value_or(false);

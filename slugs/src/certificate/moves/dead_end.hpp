@@ -1,4 +1,4 @@
-// Whether the environment has a move to which the system has no answer.
+// Search for a move of the environment to which the system has no answer.
 //
 // There may be millions of moves, so they are not tried one by one.  Instead
 // (Janota et al., Solving QBF with counterexample guided refinement, SAT 2012):
@@ -24,16 +24,16 @@ public:
   DeadEnds(const Specification &specification, Section env, Section sys, std::vector<OpenVariable> inputs,
            const std::vector<OpenVariable> &outputs, const Budget &budget);
 
-  // From the state on lane 0 of the assignment.
+  // Search from the state on lane 0 of the assignment.
   Kind search(const Assignment &assignment);
 
 private:
   using Values = std::vector<std::optional<bool>>; // of the open variables
 
-  // Some values for which all formulas hold, those that do not matter false;
-  // nothing if there are none.
+  // Return values that satisfy all formulas, irrelevant ones false; nothing if
+  // there are none.
   std::optional<Values> solve(const Remainders::Conjunction &formulas);
-  // The conjuncts that are left; nothing if one is false.
+  // Return the remaining conjuncts; nothing if one is false.
   std::optional<Remainders::Conjunction> substitute(const Remainders::Conjunction &formulas,
                                                     const Values &values);
 

@@ -1,9 +1,9 @@
 // Formulas evaluated on 64 assignments in parallel.
 //
 // The formulas that are needed become a straight-line program; bit k of each
-// word belongs to assignment k.  Values are three-valued (Kleene 1952): a word
-// of those that are surely true and a word of those that are surely false, so
-// that variables may be left open.
+// word belongs to assignment k.  Values are three-valued (Kleene 1952): one
+// word for surely true and one for surely false, so that variables may be left
+// open.
 
 #pragma once
 

@@ -99,8 +99,8 @@ template <class Settle> FormulaId Remainders::rebuild(FormulaId root, Settle set
   return rewritten_[root];
 }
 
-// Replaces what the lane decides by constants.  Sub-formulas over open
-// variables stay as they are.
+// Replaces the formulas that the lane decides by constants.  Formulas over open
+// variables are unchanged.
 FormulaId Remainders::rewrite(FormulaId root, unsigned lane) {
   return rebuild(root, [&](FormulaId id) {
     if (stamp_[id] == now_)

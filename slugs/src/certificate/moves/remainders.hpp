@@ -2,9 +2,8 @@
 // open ones.
 //
 // The constraints are evaluated for 64 queries in parallel with the open variables
-// unknown, and most are decided by that.  The others are rewritten, for one
-// query at a time, in a hash-consed pool, so that equal remainders have equal
-// ids.
+// unknown, which decides most of them.  The others are rewritten, for one query at
+// a time, in a hash-consed pool, so that equal remainders have equal ids.
 
 #pragma once
 
@@ -31,16 +30,17 @@ public:
   Remainders(const Specification &specification, std::vector<OpenVariable> open,
              const std::vector<Section> &sections);
 
-  // The known variables of up to 64 queries; open ones are ignored.
+  // Set the known variables of up to 64 queries; open ones are ignored.
   void load(Assignment assignment);
 
-  // Of a section, for one of the queries; nothing if it is violated.
+  // Return the remainder of a section for one query; nothing if the section is
+  // violated.
   std::optional<Conjunction> remainder(Section section, unsigned lane);
 
-  // Positions in the list of open variables, sorted, that the formula of a
-  // remainder mentions.
+  // Return the sorted positions, in the list of open variables, that a
+  // remainder's formula mentions.
   const std::vector<std::uint32_t> &support(FormulaId formula);
-  // With values for some positions.
+  // Return a formula with these values substituted at some positions.
   FormulaId substitute(FormulaId formula, const std::vector<std::optional<bool>> &values);
 
   FormulaPool &pool() { return pool_; }
@@ -49,8 +49,8 @@ public:
 
 private:
   FormulaId rewrite(FormulaId root, unsigned lane);
-  // `settle(id)` says whether rewritten_[id] is known, and may make it so; what
-  // it does not settle is rewritten from its operands.
+  // `settle(id)` returns whether rewritten_[id] is known, and may set it; all
+  // others are rewritten from their operands.
   template <class Settle> FormulaId rebuild(FormulaId root, Settle settle);
 
   const Specification &specification_;

@@ -1,8 +1,8 @@
 // Collecting and printing diagnostics, see read/messages/diagnostics.hpp.
 //
-// A line may be a megabyte long or hold a NUL byte: what is shown is a window
-// around the mistake in which every byte that a terminal could misread has been
-// replaced, and the carets count characters, not bytes.
+// A line may be a megabyte long or contain a NUL byte.  So only a window around
+// the error is shown, every byte that a terminal could misread is replaced, and
+// the carets count characters, not bytes.
 
 #include "read/messages/diagnostics.hpp"
 
@@ -15,7 +15,7 @@ namespace slugs {
 namespace {
 
 constexpr std::size_t window = 100; // bytes of the source line shown
-constexpr std::size_t margin = 60;  // of them at most this many before the mistake
+constexpr std::size_t margin = 60;  // of them at most this many before the error
 
 // Length of the UTF-8 sequence at the start of `text`, 0 if it is broken.
 std::size_t utf8_length(std::string_view text) {

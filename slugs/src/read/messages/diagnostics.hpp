@@ -1,7 +1,7 @@
-// What is wrong with an input file, shown the way a person can act on it.
+// Errors and warnings of an input file, shown so that a user can fix them.
 //
-// Readers never stop at the first mistake: they collect, and the caller prints
-// everything in the order of the file.  A diagnostic names what was found and
+// Readers do not stop at the first error: they collect all, and the caller
+// prints them in the order of the file.  A diagnostic names what was found and
 // what was expected; its hint says what to write instead.
 
 #pragma once

@@ -1,7 +1,6 @@
-// Words that people bring along from LTL and other languages, and what to write
-// here instead.
+// Words of LTL and other languages, and what to write here instead.
 //
-// They matter only where no variable of that name is declared.
+// They apply only if no variable of that name is declared.
 
 #pragma once
 

@@ -9,7 +9,7 @@ namespace slugs {
 namespace {
 
 constexpr std::size_t shortest_prefix = 4;
-constexpr std::size_t longest_word = 80; // distances of longer ones help nobody
+constexpr std::size_t longest_word = 80; // longer words get no suggestion
 
 std::string lower(std::string_view word) {
   std::string result(word);
@@ -43,7 +43,7 @@ std::string nearest_word(std::string_view word, const std::vector<std::string> &
   if (word.size() > longest_word)
     return "";
   const std::string wanted = lower(word);
-  // The one word that begins so.
+  // The only word with this prefix.
   if (word.size() >= shortest_prefix) {
     const auto begins = [&](const std::string &candidate) {
       return lower(candidate.substr(0, word.size())) == wanted;

@@ -60,7 +60,7 @@ void PrefixParser::fail(const Lexeme &lexeme, const std::string &message, const 
   failed_ = true;
 }
 
-// A row of negations waits as one.
+// Consecutive negations wait as one operator.
 void PrefixParser::negate(const Lexeme &lexeme) {
   if (waiting_.empty() || waiting_.back().op != Token::Not)
     waiting_.push_back({Token::Not, 0, 0});
@@ -172,7 +172,8 @@ FormulaId PrefixParser::value(const Symbol *symbol, const Lexeme &lexeme, bool n
   return pool_.constant(true);
 }
 
-// Hands a finished formula to the operator that waits for it, and on.
+// Hands a finished formula to the operator that waits for it, which may thereby
+// be finished too.
 void PrefixParser::operand(FormulaId formula) {
   while (!waiting_.empty()) {
     Waiting &top = waiting_.back();

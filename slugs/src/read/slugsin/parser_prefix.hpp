@@ -25,12 +25,13 @@ public:
   PrefixParser(const Scope &scope, FormulaPool &pool, Diagnostics &diagnostics)
       : scope_(scope), pool_(pool), diagnostics_(diagnostics) {}
 
-  // The formula of a line; true after an error, which is in the diagnostics then.
+  // Return the formula of a line; after an error, which is in the diagnostics,
+  // the constant true.
   FormulaId parse(Lexer &line, Section section);
 
 private:
   // An operator that waits for operands.  A line may have millions, so nothing
-  // is kept that can be found again.
+  // is stored that can be recomputed.
   struct Waiting {
     Token op;
     int column;

@@ -16,7 +16,7 @@ public:
   FormulaPrinter(const Specification &specification, std::ostream &out)
       : specification_(specification), pool_(specification.formulas), out_(out) {}
 
-  // A line without its end.
+  // Print a line without its end.
   void print(FormulaId root) {
     entries_.clear();
     const std::vector<FormulaId> shared = find_shared(root);
@@ -39,7 +39,7 @@ private:
            (op == Op::Not && pool_[pool_[id].left].op == Op::Variable);
   }
 
-  // The formulas, below the root, that several others use, operands first.
+  // Return the formulas below the root that several others use, operands first.
   std::vector<FormulaId> find_shared(FormulaId root) const {
     std::unordered_map<FormulaId, int> uses;
     std::vector<FormulaId> open = {root};
@@ -63,7 +63,8 @@ private:
     return shared;
   }
 
-  // `root` in full, formulas below it that are entries already as "? i".
+  // Print `root` in full, and formulas below it that are already entries as "?
+  // i".
   void print_tree(FormulaId root) {
     std::vector<FormulaId> open = {root};
     bool first = true;

@@ -164,7 +164,7 @@ Value ValueAlgebra::logical(Token op, const Value &left, const Value &right) con
 
 Value ValueAlgebra::arithmetic(Token op, Value left, const Value &right) const {
   Value result = unknown(span(left.place, right.place));
-  // Both sides are checked, so that both mistakes are reported.
+  // Both sides are checked, so that both errors are reported.
   const bool left_fits = is_integer(left);
   const bool right_fits = is_integer(right);
   if (op != Token::Plus)
@@ -207,8 +207,8 @@ FormulaId ValueAlgebra::is_less(const IntegerValue &left, const IntegerValue &ri
   return sums ? *sums : less(pool_, left, right);
 }
 
-// A variable against a number that lies outside its range is legal (generated
-// files have it) and nearly always a slip, so it is worth a warning.
+// Comparing a variable with a number outside its range is legal (generated
+// files do it) but nearly always unintended, so there is a warning.
 void ValueAlgebra::warn_if_constant(Token op, const Value &left, const Value &right,
                                     const Lexeme &lexeme) const {
   const bool variable_left = left.variable && right.literal;

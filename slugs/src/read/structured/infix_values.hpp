@@ -1,7 +1,7 @@
 // Values of infix expressions: Boolean formulas and integers.
 //
-// A parenthesis may hold either, so types are found out while operators are
-// applied.  An operand of the wrong type is reported where it stands; the
+// A parenthesis may hold either, so types are determined while operators are
+// applied.  An operand of the wrong type is reported at its position; the
 // result then has unknown type and causes no further message.
 
 #pragma once
@@ -41,7 +41,7 @@ public:
   Value negation(const Value &value, Place op) const;
   Value binary(Token op, Value left, const Value &right, const Lexeme &lexeme) const;
 
-  // As a Boolean formula; reports an integer.
+  // Return a value as a Boolean formula; report an integer.
   FormulaId boolean(const Value &value) const;
 
 private:

@@ -2,10 +2,10 @@
 //
 // An expression denotes offset + a sum of multiples of bits, where bits is an
 // unsigned little-endian vector: variable x of range min...max is min plus its bits,
-// a number is an offset alone.  Only a comparison adds, when it is known how often
-// each vector occurs: x + x + x takes an adder for each bit of the 3, and not for
-// each x.  A sum has as many bits as its largest value needs, so nothing wraps
-// around.  Comparisons move the offsets to one side and compare bit by bit.
+// a number is an offset alone.  Only comparisons add, when it is known how often
+// each vector occurs: x + x + x takes an adder for each bit of 3, not for each x.  A
+// sum has as many bits as its largest value needs, so nothing wraps around.
+// Comparisons move the offsets to one side and compare bit by bit.
 
 #pragma once
 

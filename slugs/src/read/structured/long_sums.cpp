@@ -85,7 +85,8 @@ public:
   }
 
 private:
-  // The result, if the amount left decides it whatever the summands from i on.
+  // The result, if the rest decides it for all values of the summands from i
+  // on.
   std::optional<bool> decided(std::size_t i, std::int64_t left) const {
     if (left < 0)
       return false;
@@ -96,7 +97,7 @@ private:
     return std::nullopt;
   }
 
-  // The amounts that may be left before each summand, ascending.
+  // Compute the possible rests of the bound before each summand, ascending.
   bool meet_amounts() {
     std::size_t amounts = 0;
     std::vector<std::int64_t> here{bound_};
@@ -132,10 +133,10 @@ private:
 
   FormulaPool &pool_;
   std::vector<Summand> summands_;
-  bool exactly_; // the bound is to be met, else kept
+  bool exactly_; // whether the sum must equal the bound, else not exceed it
   BudgetPacer &pacer_;
   std::int64_t bound_ = 0;
-  std::vector<std::int64_t> rest_; // what the summands from i on add at most
+  std::vector<std::int64_t> rest_; // maximum sum of the summands from i on
   std::vector<std::vector<std::int64_t>> left_;
 };
 

@@ -1,11 +1,11 @@
 // Comparisons of sums of many different integers.
 //
-// An adder for each summand makes formulas that are short and hard: the diagrams
-// of the sums on the way are far larger than that of the comparison, which only
-// has to know how much may still come.  So a long sum becomes the decision
-// diagram of "so much is left of the bound", summand by summand in the order of
-// declaration, in which diagrams start (the counting argument behind
-// Een and Soerensson, Translating Pseudo-Boolean Constraints into SAT, JSAT 2006).
+// With an adder for each summand formulas are short but diagrams are large: those
+// of the partial sums are far larger than that of the comparison, which depends
+// only on the rest of the bound.  So a long sum becomes a decision diagram over
+// the rest of the bound, summand by summand in the order of declaration, in which
+// diagrams start (the counting argument behind Een and Soerensson, Translating
+// Pseudo-Boolean Constraints into SAT, JSAT 2006).
 
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace slugs {
 
-// Nothing if the sums are short, or if there are too many amounts that may be left.
+// Nothing if the sums are short, or if too many rests of the bound are possible.
 std::optional<FormulaId> equal_long_sums(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b,
                                          BudgetPacer &pacer);
 std::optional<FormulaId> less_of_long_sums(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b,

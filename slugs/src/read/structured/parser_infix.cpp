@@ -1,8 +1,8 @@
 // The two stacks behind read/structured/parser_infix.hpp.
 //
-// A mistake of grammar ends the line, since what follows would be guesswork; a
-// mistake of meaning (an undeclared name, a comparison of Booleans) yields a
-// value of unknown type, which suits every operator, and the line continues.
+// A syntax error ends the line, since the rest could only be guessed; a
+// semantic error (an undeclared name, a comparison of Booleans) yields a value
+// of unknown type, which suits every operator, and the line continues.
 
 #include "read/structured/parser_infix.hpp"
 
@@ -58,7 +58,7 @@ public:
   }
 
 private:
-  // What waits on the operator stack.
+  // An entry of the operator stack.
   struct Waiting {
     Token token;   // Open for a parenthesis
     bool next;     // Open: of next(...)
@@ -71,7 +71,8 @@ private:
     failed_ = true;
   }
 
-  // An operator in the spelling of another language: reported, then understood.
+  // Report an operator in the spelling of another language; it is then read as
+  // meant.
   void report_spelling(const Lexeme &lexeme) {
     if (lexeme.hint)
       diagnostics_.error(lexeme.place, "found " + describe(lexeme), lexeme.hint);

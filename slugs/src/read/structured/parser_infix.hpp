@@ -14,7 +14,8 @@
 
 namespace slugs {
 
-// The formula of a line; true after an error, which is in `diagnostics` then.
+// Return the formula of a line; after an error, which is in `diagnostics`, the
+// constant true.
 FormulaId parse_infix(Lexer &line, Section section, const Scope &scope, const Specification &specification,
                       FormulaPool &pool, Diagnostics &diagnostics);
 
