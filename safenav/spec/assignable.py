@@ -2,11 +2,11 @@
 
 Three inputs let the coordination layer steer a robot whose strategy is never changed: ``wait``
 keeps it where it is; ``request`` sends it to the region ``assigned``, and excuses its own goals
-meanwhile. What it can be sent to is limited to regions from which it can resume its own
-objective, and obstacles that turn out to be permanent still need a new strategy.
+meanwhile. Only regions from which it can resume its own objective are assigned. Obstacles that turn
+out to be permanent still require a new strategy.
 
-While a robot must wait, an open request does not carry its region: that would add a bit to every
-pair of a region and a request, and so double the nodes.
+While a robot must wait, an open request does not carry its region: an extra bit for every pair of a
+region and a request would double the nodes.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ class AssignedGoal(Struct, frozen=True):
 
 
 class CommandInputs:
-    """Turns signals into inputs that respect what the specification assumes of them: the
-    assigned region does not change while a request is open. ``refused``: the pose in which the
-    last move of the strategy was refused that the team could not do with; ``stopped``: that in
-    which the last one was into a known obstacle."""
+    """Conversion of signals to inputs that satisfy the specification's assumption: the assigned
+    region does not change while a request is open. ``refused``: the pose of the last move that was
+    refused because the team could not have continued; ``stopped``: the pose of the last one into a
+    known obstacle."""
 
     def __init__(self, assignable: AssignableRegions) -> None:
         self.assignable = assignable
@@ -57,19 +57,19 @@ class CommandInputs:
         if signal.wait and region == signal.place:
             self._sent = None
             return self._values(False, self._neutral, True)
-        if self._sent not in (None, signal.place):  # a moment's rest between two requests
+        if self._sent not in (None, signal.place):  # it waits once between two requests
             self._sent = None
             return self._values(False, self._neutral, True)
         self._sent = signal.place
         return self._values(True, signal.place, False)
 
     def after_waiting(self, place: Region | None) -> dict[str, int]:
-        """Return the inputs that send a robot that has waited to ``place``; None: nowhere."""
+        """Return the inputs after a wait: a request to go to ``place``, or none."""
         known = place is not None
         return self._values(known, self._neutral if place is None else place, False)
 
     def sent(self, place: Region | None) -> None:
-        """The robot has been sent to ``place`` by ``after_waiting``."""
+        """Record that the inputs of ``after_waiting`` for ``place`` are in use."""
         self._sent = place
 
     def stop(self) -> dict[str, int]:
@@ -77,7 +77,7 @@ class CommandInputs:
         return self._values(self._sent is not None, self._neutral, True)
 
     def forget(self) -> None:
-        """No request is open in the strategy's memory."""
+        """Record that no request is open in the strategy's memory."""
         self._sent = None
 
     @staticmethod
@@ -95,13 +95,13 @@ def inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def neutral(assignable: AssignableRegions) -> Region:
-    """Return the command inputs without a request."""
+    """Return the value of ``assigned`` while there is no request."""
     return min(assignable.places)
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Requests are to places that it can reach without giving up its own objective, and keep still
-    while they are open."""
+    """Yield the assumptions: requests assign regions from which the robot can resume its objective,
+    and do not change while open."""
     possible = assignable_regions(task, world)
     idle = neutral(possible)
     begin = Origin("coordination", "no request before the first move", SOURCE)
@@ -138,7 +138,7 @@ def unless_waiting(constraint: Constraint) -> Constraint:
 
 
 def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """It waits when commanded, and goes to the assigned region."""
+    """Yield the guarantees: the robot waits when commanded, and goes to the assigned region."""
     stay = Origin("coordination", "it stays while it must wait", SOURCE)
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
     possible = assignable_regions(task, world)
@@ -156,7 +156,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _in(part: Part, task: Task, mark: str = "") -> str:
-    """Return the condition that the robot is where a part matters; ``mark``: of the variables."""
+    """Return the condition for the states of ``part``; ``mark``: suffix of the variables."""
     ranges = task.objective.memory if isinstance(task.objective, Ltl) else {}
     atoms = []
     for memory, poses in part.poses().items():
@@ -178,10 +178,10 @@ def _asked(part: Part) -> str:
 
 
 def begins_anywhere(task: Task) -> bool:
-    """Return whether the strategy is to know every pose and memory from which its goals can be met,
-    not only those that its own ways lead to: a joint plan may leave the robot in any. Without
-    headings and formulas its ways lead everywhere. A strategy that remembers where others are does
-    not have a node for every place of theirs either way."""
+    """Return whether the strategy must cover every pose and memory from which its goals can be met,
+    not only those on its own paths: a joint plan may leave the robot in any. Without headings and
+    formulas its paths cover all. A strategy that tracks positions of other robots cannot cover all
+    of those, so it is not extended."""
     formulas = formulas_in(task.objective) is not None
     wayward = task.robot.model.mobility is Mobility.HEADING or formulas
     nearby = task.tracking is Tracking.NEARBY
@@ -189,14 +189,14 @@ def begins_anywhere(task: Task) -> bool:
 
 
 def unless_elsewhere(constraint: Constraint) -> Constraint:
-    """Restrict its initial state to starts without ``wait``; with it, the robot is elsewhere."""
+    """Restrict an initial condition to starts without ``wait`` (else: ``elsewhere``)."""
     if constraint.section is not Section.SYS_INIT:
         return constraint
     return replace(constraint, formula=f"wait | ({constraint.formula})")
 
 
 def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """With ``wait`` at first, it starts in any region that it can ever reach."""
+    """Yield the initial condition with ``wait``: any region that the robot can ever reach."""
     anywhere = one_of("region", whereabouts(task, world))
     origin = Origin(
         "coordination", "if it must wait at first, it starts wherever a plan put it", SOURCE
@@ -205,8 +205,8 @@ def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def excused(constraint: Constraint, holds: bool = False) -> Constraint:
-    """Return a goal of its own, excused while a request is open; one that ``holds`` may also leave
-    the place where it stays."""
+    """Return a goal of the robot, excused while a request is open; if the objective ``holds``, also
+    the guarantee to stay."""
     stays = holds and constraint.origin.rule.endswith(", stay")
     if constraint.section is not Section.SYS_LIVENESS and not stays:
         return constraint

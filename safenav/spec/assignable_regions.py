@@ -41,9 +41,9 @@ class Part(Struct, frozen=True):
 
 class AssignableRegions(Struct, frozen=True):
     """``places``: regions assignable from some pose. ``parts``: regions assignable from some poses
-    only, with those poses. ``homes``: where the robot can circulate and meet its objective forever,
-    if there are several such region sets: for each of them the poses in it or in transit to it. A
-    robot stays among them unless it is assigned a region elsewhere."""
+    only, with those poses. ``homes``: the sets of regions in which the robot can meet its objective
+    forever, if there are several, each with the states in it or on the way to it. A robot does not
+    leave these states unless it is assigned a region elsewhere."""
 
     places: frozenset[Region]
     parts: tuple[Part, ...] = ()
@@ -94,7 +94,7 @@ class _Ground(Struct, frozen=True):
         return None if found is None else guarantees_of(found)
 
     def begins(self) -> list[State]:
-        """Return the initial conditions of the robot."""
+        """Return the possible initial states of the robot."""
         guarantees = self.guarantees
         if guarantees is None or not guarantees.memories:
             return [(self.start, ())]
@@ -104,8 +104,8 @@ class _Ground(Struct, frozen=True):
         return [(self.start, m) for m in memories if guarantees.begins(dict(m), self.start)]
 
     def after(self, state: State) -> list[State]:
-        """Return the states after a step or a stay. Where there is too much to remember, those that
-        are allowed with some memory."""
+        """Return the states after a step or a stay. With too many memories to list: those that some
+        memory allows."""
         pose, memory = state
         guarantees = self.guarantees
         steps = moves(self.mobility, pose, self.world, self.blocked)
@@ -122,7 +122,7 @@ class _Ground(Struct, frozen=True):
         ]
 
     def ways(self) -> dict[State, Sequence[State]]:
-        """Return the states that the robot can reach, each with those that may follow."""
+        """Return the states that the robot can reach, each with its successors."""
         return explored(self.begins(), self.after)
 
     def meets(self, members: Collection[State], ways: Mapping[State, Collection[State]]) -> bool:
@@ -154,7 +154,7 @@ def _assignable_regions(ground: _Ground) -> AssignableRegions:
         return AssignableRegions(here)
     guarantees = ground.guarantees
     if guarantees is not None and not guarantees.memories:
-        # With some memory it could; with what it remembers it may not, once it has left.
+        # Beyond this round, only some memories allow it to return, perhaps not its own.
         there = rounds[next(at for k in begins if (at := home[k]) is not None)]
         return AssignableRegions(frozenset(pose.region for pose, _ in there))
     reach: list[frozenset[Region]] = []  # the regions that it can reach and still continue
@@ -174,9 +174,9 @@ def _assignable_regions(ground: _Ground) -> AssignableRegions:
 def _homes(
     ground: _Ground, ways: dict[State, Sequence[State]]
 ) -> tuple[list[list[State]], list[int | None]]:
-    """Return the states in rounds (what one leads to comes before it), and for each the round in
-    which the robot continues forever from there; None where its objective is lost, or where it
-    cannot stay although it may have to wait."""
+    """Return the states in rounds (successors first), and for each round the one in which the robot
+    can continue forever from there; None where its objective is lost. States where it cannot stay,
+    although it may have to wait, are left out."""
     while True:
         states = list(ways)
         number = {state: index for index, state in enumerate(states)}
@@ -201,8 +201,8 @@ def _homes(
 
 
 def _parts(rounds: list[list[State]], reach: list[frozenset[Region]]) -> list[Part]:
-    """Regions that can be reached from the same states, with those; none that can be reached only
-    by standing there."""
+    """Group the regions by the states that reach them; omit those that can be reached only from
+    themselves."""
     sources: dict[Region, list[int]] = {}
     for k, regions in enumerate(reach):
         for region in sorted(regions):
@@ -218,7 +218,7 @@ def _parts(rounds: list[list[State]], reach: list[frozenset[Region]]) -> list[Pa
 
 
 def _told_apart(rounds: list[list[State]], home: list[int | None]) -> tuple[Part, ...]:
-    """Return the homes with the states on the way to them; nothing if all are the same regions."""
+    """Return the homes with the states on the way to them; nothing if there is only one."""
     found: dict[frozenset[Region], set[State]] = {}
     for k, at in enumerate(home):
         if at is not None:

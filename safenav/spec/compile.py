@@ -1,7 +1,7 @@
 """Compile one robot's share of a mission to a GR(1) specification (DESIGN section 4).
 
-Only what some guarantee can depend on is modelled: the robot's own pose and memory as
-outputs, what it must know of those it could collide with as inputs, nothing else.
+Only variables that some guarantee can depend on are modelled: the robot's own pose and memory as
+outputs, its knowledge of the robots with which it could collide as inputs.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
 
 
 def _goal_places(task: Task) -> Iterator[Constraint]:
-    """Yield guarantees that a target that is next is entered in its places only."""
+    """Yield guarantees that the next target is entered only in its ``goal_places``."""
     objective = task.objective
     origin = Origin(f"{task.item}.objective", "where it is in time", "deadlines")
     for index, places in enumerate(task.goal_places):
@@ -104,7 +104,7 @@ def _goal_places(task: Task) -> Iterator[Constraint]:
 
 
 def _environment(task: Task) -> Iterator[Constraint]:
-    """The inputs as they are now, and the values that they are assumed to have infinitely often."""
+    """Yield the present values of the inputs, and those assumed to recur infinitely often."""
     for each, on in task.inputs:
         origin = Origin(f"inputs.{each.name}", "as it is now")
         yield Constraint(Section.ENV_INIT, each.name if on else f"!{each.name}", origin)

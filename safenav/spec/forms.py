@@ -1,10 +1,10 @@
 """The forms in which an objective can stand in a specification, the strongest first.
 
-A strict objective, such as a patrol, is its own formula (of the paper's Section VI) if the robot
-can keep it by the letter: with the memory that it has, else with another target first, else as
-plain alternation, which allows to cross a target out of turn and to wait at one. Robots that share
-a floor, go to chargers, or get goals assigned at runtime, alternate plainly from the start. Every
-other objective has one form. A strict one with ``form: literal`` has only its first.
+A strict objective, such as a patrol, keeps its literal formula (paper, Section VI) if the robot can
+satisfy that with its present memory, or else with another target first. Otherwise it becomes plain
+alternation: the robot may cross a target out of turn and wait at one. Robots that share a floor, go
+to chargers, or get goals assigned at runtime use plain alternation from the start. Every other
+objective has one form, as has a strict one with ``form: literal``.
 
 ``run``, ``check``, ``synth``, ``explain``, the studio and certificates try these forms in this
 order.
@@ -48,7 +48,7 @@ class Weakening(StrEnum):
 
 class ObjectiveForm(Struct, frozen=True):
     """One form of an objective. ``turn``: the target that comes first. ``weakening``: why no
-    stronger form is asked for; None for the strongest."""
+    stronger form is used; None for the strongest."""
 
     objective: Objective
     turn: int
@@ -66,9 +66,9 @@ def forms(
     assigned: bool = False,
     charged: bool = False,
 ) -> Iterator[ObjectiveForm]:
-    """Yield the forms to ask for, the strongest first, for a robot at ``pose`` that has target
-    number ``turn`` next. ``blocked``: a mask of the regions that it cannot enter. Forms that the
-    robot could not keep even alone are left out, but for the last one."""
+    """Yield the forms to try, the strongest first, for a robot at ``pose`` whose next target is
+    number ``turn``. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
+    could not keep even alone are omitted, except the last."""
     plain = objective.relaxed()
     if isinstance(objective, Ltl) or plain == objective:
         yield ObjectiveForm(objective, turn)
@@ -108,7 +108,7 @@ def concession(
 
 
 def asked_of(task: Task) -> Objective:
-    """Return the objective of the user, of which a task may have a weaker form."""
+    """Return the user's objective; the task may have a weaker form of it."""
     own = task.robot.objective
     return own if task.objective in (own, own.relaxed()) else task.objective
 
@@ -135,17 +135,17 @@ def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked:
 def can_keep(
     graph: PoseGraph, pose: Pose, strict: TargetObjective, memory: int, blocked: Mask = 0
 ) -> bool:
-    """Return whether a robot at ``pose`` that remembers ``memory`` can by itself keep a strict
-    objective by the letter, forever, while some regions are ``blocked``: it cannot enter them.
+    """Return whether a robot alone, at ``pose`` with ``memory``, can keep the literal form of a
+    strict objective forever. ``blocked``: mask of the regions that it cannot enter.
 
-    The letter is strict (paper, Section VI): a robot leaves a target immediately, and never touches
-    one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
+    The literal form is strict (paper, Section VI): a robot leaves a target immediately, and never
+    touches one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
     """
     begun = strict.begin(pose.region, memory)
     targets = [graph.poses_on(region_mask(target)) for target in strict.targets]
     count = len(targets)
     open_poses = graph.everywhere & ~graph.poses_on(blocked)
-    # Where the robot may be on its way, and of each target the poses that it can continue from.
+    # Poses on the way between targets, and for each target those from which it can continue.
     way, met = open_poses, []
     for turn, target in enumerate(targets):
         way &= ~target

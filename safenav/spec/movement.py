@@ -1,7 +1,7 @@
 """Moves of a robot: the map and a mobility as guarantees or assumptions.
 
-One constraint per move direction or run of walls, not a pair of positions, so that the text
-stays short and the synthesizer sees adders and comparisons that it shares.
+One constraint per move direction or run of walls, not per pair of positions: the text stays short,
+and the synthesizer shares adders and comparisons.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def one_of(variable: str, regions: Iterable[Region], prime: str = "") -> str:
 
 def among(poses: Collection[Pose], mark: str = "") -> str:
     """Return the condition that the robot is in one of the poses, as a formula that binds like an
-    atom; ``mark``: of the variables."""
+    atom; ``mark``: suffix of the variables."""
     regions: dict[Heading | None, set[Region]] = {}
     for pose in poses:
         regions.setdefault(pose.heading, set()).add(pose.region)
@@ -88,8 +88,8 @@ def on_side(variable: str, heading: Heading, world: RegionMap) -> str:
 
 
 def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
-    """Return the regions at the eastern or western edge from which counting on in reading order
-    would lead over the edge to a free region."""
+    """Return the regions at the eastern or western edge whose next number in that direction is a
+    free region across the edge."""
     column, on = (world.cols - 1, 1) if heading is Heading.EAST else (0, -1)
     edge = (world.region(row, column) for row in range(world.rows))
     return [region for region in edge if world.is_free(region) and world.is_free(region + on)]

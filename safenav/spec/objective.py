@@ -1,10 +1,10 @@
 """Objectives as GR(1): memory variables, safety and recurrence goals of one robot.
 
-``patrol`` is the paper's formula (Section VI, the definition of Patrol_p) with its bit
-``scout``, plus the frame condition that the paper leaves unsaid. The others follow the same
-habit: a goal is a state, and memory changes in the step after it. Goals are written about the
-next state, so that the step that meets one is the last of its pursuit and the step after it
-already pursues the next goal: about the current state, every goal would cost an idle step.
+``patrol`` is the paper's formula (Section VI, the definition of Patrol_p) with its bit ``scout``,
+plus the frame condition that the paper omits. The others follow the same pattern: a goal is a
+state, and memory changes in the step after it. Goals are written about the next state, so that the
+step that meets one is the last of its pursuit and the step after it already pursues the next goal:
+on the current state, every goal would cost an idle step.
 """
 
 from __future__ import annotations

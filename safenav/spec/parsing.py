@@ -24,8 +24,8 @@ _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z")
 def read_specification(text: str, file: str = "-", robot: str = "robot") -> Specification:
     """Return the specification that structured-slugs ``text`` holds.
 
-    Raises InputError with all lines that belong nowhere, or the first character that may end a line
-    or not (see ``safenav.lines``). Formulas are read when they are used.
+    Raises InputError with all invalid lines, or the first ambiguous line end (see
+    ``safenav.lines``). Formulas are read when they are used.
     """
     if (foreign := foreign_character(text)) is not None:
         at, column, found = foreign
@@ -65,7 +65,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
             problems.append(Diagnostic(file, number, 1, f"'{line}' stands before any section"))
     if problems:
         raise InputError(problems)
-    # A strategy counts inputs before outputs, in whichever order the sections came.
+    # A strategy counts inputs before outputs, whatever the order of the sections.
     ordered = sorted(variables, key=lambda v: list(Owner).index(v.owner))
     return Specification(robot, title or file, tuple(ordered), tuple(constraints))
 

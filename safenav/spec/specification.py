@@ -49,8 +49,8 @@ class Origin(Struct, frozen=True):
     """Origin of a constraint.
 
     ``item``: the scenario item in dotted form (``map``, ``robots.digit.objective``,
-    ``obstacles.door@47``). ``rule``: what it says, in words. ``source``: paper or design
-    section. Constraints of one item and rule are printed under one comment.
+    ``obstacles.door@47``). ``rule``: its meaning in words. ``source``: paper or design section.
+    Constraints of one item and rule are printed under one comment.
     """
 
     item: str

@@ -41,7 +41,7 @@ FAIRNESS_ORDER: dict[Tracking, tuple[Fairness, ...]] = {
         Fairness.AT_ITS_TARGETS,
     ),
 }
-"""For each way to model others the assumptions that can be made, from weakest to strongest."""
+"""The possible assumptions for each model of other robots, from weakest to strongest."""
 
 
 class Known(Struct, frozen=True):
@@ -55,8 +55,8 @@ class Known(Struct, frozen=True):
 class Observed(Struct, frozen=True):
     """Another robot whose position matters: where it is, and the targets of its objective.
 
-    ``danger``: it must not be run into (else it is only kept track of). ``belief``: the cells
-    that may hold it, if it is out of sight (see ``spec.belief``).
+    ``danger``: the robot must not collide with it (else it only tracks it). ``belief``: the cells
+    that may hold it, if it is out of sight (see ``spec.other_robots.belief``).
     """
 
     name: str
@@ -73,15 +73,15 @@ class Observed(Struct, frozen=True):
 class Task(Struct, frozen=True):
     """Complete input of one robot's specification.
 
-    ``blocked``: known obstacles (O beyond the walls) that block this robot.
-    ``observed``: the moving robots with which it must not collide, modelled by ``tracking``
-    under the assumption ``fairness``. For beliefs: the ``partition`` of the map (None for its
-    rooms), and the ``closed`` regions, whose obstacles block the view.
-    ``assignable``: goals can be assigned at runtime. ``forbidden``: poses from which the team
-    could not continue. ``exclusive``: one other robot can close many regions to it
-    (``never_together``). ``goal_places``: for each target the poses that count while it is next,
-    so that rounds are short (none: any). ``inputs``: those that the objective names, and whether
-    they are on. ``live``: other robots may move any distance between two observations.
+    ``blocked``: known obstacles (O beyond the walls) that block this robot. ``observed``: the
+    moving robots with which it must not collide, modelled by ``tracking`` under the assumption
+    ``fairness``. For beliefs: the ``partition`` of the map (None for its rooms), and the ``closed``
+    regions, whose obstacles block the view. ``assignable``: goals can be assigned at runtime.
+    ``forbidden``: poses from which the team could not continue. ``exclusive``: one other robot can
+    close many regions to it (``never_together``). ``goal_places``: for each target the poses that
+    count while it is next, so that rounds are short (none: any). ``inputs``: the objective's inputs
+    with their present values. ``live``: other robots may move any distance between two
+    observations.
     """
 
     robot: Robot

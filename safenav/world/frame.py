@@ -9,17 +9,17 @@ from msgspec import Struct
 
 
 class Frame(Struct, frozen=True):
-    """``resolution``: metres that a region measures from west to east and from south to north;
-    ``origin``: x and y of the map's south-western corner in metres; ``yaw``: how far the map is
-    turned about that corner, counterclockwise, in radians."""
+    """``resolution``: metres of a region from west to east and from south to north; ``origin``: x
+    and y of the map's south-western corner in metres; ``yaw``: rotation of the map about that
+    corner, counterclockwise, in radians."""
 
     resolution: tuple[float, float]
     origin: tuple[float, float] = (0.0, 0.0)
     yaw: float = 0.0
 
     def centre(self, row: float, col: float, rows: int) -> tuple[float, float]:
-        """x and y of the centre of a region of a map with this many rows; of a place between two
-        regions, if these are fractions."""
+        """x and y in metres of the centre of a region, on a map with this many rows; with a
+        fractional ``row`` or ``col``, of a point between regions."""
         east = (col + 0.5) * self.resolution[0]
         north = (rows - row - 0.5) * self.resolution[1]
         x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)

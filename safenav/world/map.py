@@ -1,7 +1,7 @@
 """The region map: where regions are, which are walls, how they are numbered and named.
 
-Regions of an R x C map are numbered 0 .. R*C-1 in English reading order from the north-west
-(paper, Section VI): ``id = row * cols + col``. This module is the only place that knows it.
+Regions of an R x C map are numbered 0 .. R*C-1 in English reading order from the north-west (paper,
+Section VI): ``id = row * cols + col``. No other module relies on it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Heading(IntEnum):
 
     @property
     def step(self) -> tuple[int, int]:
-        """The change of (row, col) by one step this way."""
+        """The change of (row, col) by one step in this direction."""
         return _STEPS[self]
 
 
@@ -53,7 +53,7 @@ _STEPS = {
 }
 
 MAX_REGIONS = 512 * 512
-"""The most regions of a map, walls included."""
+"""Maximum number of regions of a map, walls included."""
 
 WALL = "#"
 FREE = "."
@@ -63,8 +63,8 @@ class RegionMap(Struct, frozen=True, dict=True):
     """An R x C grid of regions, some of them walls (the paper's set O of known obstacles).
 
     ``names`` gives regions a name that scenarios may use instead of the number, ``areas`` names
-    sets of free regions. ``frame`` says where the map lies in metres, if that is known.
-    ``notes``: losses and guesses in reading it from a file, as sentences.
+    sets of free regions. ``frame`` says where the map lies in metres, if that is known. ``notes``:
+    sentences on losses and guesses when it was read from a file.
     """
 
     rows: int
@@ -130,7 +130,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         return "a wall" if 0 <= region < self.size else "off the map"
 
     def step(self, region: Region, heading: Heading) -> Region | None:
-        """The region one step that way, wall or not; None beyond the edge of the map."""
+        """The next region in that direction, wall or not; None beyond the edge of the map."""
         row, col = self.position(region)
         d_row, d_col = heading.step
         if 0 <= row + d_row < self.rows and 0 <= col + d_col < self.cols:
@@ -145,7 +145,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @cached_property
     def dead_ends(self) -> dict[Heading, tuple[Region, ...]]:
-        """The free regions beyond which, that way, there is a wall or the edge of the map."""
+        """For each direction, the free regions whose next one is a wall or off the map."""
         found: dict[Heading, list[Region]] = {heading: [] for heading in Heading}
         for region in self.free:
             for heading in Heading:
@@ -186,8 +186,8 @@ class RegionMap(Struct, frozen=True, dict=True):
         return {region: name for name, regions in largest_first for region in regions}
 
     def word(self, place: Region | frozenset[Region]) -> str:
-        """A region in one word: its name, else its number. For a set, its areas and the regions
-        in none: ``ward_a|dock``."""
+        """A region in one word: its name, else its number. For a set, the areas in it and its other
+        regions: ``ward_a|dock``."""
         if isinstance(place, int):
             return self._named.get(place, str(place))
         rest, words = place, []

@@ -1,18 +1,18 @@
-"""Cells of a map: where a robot that is out of sight may be, without saying where exactly.
+"""Cells of a map, by which robots estimate the position of one that is out of sight.
 
-A partition divides all free regions among cells. The scenario gives it
-(``given``), or it is found on the map:
+A partition divides all free regions among cells. The scenario gives it (``given``), or it is
+derived from the map:
 
-``rooms``   Open floor is what lies in a fully free 2 x 2 square; rooms are the connected pieces
-            of it. The rest is narrow. A narrow piece of at most two regions is a doorway (or
-            a nook) and belongs to a room that it touches, the one whose open floor begins first
-            in reading order; a longer one is a corridor, a cell of its own. So an opening one
-            region wide in a wall separates two rooms, and a pillar does not.
+``rooms``   Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The
+            rest is narrow. A narrow piece of at most two regions is a doorway (or a nook) and
+            belongs to a room that it touches, the one whose open floor begins first in reading
+            order; a longer one is a corridor, a cell of its own. So an opening one region wide in a
+            wall separates two rooms, and a pillar does not.
 ``tiles``   Squares of the given height and width, laid from the north-west corner; a tile that
             walls divide gives a cell for each connected piece.
 
-The finer the cells, the more there is to know and to compute: k cells make up to 2^k - 1
-beliefs (``safenav.spec.other_robots.knowledge``).
+Finer cells are more expensive: k cells make up to 2^k - 1 beliefs
+(``safenav.spec.other_robots.knowledge``).
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from msgspec import Struct
 from safenav.world.map import Region, RegionMap
 
 DOORWAY = 2
-"""The most regions that a narrow piece has if it is a doorway and no corridor."""
+"""Maximum number of regions of a doorway; a longer narrow piece is a corridor."""
 
 
 class Partition(Struct, frozen=True):
     """The cells of a map, numbered from 0 in the order of their lowest regions.
 
-    Every free region belongs to exactly one cell: ``given``, ``rooms`` and ``tiles`` see to it.
+    Every free region belongs to exactly one cell; ``given``, ``rooms`` and ``tiles`` ensure it.
     """
 
     cells: tuple[frozenset[Region], ...]
@@ -151,6 +151,6 @@ def pieces(regions: Collection[Region], world: RegionMap) -> list[frozenset[Regi
 def _beside(
     piece: frozenset[Region], floors: list[frozenset[Region]], world: RegionMap
 ) -> list[int]:
-    """Return the floors that a piece touches."""
+    """Return the indices of the floors that a piece touches."""
     around = {near for region in piece for near in world.neighbours(region)}
     return [index for index, floor in enumerate(floors) if floor & around]

@@ -1,9 +1,8 @@
 """Reachable poses of a robot: poses as numbers, and sets of them as bit masks.
 
 A pose is ``heading * size + region`` (free mobility has heading 0 only), a set of poses one integer
-with a bit for each. A whole layer of a search is a handful of shifts then, so that closures,
-backward reachable sets and live sets of a 32 x 32 map take a fraction of a millisecond; results of
-equal queries are cached.
+with a bit for each. A whole layer of a search is a few shifts, so closures, backward reachable sets
+and live sets of a 32 x 32 map take a fraction of a millisecond. Results are cached.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ Mask = int
 """A set of poses (or of regions), one bit each."""
 
 FAR = 1 << 30
-"""The distance of what cannot be reached."""
+"""The distance of an unreachable pose."""
 
 
 def bits(mask: Mask) -> Iterator[int]:
@@ -47,8 +46,8 @@ def _mask_of_many(members: Collection[int], size: int) -> Mask:
 
 
 class PoseGraph:
-    """The poses of one mobility on one map, and the steps between them. ``closed``: pairs of
-    poses between which there is none, although the mobility has one."""
+    """The poses of one mobility on one map, and the steps between them. ``closed``: steps (pairs of
+    poses) that the mobility allows but the graph omits."""
 
     def __init__(
         self, world: RegionMap, mobility: Mobility, closed: frozenset[tuple[int, int]] = frozenset()
@@ -63,12 +62,12 @@ class PoseGraph:
         self._east = self._west << world.cols - 1
         self.free_regions = _mask_of_many(world.free, self.size)
         self._closed = closed
-        self._narrowed = region_mask(pose for pose, _ in closed)  # have fewer steps than others
-        self._shunned = region_mask(pose for _, pose in closed)  # are entered by fewer
+        self._narrowed = region_mask(pose for pose, _ in closed)  # with a closed step out
+        self._shunned = region_mask(pose for _, pose in closed)  # with a closed step in
 
     @property
     def one_way(self) -> bool:
-        """Whether some steps cannot be undone by the way they came."""
+        """Whether a step may lack the step back."""
         return self.blocks > 1 or bool(self._closed)
 
     @cached_property
@@ -85,7 +84,7 @@ class PoseGraph:
 
     @cached_method
     def left_only(self, pose: int) -> PoseGraph:
-        """The same poses, and the steps but those into one of them."""
+        """Return this graph without the steps into ``pose``."""
         into = {(former, pose) for former in bits(self.backward(1 << pose))}
         return PoseGraph(self.world, self.mobility, self._closed.union(into))
 
@@ -108,8 +107,7 @@ class PoseGraph:
 
     @cached_method
     def steps(self, pose: int) -> tuple[int, ...]:
-        """The poses one step away from a pose (north, east, south, west), the stay not among
-        them."""
+        """The poses one step away from a pose (north, east, south, west), without the stay."""
         after = []
         facing, region = divmod(pose, self.size)
         for heading in Heading:
@@ -174,8 +172,8 @@ class PoseGraph:
                 return found
 
     def where_met(self, meets: Callable[[int, int], bool]) -> Mask:
-        """The poses in which a goal about steps is met: by staying there, or by a step
-        into the pose where staying at neither end would do."""
+        """The poses in which a goal about steps is met: by staying there, or by a step into the
+        pose, if staying at neither end of the step meets it."""
         poses = list(bits(self.everywhere))
         staying = {pose for pose in poses if meets(pose, pose)}
         entered = {
@@ -285,7 +283,7 @@ def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
 
 
 def _grown(step: Callable[[Mask], Mask], start: Mask, allowed: Mask) -> Mask:
-    """The least set with ``start`` that steps through ``allowed`` do not leave."""
+    """The least set with ``start`` that no ``step`` into ``allowed`` poses leaves."""
     found = frontier = start
     while frontier:
         frontier = step(frontier) & allowed & ~found

@@ -1,7 +1,7 @@
 """Visibility: a radius, and a line of sight that walls and closed obstacles block.
 
-Mask are unit squares, and a robot looks from the centre of its own. Region ``t`` is visible
-from ``s`` if
+Regions are unit squares, and a robot looks from the centre of its own. Region ``t`` is visible from
+``s`` if
 
 1. their centres are at most ``radius`` apart (Euclidean, in regions; None for unlimited),
 2. no wall and no closed obstacle lies on the segment between the centres, where a region lies
@@ -10,15 +10,14 @@ from ``s`` if
 3. the segment does not slip between two such regions that touch at a corner only: a line
    exactly through a corner is blocked if both regions beside it are, and grazes past one.
 
-Walls neither see nor are seen. The definition does not tell the ends of the segment apart, so
-visibility is symmetric; the four neighbours of a region, and the region itself, are always
-visible, so a robot that is out of sight is at least two steps away.
+Walls neither see nor are seen. The definition treats both ends of the segment alike, so visibility
+is symmetric; the four neighbours of a region, and the region itself, are always visible, so a robot
+that is out of sight is at least two steps away.
 
-All lines with the same offset cross the same squares, shifted. So the whole map is one integer
-with a bit for each region, in rows padded to twice their width so that a shift never carries a
-bit into another row that matters, and a line of sight is tested for all regions in parallel by
-shifting and masking: no array library, and 5,000 lines of a 50 x 50 map take a fraction of a
-second.
+All lines with the same offset cross the same squares, shifted. So the whole map is one integer with
+a bit for each region, and a line of sight is tested for all regions in parallel by shifting and
+masking. Rows are padded to twice their width, so that a shift never carries a bit into the regions
+of another row. 5,000 lines of a 50 x 50 map take a fraction of a second.
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ def visible_from(
 
 
 class Visibility:
-    """Visible regions of each region; ask ``visible_from`` for one."""
+    """Visible regions of each region; made by ``visible_from``."""
 
     def __init__(
         self, world: RegionMap, radius: float | None, closed: frozenset[Region] = frozenset()
@@ -69,7 +68,7 @@ class Visibility:
 
     @cached_method
     def mask(self, source: Region) -> Mask:
-        """The same as a set in one integer."""
+        """The same regions as a mask."""
         world, width = self.world, self._width
         if not world.is_free(source):
             return 0
@@ -81,7 +80,7 @@ class Visibility:
             window = range(first - col + reach, last - col + reach + 1)
             if there >= row:
                 bits = [lines[i][here] for i in window]
-            else:  # lines are kept from their northern end
+            else:  # lines are stored at their northern end
                 start = there * width + first
                 bits = [lines[-1 - i][start + n] for n, i in enumerate(window)]
             seen |= int("".join(reversed(bits)), 2) << world.region(there, first)
@@ -96,9 +95,9 @@ class Visibility:
 
     @cached_property
     def _lines(self) -> dict[int, tuple[int, list[str]]]:
-        """For each number of rows to the south how far sideways one sees there, and for each
-        offset sideways (from west to east) the regions of the padded map from which the line
-        of sight is free, as text: character ``i`` is 1 if bit ``i`` is set."""
+        """For each number of rows to the south: the reach sideways there, and for each offset
+        sideways (from west to east) the regions of the padded map from which the line of sight is
+        free, as text: character ``i`` is 1 if bit ``i`` is set."""
         world = self.world
         free = self._padded(set(world.free))
         opaque = self._padded(set(world.walls | self.closed))
@@ -116,7 +115,7 @@ class Visibility:
         return lines
 
     def _southern_rows(self) -> Iterator[tuple[int, int]]:
-        """Return the reach sideways of each row within the radius, from the own one southwards."""
+        """Yield each row's distance to the south, within the radius, and the reach sideways."""
         world = self.world
         for rows in range(world.rows):
             reach = world.cols - 1
@@ -159,7 +158,7 @@ def crossed(rows: int, cols: int) -> tuple[tuple[Offset, ...], tuple[tuple[Offse
     not negative, passes through (interiors, ends excluded), and for each corner that it hits
     exactly the two squares beside it.
 
-    It leaves column j at the fraction (2j + 1) / (2 cols) of its length and row i at
+    The segment leaves column j at the fraction (2j + 1) / (2 cols) of its length, and row i at
     (2i + 1) / (2 rows); compared without division.
     """
     row = col = 0

@@ -1,13 +1,12 @@
-"""Others by where they may be: an input ``at_NAME`` with a region, or a belief.
+"""Beliefs about the other robots: an input ``at_NAME`` with a region or a belief for each.
 
 Its values below the number of regions are regions where the robot sees the other; those above
 are beliefs: sets of cells that may hold it while it is out of sight, numbered as they can occur
 (``knowledge``). The game is as large as with exact positions near the robot and as small as
 the partition everywhere else. See docs/tracking.md.
 
-Constraints are written for each own region (what is in sight from it) and for each belief,
-never for each pair of positions. Positions that cannot go together are left open wherever that
-makes a set of regions shorter to write.
+Constraints are written for each own region (with the regions in sight) and for each belief, never
+for each pair of positions. Impossible pairs are left open where that shortens the text.
 """
 
 from __future__ import annotations
@@ -37,10 +36,10 @@ from safenav.world.poses import Mask, bits, region_mask
 
 SOURCE = "safenav: beliefs about other robots"
 MOST_CELLS = 6
-"""Cells of an automatic partition: with more rooms than that the smallest are joined (figures in
+"""Most cells of an automatic partition; with more rooms, the smallest are joined (figures in
 docs/tracking.md)."""
 MOST_BELIEFS = 4000
-"""Beliefs that a specification may tell apart."""
+"""Most beliefs of a specification."""
 
 
 class Model(Struct, frozen=True):
@@ -53,7 +52,7 @@ class Model(Struct, frozen=True):
 
     @property
     def size(self) -> int:
-        """The number of regions, and of the first belief."""
+        """The number of regions, which is also the value of the first belief."""
         return self.watch.world.size
 
     def number(self, knowledge: Knowledge) -> int:
@@ -65,14 +64,14 @@ class Model(Struct, frozen=True):
 
 
 def watch_for(task: Task, world: RegionMap) -> Tracker:
-    """Return the tracker of a task's robot: by the task's cells (default: the map's
-    rooms), within its vision, past the obstacles that the task takes for closed."""
+    """Return the tracker of a task's robot: by the task's cells (default: the map's rooms), within
+    its vision, which the task's ``closed`` regions block."""
     partition = task.partition or rooms(world).coarsened(MOST_CELLS, world)
     return watch(world, partition, task.robot.model.vision, task.closed, task.live)
 
 
 def known_of(other: Observed) -> Knowledge:
-    """Return the knowledge of another robot when a specification is written."""
+    """Return the initial knowledge of another robot."""
     return other.region if other.belief is None else other.belief
 
 
@@ -112,8 +111,8 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
 def guarantees(task: Task) -> Iterator[Constraint]:
     """Never enter the region where another robot is seen.
 
-    That is enough: the robot sees all regions that it can step to, so it never steps into one
-    that holds somebody out of sight.
+    That is enough: the robot sees all regions that it can step to, so it never steps into one that
+    holds an unseen robot.
     """
     return exact.guarantees(task, "is seen", SOURCE)
 
@@ -138,9 +137,8 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the assumption that lets the robot get anywhere, if it makes one.
 
-    Knowledge meets it if one of the regions does where the other may be. Whenever the other
-    itself meets it, the knowledge of it does then: the robot relies on no more than is true of the
-    other, and cannot break the assumption by looking away.
+    Knowledge satisfies it if one of the other's possible regions does. So it holds whenever the
+    other's true position satisfies it, and the robot cannot break it by looking away.
     """
     if task.fairness is Fairness.OUT_OF_MY_WAY:
         yield from exact.out_of_my_way(task, world)
@@ -169,7 +167,7 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dict[str, int]:
-    """Return the inputs when this is known of the others (robot's name -> knowledge)."""
+    """Return the inputs for this knowledge of the others (robot's name -> knowledge)."""
     return {m.other.variable: m.number(known[m.other.name]) for m in models(task, world)}
 
 
@@ -197,7 +195,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _sight(model: Model, item: str) -> Iterator[Constraint]:
-    """Observed only while in sight."""
+    """Constrain observations: the other is observed only while in sight."""
     name, size, visibility = model.other.variable, model.size, model.watch.visibility
     origin = Origin(item, f"{model.other.name} is seen only where it is in sight", SOURCE)
     alike: dict[Mask, Mask] = {}
@@ -212,8 +210,8 @@ def _sight(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
-    """Seen wherever it is in sight: from a known region it vanishes only by a step out of
-    sight (live: by any number), and is then believed in the cells of such steps."""
+    """Constrain vanishing: from a known region the other vanishes only by a step out of sight
+    (live: by any number), and is then believed in the cells that such steps reach."""
     name, size = model.other.variable, model.size
     everywhere = (1 << size) - 1
     stays: dict[Region, Mask] = {}
@@ -256,8 +254,8 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _believing(model: Model, item: str) -> Iterator[Constraint]:
-    """From a believed cell it may appear where it can have moved, or stay out of sight; cells
-    that are in sight are believed no longer."""
+    """Constrain beliefs: from a believed cell the other may appear where it can have moved, or stay
+    out of sight; cells whose reachable regions are all in sight are dropped."""
     name, size = model.other.variable, model.size
     wall = region_mask(tuple(model.watch.world.walls))
     for belief in model.beliefs:
@@ -297,8 +295,8 @@ def _is_one_of(model: Model, target: Target, beliefs: list[Belief]) -> str:
 
 
 def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> str:
-    """``variable`` has one of the values in ``must``, as a formula that binds like an atom;
-    values in ``may`` count or not, whichever is shorter to write."""
+    """``variable`` has one of the values in ``must``, as a formula that binds like an atom; values
+    in ``may`` are included where that is shorter."""
     name = variable + "'" * prime
     atoms = []
     for first, last in _runs(must, may):

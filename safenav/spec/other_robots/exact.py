@@ -1,7 +1,7 @@
 """Exact positions of the other robots: one input ``at_NAME`` with the region of each.
 
-The most that can be known, and the most expensive: the game grows with the map once for every
-robot. See docs/performance.md for figures.
+The most precise model, and the most expensive: each robot multiplies the game by the map's size.
+See docs/performance.md for figures.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def guarantees(task: Task, rule: str = "is", source: str = SOURCE) -> Iterator[C
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Others move by single steps and do not step onto this robot (they guarantee it). In a live
-    run, which knows only others that it cannot run into, they get wherever they can go."""
+    run, where they are only robots that cannot collide with it, they go anywhere within reach."""
     for other in task.observed:
         item, name = f"robots.{other.name}", other.variable
         where = Origin(f"{item}.start", f"where {other.name} begins")
@@ -78,8 +78,8 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Infinitely often no robot is beside this one: all others together, since they could take
-    turns."""
+    """Yield the assumption that infinitely often no robot is beside this one: one for all others
+    together, since they could take turns."""
     dangers = [other for other in task.observed if other.danger]
     if not dangers or not headings(world):
         return

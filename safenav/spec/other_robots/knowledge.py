@@ -3,16 +3,15 @@
 Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strategies via belief
 abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
 each region of the believed cells, the other may stay or step to a neighbour; in a live run it may
-have got anywhere that it can reach, since nothing bounds its steps between two looks. Where the
-robot can see such a successor, the other is exactly there if it is seen there; all successors that
-it cannot see fold into a belief: the set of cells that contain one.
+have got anywhere that it can reach, since nothing bounds its steps between two looks. A successor
+in sight remains a region; all successors out of sight fold into one belief: the set of cells that
+contain one.
 
-How knowledge develops is defined here once. The specification is written from it, and the
-runtime keeps track with it, so that a strategy receives exactly the observations that it was
-made for.
+The update of knowledge is defined here once, for the specification and for the runtime, so that a
+strategy receives exactly the observations for which it was synthesized.
 
-Source: DESIGN, section 4. The order is that of the game: the other moves first, and is looked
-for from the region where the robot stands before its own move.
+Source: DESIGN, section 4. As in the game, the other moves first, and the robot observes from its
+region before its own move.
 """
 
 from __future__ import annotations
@@ -37,24 +36,24 @@ Knowledge = Region | Belief
 
 
 class Prospect(Struct, frozen=True):
-    """The possible knowledge after the next look: one of the regions that are in sight (``seen``),
-    or the ``belief`` if the other is out of sight; None if it cannot be."""
+    """The possible knowledge after the next observation: one of the regions in sight (``seen``), or
+    the ``belief`` if the other is out of sight (None: it cannot be)."""
 
     seen: frozenset[Region]
     belief: Belief | None
 
 
 class Outlook(Struct, frozen=True):
-    """The prospects of one knowledge from all regions in parallel: the other may get to
-    ``reach``, and for each belief (or None) ``beliefs`` holds the own regions that lead to it."""
+    """The prospects of one knowledge from all own regions: the other may move to ``reach``;
+    ``beliefs`` holds each belief (or None) with the own regions that lead to it."""
 
     reach: Mask
     beliefs: tuple[tuple[Belief | None, Mask], ...]
 
 
 class Tracker:
-    """Tracking of other robots: on which map, by which cells, with which eyes, and whether
-    they make at most one step between two looks or, ``live``, any number."""
+    """Tracking of other robots on a map, by the cells of a partition, with the robot's visibility.
+    ``live``: they make any number of steps between two observations, else at most one."""
 
     def __init__(
         self, world: RegionMap, partition: Partition, visibility: Visibility, live: bool = False
@@ -75,7 +74,7 @@ class Tracker:
         return frozenset({knowledge})
 
     def update(self, own: Region, knowledge: Knowledge) -> Prospect:
-        """The possible knowledge after the other's next move, looking from region ``own``."""
+        """The possible knowledge after the other's next move, observed from region ``own``."""
         outlook = self.outlook(knowledge)
         seen = frozenset(bits(outlook.reach & self.visibility.mask(own)))
         belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
@@ -105,12 +104,12 @@ class Tracker:
 
     @cached_method
     def _look_ahead(self, reach: Mask) -> Outlook:
-        """Return the same by where the other may be then: in a live run many lead to the same."""
+        """Return the outlook for ``reach``; in a live run, much knowledge shares it."""
         groups: list[tuple[Belief, Mask]] = [(frozenset(), self._free)]
         for cell, regions in enumerate(self._cells):
             if not reach & regions:
                 continue
-            overseen = self._free  # the own regions from which all that is reached is in sight
+            overseen = self._free  # the own regions that see all reached ones of the cell
             for region in bits(reach & regions):
                 overseen &= self.visibility.mask(region)
                 if not overseen:
@@ -132,12 +131,12 @@ def watch(
     closed: frozenset[Region] = frozenset(),
     live: bool = False,
 ) -> Tracker:
-    """The watch with these properties, made once (see ``world.visibility`` for the last two)."""
+    """Return the tracker, made once; ``radius`` and ``closed`` as in ``visible_from``."""
     return Tracker(world, partition, visible_from(world, radius, closed), live)
 
 
 class TooManyBeliefsError(ValueError):
-    """More beliefs can occur than a specification can tell apart in reasonable time."""
+    """More beliefs can occur than a specification can handle in reasonable time."""
 
 
 def occurring(

@@ -1,11 +1,11 @@
-"""Others as what is next to the robot now: four inputs, however many robots there are.
+"""Other robots as occupied neighbouring regions: four inputs, whatever the number of robots.
 
-The input ``busy_north`` is true when the neighbouring region in the north is occupied at the
-moment of the decision. That is all that avoiding a collision needs, it is sound whatever the
-others do (also those that take several ticks for a step and occupy two regions meanwhile), and
-the game stays small: it does not grow with the team, and with the map only as the robot's own
-motion does. What it gives up is foresight: the robot cannot plan around where others will be.
-See docs/tracking.md for how this compares with exact positions and beliefs.
+The input ``busy_north`` is true when the neighbouring region in the north is occupied at the moment
+of the decision. That suffices to avoid collisions, it is sound whatever the others do (also those
+that take several ticks for a step and occupy two regions meanwhile), and the game stays small: it
+does not grow with the team, and with the map only as the robot's own motion does. It has no
+foresight: the robot cannot plan around future positions of others. See docs/tracking.md for how
+this compares with exact positions and beliefs.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def move_variable() -> Variable:
 
 
 def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Never enter a busy region; what ``move`` means."""
+    """Never enter a busy region; define ``move``."""
     begin = Origin(f"{task.item}.mobility", "what move says")
     yield Constraint(Section.SYS_INIT, f"{MOVE} = 0", begin)
     yield Constraint(Section.SYS_TRANS, f"{MOVE}' = 0 <-> region' = region", begin)
@@ -56,7 +56,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """There are only so many others, none is in a wall, and none is in the way forever."""
+    """The number of others is bounded, none is in a wall, and none is in the way forever."""
     begin = Origin(task.item, "nothing is observed before the first move", SOURCE)
     for heading in headings(world):
         yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)
@@ -76,8 +76,8 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the assumption that lets the robot get anywhere, if it makes one.
 
-    One condition for all sides: it is met by a joint plan as one for each side would be, and costs
-    a fixpoint instead of four.
+    One condition for all sides: joint plans meet it as they would one per side, and it costs one
+    fixpoint instead of four.
     """
     sides = headings(world)
     if task.fairness is not Fairness.OUT_OF_MY_WAY or not sides:

@@ -1,7 +1,7 @@
 """Other robots as the environment of one: their model, and its observations.
 
-Three models behind one face (DESIGN section 4): what is next to the robot (``nearby``), where
-exactly the others are (``exact``), and where they may be (``belief``).
+Three models with one interface (DESIGN section 4): occupied neighbouring regions (``nearby``),
+exact positions (``exact``) and possible positions (``belief``).
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from safenav.world.map import Region, RegionMap
 
 
 class Sightings(Struct, frozen=True):
-    """The observable state around a robot: where it is, which regions are taken up by those
-    whom it must not run into, and where everybody is that it tracks (``positions``), or
-    what it knows of that (``known``)."""
+    """The observable state around a robot: its region, the regions occupied by robots with which it
+    must not collide, and the ``positions`` of the robots that it tracks, or its knowledge of them
+    (``known``)."""
 
     region: Region
     taken: frozenset[Region]
@@ -59,7 +59,7 @@ def encode_others(task: Task, world: RegionMap) -> OthersEncoding:
 
 
 def observe(task: Task, world: RegionMap, sightings: Sightings) -> dict[str, int]:
-    """Return the inputs of a task's strategy for what there is to observe."""
+    """Return the inputs of a task's strategy for these sightings."""
     if not task.observed or (task.tracking is Tracking.NEARBY and not task.endangered):
         return {}
     match task.tracking:

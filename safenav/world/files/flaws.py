@@ -10,7 +10,7 @@ MAX_BYTES = 150_000_000
 
 
 class Flaw(NamedTuple):
-    """One thing wrong; line and column count from 1, 0 if there is no place to point at."""
+    """One defect; ``line`` and ``column`` count from 1, 0 if it has no place in the file."""
 
     found: str
     hint: str = ""
@@ -19,7 +19,7 @@ class Flaw(NamedTuple):
 
 
 class MapFileError(Exception):
-    """A map file cannot be used: everything that is wrong with it."""
+    """A map file cannot be used: all its flaws."""
 
     def __init__(self, *flaws: Flaw) -> None:
         self.flaws: Sequence[Flaw] = flaws

@@ -1,7 +1,7 @@
 """Images as maps: PGM (plain and binary) and PNG, dark is wall.
 
-PGM, what ROS writes, is read here. PNG needs Pillow, which is imported only then. Sizes are
-checked before anything is decoded: a small file can claim to be a huge image.
+PGM, the format that ROS writes, is read here. PNG needs Pillow, which is imported only then. Sizes
+are checked before anything is decoded: a small file can claim to be a huge image.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ _CONVERT = "save it as PNG or PGM"
 
 
 class Image(Struct, frozen=True):
-    """Pixels in rows from the top: how bright each is, from 0 to ``white`` (the sum of its
-    channels), which are transparent (None: none is), and red, green and blue (None: gray)."""
+    """Pixels in rows from the top: brightness (sum of the channels, 0 to ``white``), transparency
+    (None: no pixel), and red, green and blue (None: gray)."""
 
     brightness: NDArray[np.uint16]
     white: int
@@ -69,16 +69,15 @@ def read_image(data: bytes) -> Image:
 
 
 def dark(image: Image, threshold: float) -> Blocked:
-    """Pixels darker than ``threshold`` (0: black, 1: white). What is transparent shows white
-    paper: it is not dark."""
+    """Pixels darker than ``threshold`` (0: black, 1: white). Transparent pixels count as white."""
     values = np.arange(image.white + 1)
     found = image.where(values < threshold * image.white)
     return found if image.transparent is None else found & ~image.transparent
 
 
 def meanings(image: Image, legend: Mapping[Colour, str]) -> dict[str, Blocked]:
-    """The pixels of each meaning. A pixel means what the nearest colour of the legend stands for,
-    if none of its channels is further from it than ``NEAR``; transparent ones mean nothing."""
+    """The pixels of each meaning. A pixel has the meaning of the legend's nearest colour, if no
+    channel differs by more than ``NEAR``; transparent pixels have none."""
     words = list(dict.fromkeys(legend.values()))
     shape = image.brightness.shape
     found = np.full(shape, -1, dtype=np.int8 if len(words) < 100 else np.int32)

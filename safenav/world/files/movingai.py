@@ -1,8 +1,8 @@
 """Maps of the MovingAI benchmarks (Sturtevant 2012, "Benchmarks for grid-based pathfinding").
 
-The file gives ``type octile``, ``height`` and ``width``, then ``map`` and the rows. A robot
-walks on ground (``.`` and ``G``) and through swamp (``S``). Trees (``T``), what is out of bounds
-(``@`` and ``O``) and water (``W``, which cannot be entered from land) are walls.
+The file gives ``type octile``, ``height`` and ``width``, then ``map`` and the rows. A robot walks
+on ground (``.`` and ``G``) and through swamp (``S``). Trees (``T``), cells out of bounds (``@`` and
+``O``) and water (``W``, which cannot be entered from land) are walls.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def read_movingai(text: str) -> list[list[bool]]:
 
 
 def _header(lines: list[str]) -> tuple[dict[str, int], int, list[Flaw]]:
-    """Height and width, the index of the first row, and what is wrong."""
+    """Height and width, the index of the first row, and the flaws."""
     sizes: dict[str, int] = {}
     flaws = []
     for index, line in enumerate(lines):

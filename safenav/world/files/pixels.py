@@ -1,10 +1,10 @@
 """Conversion of a map's pixels to regions: one rule for images of every kind.
 
-A pixel is blocked or free (each format has its own idea of that). A region is the rectangle of
-pixels below it, and where region and pixel borders do not meet, a pixel counts for each region
-by the area that it shares with it. The region is a wall if any of its area is blocked, however
-little: what is free is free as a whole. With a ``share`` above 0 that much of its area must be
-blocked, so that specks and walls that are a little off the grid do not count.
+A pixel is blocked or free (each format defines which). A region is the rectangle of pixels below
+it. Where borders of regions and pixels differ, a pixel counts for each region by the area that they
+share. The region is a wall if any of its area is blocked, so a free region is entirely free. With a
+``share`` above 0 that much of its area must be blocked, so that specks and walls slightly off the
+grid do not count.
 
 Which pixels a region touches is computed in integers, so the rule is exact; only the comparison
 with a share above 0 is done in floating point, with a tolerance of a billionth.
@@ -32,8 +32,8 @@ below stay small."""
 class Layout(Struct, frozen=True):
     """A map of ``rows`` x ``cols`` regions over pixels: each is ``height`` x ``width`` pixels.
 
-    The south-western corners of both fall together; regions may reach beyond the pixels in the
-    north and the east, and what is beyond is blocked.
+    The south-western corners of both coincide; regions may extend beyond the pixels in the north
+    and the east, where all is blocked.
     """
 
     rows: int
@@ -43,12 +43,13 @@ class Layout(Struct, frozen=True):
 
     @classmethod
     def of_count(cls, blocked: Blocked, rows: int, cols: int) -> Layout:
-        """Rows and columns of the division, over all pixels."""
+        """Divide all pixels into this many rows and columns."""
         return cls(rows, cols, Fraction(blocked.shape[0], rows), Fraction(blocked.shape[1], cols))
 
     @classmethod
     def of_size(cls, blocked: Blocked, side: Fraction) -> Layout:
-        """Square regions of a side in pixels, as many as it takes to hold all pixels."""
+        """Divide all pixels into square regions, ``side`` in pixels; the last may extend beyond
+        them."""
         side = side.limit_denominator(_FINEST)
         rows, cols = (-(-pixels // side) for pixels in blocked.shape)
         return cls(int(rows), int(cols), side, side)
@@ -65,7 +66,7 @@ def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Reg
 def shares(blocked: Blocked, layout: Layout) -> NDArray[np.float64]:
     """Return the share of each region that the true pixels cover, in rows from the north; pixels
     beyond the image count as true."""
-    turned = blocked[::-1]  # from the south, where both begin
+    turned = blocked[::-1]  # from the south, where both start
     down = _overlaps(turned.shape[0], layout.height, layout.rows)
     aside = _overlaps(turned.shape[1], layout.width, layout.cols)
     bands = np.stack([weights @ turned[first:last] for first, last, weights in down])
@@ -77,12 +78,12 @@ def shares(blocked: Blocked, layout: Layout) -> NDArray[np.float64]:
 
 
 Overlap = tuple[int, int, NDArray[np.float64]]
-"""First pixel, last (not included), and how much of the region's side each of them covers."""
+"""First pixel, last (exclusive), and the share of the region's side that each pixel covers."""
 
 
 def _overlaps(pixels: int, side: Fraction, count: int) -> list[Overlap]:
-    """For each region along one axis the pixels below it. In units in which everything is an
-    integer a pixel is ``unit`` long and a region ``long``."""
+    """Return the pixels below each region along one axis. In integer units a pixel is ``unit`` long
+    and a region ``long``."""
     long, unit = side.numerator, side.denominator
     found = []
     for index in range(count):
@@ -95,7 +96,7 @@ def _overlaps(pixels: int, side: Fraction, count: int) -> list[Overlap]:
 
 
 def _beyond(down: list[Overlap], aside: list[Overlap]) -> NDArray[np.float64]:
-    """Return the share of each region beyond the pixels: exactly 0 for those that do not."""
+    """Return the share of each region beyond the pixels: exactly 0 for a region within them."""
     inside_down, inside_aside = (
         np.array([min(1.0, float(weights.sum())) for _, _, weights in axis])
         for axis in (down, aside)

@@ -17,7 +17,7 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.partition import pieces
 
 MOST_RUNS = 300_000
-"""More runs than any floor plan has; spots of such an image are not searched."""
+"""Most runs of a floor plan; an image with more is not searched for spots."""
 
 _LETTER, _WORD = 0.04, 0.12
 """The height of the largest letter, and the length of letters that touch each other, as shares of
@@ -127,7 +127,8 @@ def without_text(blocked: Blocked) -> tuple[Blocked, tuple[Label, ...]]:
 
 
 def _groups(boxes: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Indices of boxes that are chained by gaps smaller than letters of their size have."""
+    """Return groups of boxes, by index, chained by gaps no wider than between letters of their
+    size."""
     least = np.maximum(sizes, np.quantile(sizes, 0.75))
     margin = np.stack([0.2 * least, 0.4 * least], axis=1)
     low, high = boxes[:, :2] - margin, boxes[:, 2:] + margin
@@ -146,7 +147,7 @@ def _groups(boxes: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[NDArray[
 
 
 def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> tuple[str, ...]:
-    """Sentences about what the division into regions removes: walls, rooms and passages."""
+    """Return sentences on the walls, rooms and passages that the division into regions removes."""
     said = []
     if share > 0:
         said += [
@@ -170,7 +171,7 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
     for spot, pixels in enumerate(rooms.pixels.tolist()):
         top, left, bottom, right = rooms.boxes[spot].tolist()
         centre = (top + bottom) // 2, (left + right) // 2
-        # What reaches the edge of the image is its margin, not a room.
+        # Floor that reaches the edge of the image is its margin, not a room.
         inside = min(top, left) > 0 and bottom < blocked.shape[0] and right < blocked.shape[1]
         if spot not in held and inside and 2 * pixels >= area:
             cause = f"a share of {share:g} removes" if share > 0 else "the division removes"
