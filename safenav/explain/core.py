@@ -1,8 +1,8 @@
 """Minimal unrealizable core: guarantees that cannot be kept together, in scenario terms.
 
-Graph search thins out the walls first (a robot never observes walls that it cannot reach), then
-QuickXplain queries the synthesizer. Assumptions are never dropped: without them a strategy is even
-less possible."""
+Graph search first drops walls (a robot never observes walls that it cannot reach), then QuickXplain
+queries the synthesizer. Assumptions are never dropped: without them a strategy is even less
+possible."""
 
 from __future__ import annotations
 

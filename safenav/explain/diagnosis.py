@@ -26,7 +26,7 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     solo = _solo(task, world)
     plain = replace(task, objective=alternation(task.targets, task.objective))
     ends = task.assignable and task.objective.settles and not _solo(plain, world).winnable
-    if solo.winnable:  # with assignable goals it must not end where it cannot leave
+    if solo.winnable:  # with assignable goals it must not end in a region that it cannot leave
         return Diagnosis(NoStrategyCause.ONE_WAY if ends else None, confined=solo.regions)
     lost = tuple(t for t in task.targets if not walkable.reaches(t))
     found = Diagnosis(NoStrategyCause.NO_WAY, lost, walkable.regions)
@@ -54,8 +54,8 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
 
 
 def held_ways(task: Task, world: RegionMap, scenario: Scenario) -> tuple[Known, ...]:
-    """Return the robots that begin where their objective makes them stay forever, if together they
-    are in the way: a robot that observes them could otherwise do it alone."""
+    """Return the robots that their objective keeps at their start forever, if together they are in
+    the way. To a robot that observes them, the map alone seems passable."""
     if isinstance(task.objective, Ltl):
         return ()
     held = tuple(
@@ -82,8 +82,8 @@ def _connected(task: Task, world: RegionMap) -> bool:
 
 
 def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
-    """Return the known obstacles and robots in the way: each single one without which it works,
-    else all together if they are the reason."""
+    """Return the known obstacles and robots in the way: each one whose removal suffices, else all
+    if only their joint removal does."""
     if not task.blocked or not _solo(replace(task, blocked=()), world).winnable:
         return ()
     single = tuple(

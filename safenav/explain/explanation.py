@@ -1,4 +1,4 @@
-"""Data of an explanation; ``report.explanation`` puts it into words."""
+"""Data of an explanation; ``report.terminal.explanation_text`` puts it into words."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class NoStrategyCause(StrEnum):
     IMPOSSIBLE_START = "impossible_start"
     """The objective does not allow the robot's start."""
     CONTRADICTION = "contradiction"
-    """The objective contradicts itself, on whatever map."""
+    """The objective contradicts itself, on any map."""
     FORBIDDEN_WAY = "forbidden_way"
     """The objective forbids the moves that the map requires."""
     CORNERED = "cornered"

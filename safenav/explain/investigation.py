@@ -71,7 +71,7 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
 def _played_out(
     spec: Specification, task: Task, world: RegionMap, synthesizer: Synthesizer
 ) -> Witness | None:
-    """Return the environment's strategy played; None if the limits do not allow it."""
+    """Return a witness from the environment's strategy; None if the limits do not allow it."""
     try:
         strategy = synthesizer.counterstrategy(spec).strategy
         return None if strategy is None else play_out(spec, strategy, task, world)
@@ -80,7 +80,7 @@ def _played_out(
 
 
 def _cause(core: Core, witness: Witness | None, task: Task) -> NoStrategyCause:
-    """Return the cause once the map and the mobility are not the reason by themselves."""
+    """Return the cause if the map and the mobility alone are not the reason."""
     if not core.alone:
         stuck = witness is not None and witness.ending in (
             WitnessEnd.STUCK,

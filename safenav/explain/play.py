@@ -1,6 +1,6 @@
-"""A losing play, chosen in the environment's winning strategy (the counterstrategy): of a system
-that meets goals while it can, or of a robot on its map that comes as near as it can to what it
-awaits. Where graph search suffices, the regions within reach are the witness."""
+"""Losing plays in the environment's winning strategy (the counterstrategy): of a system that meets
+goals while it can, or of a robot that then approaches an unreachable goal on its map. If graph
+search suffices, the regions within reach are the witness."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ MOST_VENTURED = 12
 
 
 class Play:
-    """One counterstrategy, and queries on its nodes: each answer of the system is a successor."""
+    """One counterstrategy, and queries on its nodes: each move of the system is a successor."""
 
     def __init__(self, spec: Specification, counterstrategy: Strategy) -> None:
         self._spec = spec
@@ -82,7 +82,7 @@ class Play:
         return self._unmet((a, b) for a in game for b in game[a])
 
     def never_met(self, cycle: Sequence[int]) -> Constraint | None:
-        """Return a goal that a cycle does not meet, one that is out of its reach if there is."""
+        """Return a goal that a cycle does not meet, preferably one that is out of reach."""
         rounds = zip(cycle, (*cycle[1:], cycle[0]), strict=True)
         return self.out_of_reach(cycle) or self._unmet(rounds)
 
@@ -119,7 +119,7 @@ class LosingPlay(Struct, frozen=True):
 
 def losing_play(spec: Specification, counterstrategy: Strategy) -> LosingPlay:
     """Play the environment's strategy against a system that meets goals while it can, unless that
-    leads into a dead end which it can avoid; one that it cannot avoid it puts off."""
+    leads into an avoidable dead end; it delays an unavoidable one."""
     starts = counterstrategy_starts(spec, counterstrategy)
     if not starts:
         return LosingPlay(WitnessEnd.NO_BEGINNING)
@@ -156,7 +156,7 @@ def losing_play(spec: Specification, counterstrategy: Strategy) -> LosingPlay:
 def _longest(starts: Sequence[int], nodes: dict[int, Sequence[int]]) -> tuple[int, ...]:
     """Return the longest walk in a graph without cycles."""
     left: dict[int, int] = {}
-    for node in TopologicalSorter(nodes).static_order():  # those after it come before it
+    for node in TopologicalSorter(nodes).static_order():  # its successors come before it
         left[node] = max((left[after] + 1 for after in nodes[node]), default=0)
     walk = [max(starts, key=lambda node: left[node])]
     while nodes[walk[-1]]:

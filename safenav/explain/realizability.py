@@ -43,8 +43,8 @@ class Questions:
 
 
 def cooperative(spec: Specification) -> Specification:
-    """Return the same with every robot on the robot's side: realizable iff the guarantees can be
-    kept at all, with assumptions and guarantees together."""
+    """Return the specification with all variables controlled by the system: realizable iff
+    assumptions and guarantees can be satisfied together."""
     turned = [(c, _COOPERATIVE.get(c.section, c.section)) for c in spec.constraints]
     return replace(
         spec,

@@ -32,7 +32,7 @@ Judge = Callable[[Scenario], bool]
 """Whether the robot in question has a strategy at the start of a scenario."""
 
 OFFERED = 2
-"""Repairs of one kind that are enough."""
+"""Maximum number of repairs of one kind that are offered."""
 TRIED = 8
 """Maximum number of candidates of one kind that the synthesizer checks."""
 LOOKED_AT = 40
@@ -74,9 +74,9 @@ def offered(
     most: int,
     deadline: float,
 ) -> Iterator[tuple[Repair, Answer]]:
-    """Yield OFFERED of the candidates that work, each with the answer. At most so many are tried,
-    until the deadline (by the monotonic clock); none that brings a conflict into the ``given``
-    scenario, with which its file would be refused."""
+    """Yield up to OFFERED candidates that work, each with its answer. At most ``most`` are tried,
+    until the deadline (by the monotonic clock); none that adds to the ``given`` scenario a conflict
+    with which its file would be refused."""
     good, known = 0, {*conflicts(given)}
     loaded = (each for each in candidates if {*conflicts(each.scenario or given)} <= known)
     for candidate in islice(loaded, most):

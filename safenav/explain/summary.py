@@ -14,8 +14,7 @@ from safenav.world.map import RegionMap
 
 
 def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
-    """Return one sentence on why ``robot`` cannot fulfil ``task``, as far as the map shows it,
-    without guesses."""
+    """Return one sentence on why ``robot`` cannot fulfil ``task``, as far as the map proves it."""
     why = why_words(diagnose(task, world), task, world)
     return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
 

@@ -1,10 +1,10 @@
 """Vacuity: wins of a robot that come from breaking its assumptions on the other robots.
 
 A strategy may force the environment into a state with no move left, or one where it cannot meet a
-fairness assumption. From there on the robot owes nothing: it has won, and may do nothing at all.
-Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1) specifications, HVC
-2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE 2016, who look at the
-specification; here it is first of all the strategy that is used.)"""
+fairness assumption. From there on no guarantee binds the robot: it has won, and may do nothing at
+all. Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1) specifications,
+HVC 2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE 2016, who examine the
+specification; here the strategy in use is examined first.)"""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Vacuity(Struct, frozen=True):
     """One way in which a robot could win without doing anything.
 
     ``path``: nodes of its strategy, the shortest path to where it happens (empty if the strategy
-    does not do it: FORCED). ``nodes``: how many of its nodes are so. ``origins``: the assumptions
-    that fail."""
+    does not do it: FORCED). ``nodes``: number of its nodes that win so. ``origins``: the
+    assumptions that fail."""
 
     way: Way
     path: tuple[int, ...] = ()

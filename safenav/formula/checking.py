@@ -1,4 +1,4 @@
-"""Whether a formula makes sense over declared variables: names, types, ranges, primes."""
+"""Checks of a formula against declared variables: names, types, ranges, primes."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ Bounds = tuple[int, int] | None
 
 
 class FormulaFlaw(Struct, frozen=True):
-    """One thing wrong with a formula, at a column (from 1). ``unknown`` is the name that is
-    not declared, so that the caller can suggest another."""
+    """One error in a formula, at a column (from 1). ``unknown`` is the name that is not declared,
+    so that the caller can suggest another."""
 
     column: int
     found: str
@@ -31,9 +31,9 @@ def check(
 ) -> tuple[FormulaFlaw, ...]:
     """Return all errors of the formula by column, none if it can be used.
 
-    ``declared`` maps the variables to their range, or None for Booleans.
-    ``next_allowed`` is False for initial conditions. ``ranges``: a comparison with a number outside
-    the range of its variable is a problem, too.
+    ``declared`` maps the variables to their range, or None for Booleans. ``next_allowed`` is False
+    for initial conditions. ``ranges``: a comparison with a number outside the range of its variable
+    is also an error.
     """
     within = declared if ranges else {}
     found = _formula(formula, declared, within, next_allowed)
@@ -58,7 +58,7 @@ def _formula(
                 yield from _range(left, right, within)
                 yield from _range(right, left, within)
         case syntax.Next(operand) if not primes:
-            # Where it begins, as far as its names tell.
+            # Its column is not recorded: that of its first name is near.
             column = next((name.column for name in syntax.names_of(operand)), 1)
             yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)
     for operand in syntax.operands_of(formula):

@@ -63,7 +63,7 @@ def predicate(formula: syntax.Formula) -> Predicate:
 
 
 def _some_of(operands: tuple[syntax.Formula, ...]) -> Predicate:
-    """Return a disjunction. One that lists values of a variable looks its value up."""
+    """Return a disjunction. One over values of a single variable is a look-up in a set."""
     name, values = None, set[int]()
     for operand in operands:
         match operand:

@@ -1,6 +1,6 @@
 """Parser of the structured-slugs expression language (DESIGN section 9, "Inputs").
 
-Operators, from the one that binds most: ``+``; comparisons; ``!``; ``&``; ``|``; ``^``;
+Operators, from the one that binds most tightly: ``+``; comparisons; ``!``; ``&``; ``|``; ``^``;
 ``->``; ``<->``. One loop climbs the precedences, so nesting costs few stack frames; depth is
 limited all the same, because every later walk over the tree recurses.
 """
@@ -90,7 +90,7 @@ _WORDS = {
     "implies": "write '->'",
     "iff": "write '<->'",
 }
-"""Operators in words, as requirements on the motion and other languages have them."""
+"""Operators in words, as in requirements on the motion and in other languages."""
 
 _TEMPORAL = {
     "F": "put each goal to reach infinitely often under 'liveness'",
@@ -286,11 +286,11 @@ class _Parser:
         return syntax.Name(token.text, primed, token.column)
 
     def _descend(self, token: Token) -> None:
-        """One level down in the text: bounds the parser's own recursion."""
+        """Enter one more level of the text, which bounds the parser's own recursion."""
         self._depth = self._bounded(self._depth + 1, token)
 
     def _bounded(self, levels: int, token: Token) -> int:
-        """``levels`` again; the tree's height is bounded too, for those who walk it later."""
+        """Return ``levels`` if the tree is not too high for later recursive walks."""
         if levels > MAX_DEPTH:
             found = f"nested more than {MAX_DEPTH} deep"
             raise FormulaError(token.column, found, "split the formula into several lines")

@@ -1,7 +1,7 @@
 """Lines in prefix notation, which structured-slugs files may hold among infix ones.
 
-``| ! a & b c'`` says what ``!a | (b & c')`` says; ``$ n f1 .. fn`` is a buffer of formulas
-whose value is fn, and ``? i`` recalls its entry i.
+``| ! a & b c'`` means ``!a | (b & c')``; ``$ n f1 .. fn`` is a buffer of formulas whose value is
+fn, and ``? i`` recalls its entry i.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ _CONSTANTS = {"0": "FALSE", "1": "TRUE"}
 
 
 def to_infix(line: str) -> str:
-    """Return a constraint in infix notation; one that is so already stays as it is."""
+    """Return a constraint in infix notation; one already in infix notation is unchanged."""
     if not _STARTS.match(line) or _is_infix(line):
         return line
     try:
         return _Prefix(_TOKEN.findall(line)).whole()
     except (IndexError, ValueError, RecursionError):
-        return line  # neither: the caller reports what is wrong with it
+        return line  # neither: the caller reports the error
 
 
 def _is_infix(line: str) -> bool:

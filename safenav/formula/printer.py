@@ -49,7 +49,7 @@ def to_text(formula: Formula) -> str:
 
 
 def _within(formula: Formula, lowest: int) -> str:
-    """Return the formula, in parentheses if it binds less than ``lowest``."""
+    """Return the formula, in parentheses if its precedence is below ``lowest``."""
     text = to_text(formula)
     return text if PRECEDENCE.get(type(formula), _ATOM) >= lowest else f"({text})"
 

@@ -107,7 +107,7 @@ class Iff(Struct, frozen=True):
 
 
 PRECEDENCE: Mapping[type, int] = {Iff: 1, Implies: 2, Xor: 3, Or: 4, And: 5, Not: 6}
-"""How much an operator binds; comparisons bind more."""
+"""Precedence of each operator; comparisons bind more tightly."""
 
 Term = Name | Number | Sum
 Formula = Constant | Name | Comparison | Not | Next | And | Or | Xor | Implies | Iff
@@ -143,7 +143,7 @@ def names_of(formula: Formula) -> Iterator[Name]:
 
 
 def reads_next(formula: Formula) -> bool:
-    """Return whether a formula is about the next state, too."""
+    """Return whether a formula also refers to the next state."""
     deeper = any(map(reads_next, operands_of(formula)))
     return isinstance(formula, Next) or deeper or any(name.primed for name in names_of(formula))
 

@@ -1,4 +1,4 @@
-"""Gait of a walker on regions of a given side: its gait, its keyframes, and their times.
+"""Gait of a walker on regions of a given side, with its keyframes and their times.
 
 Local frame: the walker enters its region at the origin, heading along x. Sources: Zhao, Fernandez,
 Sentis (IJRR 2017) for the time of a step between two keyframes; docs/motion.md.
@@ -18,10 +18,10 @@ GRAVITY = 9.81
 LEFT = 1
 
 LEAST_SIDE = 1.5
-"""Metres of a region below which the arcs of a turn would cross the walker's own feet."""
+"""Side of a region in metres below which the feet would cross on the arc of a turn."""
 LONGEST_STEP = 0.5
 FULL_STEP = 0.45
-"""Metres of a step at the walker's own speed; shorter ones are slower in proportion."""
+"""Step length in metres at the walker's full speed; shorter steps are slower in proportion."""
 LONGEST_ARC = 2
 
 ARC_STEPS = 4
@@ -70,19 +70,19 @@ class Gait(Struct, frozen=True):
     sway: float
 
     def approach(self, spent: int) -> int:
-        """Straight steps before the arc of a turn that begins ``spent`` steps inside the
-        region: as many as leave an arc of the longest radius (``LONGEST_ARC`` steps)."""
+        """Number of straight steps before the arc of a turn that begins ``spent`` steps inside the
+        region: those that leave an arc of the longest radius (``LONGEST_ARC`` steps)."""
         return max(0, self.steps // 2 - spent - LONGEST_ARC)
 
 
 def least_side_of(side: float, walker: Walker) -> float:
-    """Metres that a region must have, if it has about ``side``: a turn needs room for an arc and
-    the body."""
+    """Least side in metres of regions of about ``side``: a turn needs room for an arc and the
+    body."""
     return max(LEAST_SIDE, walker.size * _steps(side) / 2)
 
 
 def _steps(side: float) -> int:
-    """Steps across a region."""
+    """Number of steps across a region."""
     return max(6, 2 * ceil(side / LONGEST_STEP / 2 - 1e-9))
 
 
@@ -123,8 +123,8 @@ def sway(omega: float, offset: float, seconds: float) -> float:
 def step_times(
     omega: float, speed: float, foot: float, apex: float, apex_speed: float
 ) -> tuple[float, float]:
-    """Seconds on the foot at ``foot``, then on the next one, of a step that begins with the mass at
-    0 and ends with it over that foot at ``apex`` (m, m/s): the two parabolas of the phase plane
+    """Seconds on the foot at ``foot``, then on the next one at ``apex``, of a step whose mass moves
+    from 0 at ``speed`` to ``apex`` at ``apex_speed`` (m, m/s): the two curves of the phase plane
     meet once."""
     square = apex_speed**2 - speed**2 + omega**2 * apex**2
     switch = square / (2 * omega**2 * (apex - foot))

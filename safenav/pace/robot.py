@@ -1,8 +1,8 @@
 """Durations of a robot's steps and actions, by its kind of motion.
 
-The motion that ``safenav motion`` writes takes the same seconds (docs/motion.md), so a run that
-draws its durations here can be shown step by step as it was. A robot whose motion is unknown, or
-impossible on regions of that size, takes one second a tick of its ``timing``.
+The motion that ``safenav motion`` writes takes the same seconds (docs/motion.md), so the motion of
+a run with these durations shows each step at its time. A robot whose motion is unknown, or
+impossible on regions of that size, takes one second per tick of its ``timing``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from safenav.errors import UsageError
 from safenav.pace.gait import LEFT, Walker, gait_on, least_side_of, starting, stopping, walking
 
 SIDE = 2.7
-"""Metres of a region where the map does not say."""
+"""Side of a region in metres, if the map omits it."""
 PEAK = 1.875
 """The highest speed of a quintic from rest to rest, over its mean speed."""
 PEAK_ACCELERATION = 10 / sqrt(3)
@@ -65,9 +65,9 @@ class Pace(ABC):
     def step(
         self, now: float, origin: int, to: int, ticks: int | None = None, slower: float = 1.0
     ) -> float:
-        """Seconds from ``now`` until it has arrived in the neighbouring region ``to``; ``arrived``
-        tells when it has. ``ticks``: drawn from its ``timing`` (default: the least); ``slower``: a
-        factor of 1 or more."""
+        """Seconds from ``now`` until it has arrived in the neighbouring region ``to``; then call
+        ``arrived``. ``ticks``: drawn from its ``timing`` (default: the least); ``slower``: a factor
+        of 1 or more."""
         self._next = self._direction(origin, to)
         slower *= (ticks or self._least) / self._least
         at_rest = max(now, self._since + self._settling) - now + self._fresh(self._next)
@@ -81,7 +81,7 @@ class Pace(ABC):
         return seconds
 
     def arrived(self, now: float) -> None:
-        """The step has ended where it was to end."""
+        """Record that the step has ended at its destination."""
         self.facing, self._since, self._settling = self._next, now, self._halting()
         self._short = False
         self._foot = self._then
@@ -92,8 +92,8 @@ class Pace(ABC):
         self._since, self._settling, self._foot, self._short = now, 0.0, 0, False
 
     def ready(self, now: float, at: int, region: int) -> float:
-        """The time at which it can begin to act on something in ``region``, being in ``at``: it has
-        come to rest and faces it."""
+        """The time at which it can begin to act on something in ``region`` from region ``at``: at
+        rest and facing it."""
         if at == region and self._short and now <= self._since + AT_ONCE:
             return now  # it has not left the place where it acted before
         begin = max(now, self._since + self._settling)
@@ -109,7 +109,8 @@ class Pace(ABC):
             self.facing = self._direction(at, region)
 
     def acted(self, now: float, at: int, region: int) -> None:
-        """It has acted. In its own region it did so short of the middle, where it goes next."""
+        """Record that it has acted. In its own region it acts short of the centre, and goes there
+        next."""
         self._short = at == region
         self._since, self._settling = now, self._resuming() if self._short else 0.0
         self._foot = 0
@@ -148,7 +149,8 @@ class TickPace(Pace):
 
 
 class WalkerPace(Pace):
-    """Walks on while its next step is decided when it arrives; else it stops, stands, starts."""
+    """Pace of a walker: it does not stop if its next step is decided on arrival; else it stops,
+    stands and starts."""
 
     turns = False
 
@@ -174,7 +176,8 @@ class WalkerPace(Pace):
 
 
 class DiscPace(Pace):
-    """Glides from centre to centre, turning on the way; a flyer within its limit of tilt."""
+    """Pace of a disc: it glides from centre to centre and turns on the way; a flyer respects its
+    limit of tilt."""
 
     def _glide(self, way: float) -> float:
         tilt = self._values.get("tilt")
@@ -191,7 +194,7 @@ class DiscPace(Pace):
 
 
 class RoverPace(DiscPace):
-    """Turns on the spot, then drives straight on."""
+    """Pace of a rover: it turns on the spot, then drives straight."""
 
     def _glide(self, way: float) -> float:
         return glide(way, self._values["speed"], self._values["acceleration"])
@@ -204,7 +207,7 @@ class RoverPace(DiscPace):
         return glide(angle, self._values["turning"], pull)
 
     def _resuming(self) -> float:
-        """Continue on its previous path."""
+        """Return the seconds until it is back on its path after an action in its own region."""
         return self._turning(_between(self.facing, self._next)) + super()._resuming()
 
     def faces(self, at: int, region: int) -> None:
@@ -277,8 +280,8 @@ def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float
 
 
 def glide(way: float, speed: float, pull: float | None = None) -> float:
-    """Seconds of a quintic from rest to rest over a way (or an angle), within the highest speed and
-    the highest acceleration."""
+    """Seconds of a quintic from rest to rest over a distance (or an angle), within the highest
+    speed and the highest acceleration."""
     seconds = PEAK * way / speed
     return seconds if pull is None else max(seconds, sqrt(PEAK_ACCELERATION * way / pull))
 

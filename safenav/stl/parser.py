@@ -1,7 +1,7 @@
 """Parser of signal temporal logic.
 
-From the operator that binds most: ``*``; ``+ -``; comparisons; ``not`` and the temporal operators
-of one operand; ``and``; ``or``; ``until`` and ``since``; ``->`` (to the right).
+Operators, from the one that binds most tightly: ``*``; ``+ -``; comparisons; ``not`` and the
+temporal operators of one operand; ``and``; ``or``; ``until`` and ``since``; ``->`` (to the right).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MOST_DEPTH = 50
 """Deepest nesting: the parser and the evaluator recurse."""
 
 MOST_LENGTH = 2000
-"""Characters of a formula."""
+"""Maximum number of characters of a formula."""
 
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
@@ -79,7 +79,7 @@ class _Parser:
         return self._lexemes[self._at]
 
     def _take(self, *texts: str) -> Token | None:
-        """The next lexeme if it is one of these."""
+        """Consume and return the next lexeme if it is one of these."""
         found = self._peek()
         if found.text not in texts or found.kind == "end":
             return None

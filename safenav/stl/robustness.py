@@ -1,9 +1,9 @@
 """Robustness of signal temporal logic over sampled signals, as intervals with an error bound.
 
-Quantitative semantics of Donzé and Maler (FORMATS 2010): signals are linear between samples, and
-a condition holds by a margin. Windows end where they end, not at samples. Events are spikes of
+Quantitative semantics of Donzé and Maler (FORMATS 2010): signals are linear between samples, and a
+condition holds by a margin. Windows end at their exact times, not at samples. Events are spikes of
 two microseconds at their instants, and each instant at which they can make a formula jump is a
-sample. The future behind the record is unknown, so each value is an interval [low, high].
+sample. The future after the record is unknown, so each value is an interval [low, high].
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ _NEAR = 1e-9
 
 
 class Recording(Protocol):
-    """The signals of a motion from 0 to ``end`` (seconds), of which ``rate`` samples per second
-    are wanted. ``finished``: nothing comes after it, so that windows without an end stop there."""
+    """The signals of a motion from 0 to ``end`` (seconds), to be sampled ``rate`` times per second.
+    ``finished``: nothing follows ``end``, so that unbounded windows stop there."""
 
     end: float
     rate: float
@@ -45,8 +45,8 @@ class Recording(Protocol):
 
 
 class Robustness(Struct, frozen=True):
-    """The robustness at each of ``times``: between ``low`` and ``high``, up to ``error`` by
-    which samples can be wrong."""
+    """The robustness at each of ``times``: between ``low`` and ``high``, up to ``error`` of the
+    samples."""
 
     times: Array
     low: Array
@@ -161,14 +161,14 @@ class _Evaluation:
         return _Values(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
 
     def _behind(self, window: syntax.Window) -> NDArray[np.bool_]:
-        """The samples whose window reaches behind the record."""
+        """The samples whose window extends past the end of the record."""
         if window.end == np.inf:
             return np.full(len(self._times), not self._recording.finished)
         behind: NDArray[np.bool_] = self._times + window.end > self._times[-1] + _NEAR
         return behind
 
     def _least(self, values: Array, window: syntax.Window, past: bool) -> Array:
-        """The minimum over the window of each sample that the record holds; +inf for none."""
+        """The minimum over the recorded part of each sample's window; +inf if there is none."""
         times = self._times
         if past:
             values, times = values[::-1], -times[::-1]
@@ -186,7 +186,7 @@ class _Evaluation:
         past = operator in syntax.PAST
         low = self._reached(left.low, right.low, window, past)
         high = self._reached(left.high, right.high, window, past)
-        if not past:  # behind the record `right` may hold, if `left` does up to its end
+        if not past:  # after the record `right` may hold, if `left` holds up to its end
             behind = self._behind(window)
             rest = np.minimum.accumulate(left.high[::-1])[::-1]
             high[behind] = np.maximum(high[behind], rest[behind])
@@ -195,8 +195,8 @@ class _Evaluation:
         return _Values(low, high, error, slope)
 
     def _reached(self, holds: Array, then: Array, window: syntax.Window, past: bool) -> Array:
-        """The maximum, over the instants t' of each window, of ``then`` at t' and the minimum of
-        ``holds`` before t'. Quadratic in the window."""
+        """The maximum over the instants t' of each window of the lesser of ``then`` at t' and the
+        minimum of ``holds`` before t'. Quadratic in the window."""
         times = self._times
         if past:
             holds, then, times = holds[::-1], then[::-1], -times[::-1]
@@ -222,8 +222,9 @@ class _Evaluation:
 def _bounds(
     times: Array, window: syntax.Window
 ) -> tuple[Array, Array, NDArray[np.intp], NDArray[np.intp]]:
-    """Begin and end of the window of each sample, as far as the record goes, and the first and the
-    last sample in it. The start is later than the end where the record holds nothing of it."""
+    """Return the start and the end of each sample's window, at most the end of the record, and the
+    first and the last sample in it. If the record holds no part of it, the start is later than the
+    end."""
     begin, end = times + window.begin, np.minimum(times + window.end, times[-1])
     begin = np.where((begin > end) & (begin <= end + _NEAR), end, begin)
     first = np.searchsorted(times, begin, "left")
@@ -250,6 +251,6 @@ def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) ->
 
 
 def _between(times: Array, values: Array, at: Array) -> Array:
-    """Values between samples; infinite ones spread over the gap beside them."""
+    """Interpolate between samples; an infinite value fills the gaps beside it."""
     finite = np.interp(at, times, np.clip(values, -1e30, 1e30))
     return np.where(np.abs(finite) > 1e20, np.copysign(np.inf, finite), finite)

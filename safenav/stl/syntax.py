@@ -8,7 +8,7 @@ from math import inf
 from msgspec import Struct
 
 ARGUMENTS = {"distance": 2, "speed": 1, "height": 1, "x": 1, "y": 1}
-"""The signals of robots, and how many robots each takes. Metres, and metres per second."""
+"""The signals of robots (metres, metres per second), and how many robots each takes."""
 
 EVENTS = ("requested", "resolved")
 

@@ -1,7 +1,7 @@
 """Selection and capabilities of the slugs binary.
 
-Ours and upstream's answer the same questions with the same RESULT line; ours also reads
-structured slugs, knows ``--timeout`` and ``--memory``, and says so by ``--version``.
+safenav's and upstream's binary report a verdict by the same RESULT line. safenav's also reads
+structured slugs, has ``--timeout`` and ``--memory``, and identifies itself by ``--version``.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Binary(Struct, frozen=True, dict=True):
 
     @cached_property
     def digest(self) -> str:
-        """Hex sha256 of the file: cached answers belong to exactly this program."""
+        """Hex sha256 of the file: cached results are valid for exactly this program."""
         try:
             status = self.path.stat()
             return _digest(self.path, status.st_ino, status.st_mtime_ns, status.st_size)
@@ -60,9 +60,9 @@ class Binary(Struct, frozen=True, dict=True):
 
 
 def find_binary() -> Binary:
-    """Return the binary to use: ``SAFENAV_SLUGS`` if set, else the one that came with safenav.
+    """Return the binary to use: ``SAFENAV_SLUGS`` if set, else the one installed with safenav.
 
-    Raises SynthesizerError, saying what to do, if there is none that can be executed.
+    Raises SynthesizerError, with advice, if none can be executed.
     """
     named = os.environ.get(VARIABLE)
     if named:
@@ -87,7 +87,7 @@ def find_own_binary() -> Binary | None:
 
 def _own_places() -> Iterator[Path | None]:
     yield _PACKAGE / _INSIDE_PACKAGE
-    # Imported where it is needed: it reads how Python itself was built.
+    # Imported here, since it is slow: it reads Python's build configuration.
     import sysconfig
 
     for scheme in ("platlib", "purelib"):
@@ -138,7 +138,7 @@ def _digest(path: Path, _inode: int, _mtime_ns: int, _size: int) -> str:
 
 @lru_cache(maxsize=64)
 def _ask_version(path: Path, _mtime_ns: int, _size: int) -> str | None:
-    """Ask once per file content; upstream's binary takes ``--version`` for a mistake."""
+    """Query once per file content; upstream's binary rejects ``--version``."""
     try:
         answer = ProcessGroup().run([str(path), "--version"], b"", _VERSION_SECONDS)
     except SynthesizerError:

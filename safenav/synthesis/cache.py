@@ -1,9 +1,9 @@
-"""Answers of the synthesizer, kept on disk under what they depend on and nothing else.
+"""Results of the synthesizer, stored on disk by all that they depend on.
 
 The key is a hash of the specification's text, the binary's content and the options. An entry
-carries a checksum of itself, appears by renaming, and is never changed: readers and writers
-of any number of processes need no lock. Whatever goes wrong costs a recomputation, never a
-run: damaged entries are dropped, and a disk that cannot be written is reported once.
+carries a checksum of itself, appears by renaming, and is never changed: readers and writers of any
+number of processes need no lock. An error costs a recomputation, never a run: damaged entries are
+dropped, and a disk that cannot be written is reported once.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _TEXT_SUFFIX = ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _PRUNE_TO = 0.75
 _LISTINGS = 64
-"""Average number of listings of the directory per amount of data equal to its limit."""
+"""Average number of listings of the directory while data equal to its limit is written."""
 _STALE_TEMPORARY_SECONDS = 3600.0
 _LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
 
@@ -41,7 +41,7 @@ class CacheWarning(UserWarning):
 
 
 class CacheEntry(Struct, frozen=True):
-    """A proven verdict, what it cost when it was computed, and the strategy if there is one."""
+    """A proven verdict, the cost of its synthesis, and the strategy if there is one."""
 
     verdict: Verdict
     seconds: float
@@ -49,7 +49,8 @@ class CacheEntry(Struct, frozen=True):
 
 
 def key_of(text: str, binary_digest: str, options: Iterable[str]) -> str:
-    """The hex name of an answer. Each part is hashed with its length: no two can run together."""
+    """Return the key of a result, in hex. Each part is hashed with its length, so that parts cannot
+    run together."""
     whole = hashlib.sha256()
     for part in (text, binary_digest, *options):
         data = part.encode()
@@ -59,7 +60,7 @@ def key_of(text: str, binary_digest: str, options: Iterable[str]) -> str:
 
 
 class Cache:
-    """A directory of answers; without a directory, a cache that is always empty."""
+    """A directory of results; without a directory, a cache that is always empty."""
 
     def __init__(self, directory: Path | None, limit_bytes: int = _LIMIT_BYTES) -> None:
         self.directory = directory
@@ -86,7 +87,8 @@ class Cache:
         return cls(None)
 
     def load(self, key: str) -> CacheEntry | None:
-        """Return the answer of that name, None if it is unknown or damaged (then it is dropped)."""
+        """Return the result with that key, None if it is unknown or damaged (then it is
+        dropped)."""
         if self.directory is None:
             return None
         path = self._path(key)
@@ -140,7 +142,7 @@ class Cache:
         return data.decode() if hashlib.sha256(data).hexdigest() == sha256 else None
 
     def drop(self, key: str) -> None:
-        """Forget an answer that proved wrong."""
+        """Remove a result that proved wrong."""
         if self.directory is not None:
             with contextlib.suppress(OSError):
                 self._path(key).unlink()
@@ -160,9 +162,8 @@ class Cache:
             )
 
     def _bound(self, written: int) -> None:
-        """Remove the oldest answers when there is too much. To list a large directory takes longer
-        than a small run: who writes lists it with a probability in proportion to what it has
-        written."""
+        """Remove the oldest results beyond the limit. Listing a large directory takes longer than a
+        small run, so a writer lists it with a probability proportional to the bytes written."""
         if random() * self._limit_bytes < _LISTINGS * written:
             with contextlib.suppress(OSError):
                 self._prune()

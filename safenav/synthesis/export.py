@@ -64,7 +64,7 @@ def to_graphml(strategy: Strategy) -> str:
 
 def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
     """Return the automaton as a directed graph. Nodes carry ``label``, ``goal``, ``initial`` and a
-    number for each variable (``value_`` before its name), edges the ``inputs`` they answer."""
+    number for each variable (``value_`` before its name), edges their ``inputs``."""
     # Imported here: it takes longer than most syntheses.
     import networkx
 
@@ -91,7 +91,7 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
 
 
 def in_words(strategy: Strategy, values: Mapping[str, int], owner: Owner) -> str:
-    """Return the values of the inputs or of the outputs, as a person would write them."""
+    """Return the values of the inputs or of the outputs in words."""
     owned = strategy.specification.owned(owner)
     return " ".join(_value_in_words(variable, values[variable.name]) for variable in owned)
 

@@ -1,8 +1,8 @@
-"""Running the synthesizer so that nothing of it survives: not a timeout, not Ctrl-C.
+"""Processes of the synthesizer, none of which survives a timeout or Ctrl-C.
 
-Each command has a process group of its own, which is killed and reaped at its deadline or when the
-crew is dismissed. Commands run in threads, because signals interrupt only the main thread: so no
-process is lost between its start and its registration.
+Each command has a process group of its own, which is killed and reaped at its deadline or when its
+``ProcessGroup`` is dismissed. Commands run in threads, because signals interrupt only the main
+thread: so no process is lost between its start and its registration.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _MOST_OUTPUT = 2 << 30
 _PARENT = "SLUGS_PARENT"
 """Environment variable of our own synthesizer: the process that it must not outlive."""
 _GRACE_SECONDS = 2.0
-"""For draining the pipes of a killed group, should a stray grandchild still hold them."""
+"""Limit for draining the pipes of a killed group, which a stray grandchild may still hold."""
 
 
 class Finished(Struct, frozen=True):
@@ -47,14 +47,14 @@ class Finished(Struct, frozen=True):
 
     @property
     def last_words(self) -> str:
-        """The end of what it printed for people, for messages."""
+        """The last lines of its standard error, for messages."""
         text = self.stderr.decode("utf-8", "replace").strip()
         lines = [line.rstrip() for line in text.splitlines() if line.strip()]
         return "\n".join(lines[-12:])[-2000:]
 
     @property
     def explanation(self) -> str:
-        """The same without what the synthesizer always prints: its banner and the verdict."""
+        """``last_words`` without the banner and the verdict."""
         lines = self.last_words.splitlines()
         return "\n".join(line for line in lines if not _ROUTINE.match(line))
 
@@ -79,8 +79,8 @@ class ProcessGroup:
         memory_mb: int | None = None,
         own: bool = False,
     ) -> Finished:
-        """Run ``command`` with ``given`` on its standard input, at most ``seconds``. What it prints
-        is kept in memory, so ``memory_mb`` limits that, too. ``own``: as in ``start``.
+        """Run ``command`` with ``given`` on its standard input, at most ``seconds``. Its output is
+        kept in memory, so ``memory_mb`` limits that also. ``own``: as in ``start``.
 
         Raises SynthesizerError if it cannot be started, ResourceLimitError if its standard output
         is larger (SynthesizerError: its standard error), and DismissedError after ``dismiss``.
@@ -128,9 +128,9 @@ class ProcessGroup:
         own: bool = False,
     ) -> subprocess.Popen[bytes]:
         """Start ``command``, which ends when this thread does (on Linux). ``errors``: where its
-        standard error goes; ``shared``: an open file that it may use; ``own``: a program of ours,
-        which arranges its end itself: another one before it would take as long as a small
-        synthesis. Raises as ``run`` does."""
+        standard error goes; ``shared``: an open file that it may use; ``own``: safenav's own
+        program, which arranges its end itself; a wrapper would take as long as a small synthesis.
+        Raises as ``run`` does."""
         with self._lock:
             if self._dismissed:
                 raise DismissedError
@@ -154,8 +154,8 @@ class ProcessGroup:
 
 
 def kill_group(process: subprocess.Popen[bytes]) -> None:
-    """SIGKILL to the process group that this process leads, unless it has been reaped (its
-    number may belong to another process by then)."""
+    """Send SIGKILL to the process group that this process leads, unless the process has been reaped
+    (its number may belong to another one by then)."""
     if process.returncode is None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
@@ -163,8 +163,8 @@ def kill_group(process: subprocess.Popen[bytes]) -> None:
 
 @contextlib.contextmanager
 def orderly_termination() -> Iterator[None]:
-    """Within it, SIGTERM unwinds the stack (as SystemExit) instead of ending us on the spot,
-    so that running commands are killed and reaped. A handler of the application's stays."""
+    """Within this context, SIGTERM raises SystemExit instead of ending this process immediately, so
+    that running commands are killed and reaped. An application's own handler stays."""
     if (
         threading.current_thread() is not threading.main_thread()
         or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
@@ -184,8 +184,8 @@ def _setpriv() -> str | None:
 
 
 def die_with_parent(command: Sequence[str]) -> list[str]:
-    """``command`` so that the kernel kills it when we die, even of SIGKILL (Linux; elsewhere it
-    ends when it has its answer)."""
+    """Return ``command`` so that the kernel kills it when this process dies, even of SIGKILL
+    (Linux; elsewhere it runs to its end)."""
     setpriv = _setpriv()
     if setpriv is None or not os.access(command[0], os.X_OK):
         return list(command)  # a command that cannot be started is an error of its own
@@ -193,7 +193,7 @@ def die_with_parent(command: Sequence[str]) -> list[str]:
 
 
 def limited(command: Sequence[str], memory_mb: int | None) -> list[str]:
-    """``command`` under a limit on its address space, for programs with no such option.
+    """Return ``command`` under a limit on its address space, for programs with no such option.
 
     The shell sets the limit and becomes the command, so there is no moment without it.
     """
@@ -205,7 +205,7 @@ def limited(command: Sequence[str], memory_mb: int | None) -> list[str]:
 class _Conversation:
     """Feeds a process and reads both its outputs concurrently, up to a deadline and a size.
 
-    ``Popen.communicate`` would do, were it not for programs that print without end.
+    ``Popen.communicate`` would suffice, but does not bound the output of a program.
     """
 
     def __init__(
@@ -259,7 +259,7 @@ class _Conversation:
             written = os.write(self._stdin.fileno(), self._given[:_CHUNK])
         except BlockingIOError:
             return
-        except BrokenPipeError:  # it needs no more: a crash shows in the exit status
+        except BrokenPipeError:  # it reads no more; its exit status shows a crash
             written = len(self._given)
         self._given = self._given[written:]
         if not self._given:
@@ -274,7 +274,7 @@ class _Conversation:
         self._heard[key.data].append(data)
         self._size += len(data)
         if self._size > self._most:
-            # A strategy may be as large; the messages of a program are not.
+            # Standard output may hold a strategy as large; messages never are.
             kind = ResourceLimitError if key.data == 1 else SynthesizerError
             raise kind(
                 f"the synthesizer {self._command} printed more than {self._most >> 20} MiB, the "
@@ -283,7 +283,7 @@ class _Conversation:
 
 
 def _exits(process: subprocess.Popen[bytes], deadline: float | None) -> bool:
-    """Return whether a process that has closed its outputs ends by the deadline, too."""
+    """Return whether a process that has closed its outputs also ends by the deadline."""
     try:
         process.wait(None if deadline is None else max(0.01, deadline - time.monotonic()))
     except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""One run of a slugs binary: ours keeps its limits itself, upstream's knows none."""
+"""One run of a slugs binary: safenav's enforces its limits itself, upstream's has none."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Program(Struct, frozen=True):
     memory_mb: int | None
 
     def answer(self, crew: ProcessGroup, job: Job) -> Brought:
-        """Run until the job is answered. Raises SynthesizerError, and DismissedError if the crew
-        is sent home."""
+        """Run until the job has a result. Raises SynthesizerError, and DismissedError if the crew
+        is dismissed."""
         if job.kind is RequestKind.MOVES:
             # Imported here: few runs need it.
             from safenav.synthesis.serving.served import serve
@@ -55,7 +55,7 @@ class Program(Struct, frozen=True):
         return (self._run_native if self.binary.native else self._run_foreign)(crew, job)
 
     def _run_native(self, crew: ProcessGroup, job: Job) -> Finished:
-        """Our own program reads standard input and keeps its limits itself."""
+        """Run safenav's own program, which reads standard input and enforces its limits itself."""
         command = [str(self.binary.path), *job.options]
         if job.kind is RequestKind.REALIZABILITY:
             command.append("--realizability")
@@ -71,13 +71,13 @@ class Program(Struct, frozen=True):
         return crew.run([*command, "-"], given, deadline, self.memory_mb, own)
 
     def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
-        """Upstream's program reads slugsin files only and knows no limits."""
-        # Imported here: it is slow, and our own binary needs no files.
+        """Run upstream's program, which reads slugsin files only and has no limits."""
+        # Imported here: it is slow, and safenav's own binary needs no files.
         import tempfile
 
         text, suffix = job.text.encode(), ".structuredslugs"
         own = find_own_binary()
-        if own is not None and own.native:  # it can translate
+        if own is not None and own.native:  # it translates to slugsin
             translate = [str(own.path), "--translate", "-"]
             translated = crew.run(translate, text, self.seconds, own=own.ours)
             if translated.timed_out:

@@ -1,5 +1,5 @@
-"""Synthesis requests, their progress and their results. A proven negative is not a timeout is not a
-crash."""
+"""Synthesis requests, their progress and their results. Proven negatives, timeouts and crashes
+differ."""
 
 from __future__ import annotations
 
@@ -43,16 +43,15 @@ class RequestKind(StrEnum):
 
 
 class SynthesisResult(Struct, frozen=True):
-    """One answer of the synthesizer.
+    """One result of the synthesizer.
 
-    ``strategy`` is there exactly when the verdict is realizable and a strategy was asked
-    for, or unrealizable and a counterstrategy was; instead of it ``served`` if its moves are
-    given on demand. ``seconds``: wall time of the subprocess
-    (of the original one if ``cached``). ``spec_sha256`` and ``strategy_sha256``: hex digests
-    of the structured-slugs text and of the JSON that the synthesizer printed. ``detail``: its
-    last words beyond the verdict, such as how far it got before a limit. ``verified``: True if
-    an independent check accepted the strategy, None if nobody checked (a strategy that the
-    check rejects is an error, never a result).
+    ``strategy``: not None exactly if the verdict is realizable and a strategy was requested, or
+    unrealizable and a counterstrategy was; ``served`` instead if its moves are given on demand.
+    ``seconds``: wall time of the subprocess (of the original one if ``cached``). ``spec_sha256``
+    and ``strategy_sha256``: hex digests of the structured-slugs text and of the JSON that the
+    synthesizer printed. ``detail``: its last messages beyond the verdict, such as its progress
+    before a limit. ``verified``: True if an independent check accepted the strategy, None without a
+    check (a strategy that the check rejects is an error, never a result).
     """
 
     robot: str
@@ -69,7 +68,7 @@ class SynthesisResult(Struct, frozen=True):
 
     @property
     def states(self) -> int | None:
-        """Nodes of the strategy, None without one that is listed."""
+        """Number of nodes of an explicit strategy, else None."""
         return len(self.strategy.states) if self.strategy is not None else None
 
 

@@ -1,4 +1,4 @@
-"""The output of a finished synthesizer: its verdict, an exhausted limit, or nothing usable.
+"""The output of a finished synthesizer: its verdict, an exhausted limit, or an error.
 
 The verdict is the RESULT line on standard error, whatever the exit status: upstream's binary
 exits with 0 on both verdicts, ours with 0 and 10.
@@ -33,7 +33,7 @@ class ExitStatus(IntEnum):
 
 
 def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
-    """Return the verdict. Raises SynthesizerError, with the last words, if there is none."""
+    """Return the verdict. Raises SynthesizerError, with the last messages, if there is none."""
     if finished.timed_out:
         return Verdict.TIMEOUT
     said = _RESULT.findall(finished.stderr)
@@ -58,12 +58,12 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
 
 
 def too_large(finished: Finished) -> bool:
-    """Return whether a strategy was given up because it has more nodes than may be listed."""
+    """Return whether the strategy has too many nodes to be listed."""
     return finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr
 
 
 def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
-    """Return an error with what the synthesizer did, its last words, and what to do."""
+    """Return an error with the problem, the synthesizer's last messages, and advice."""
     lines = [f"the synthesizer {binary.path} {problem} (robot '{robot}')"]
     words = finished.last_words
     if words:

@@ -41,19 +41,19 @@ _GOOD = Verdict.REALIZABLE
 _HEARTBEAT_SECONDS = 0.5
 
 Verifier = Callable[[Specification, Strategy, bool, Callable[[], None]], str | None]
-"""Checks an automaton against its specification (the flag: it is a counterstrategy); what is
-wrong with it in words, None if nothing is. It calls the last argument now and then, which raises
-to end it. Handed in, so that this package and the check know nothing of each other."""
+"""Check of an automaton against its specification (the flag: it is a counterstrategy). Returns its
+error in words, or None. It calls the last argument regularly, which raises to end the check. A
+parameter, so that this package and the check are independent of each other."""
 
 
 class Synthesizer:
     """Calls a slugs binary within limits, and caches its results.
 
-    ``binary``: default as ``find_binary`` finds it. ``seconds`` (wall) and ``memory_mb`` limit
-    each single synthesis; None for no limit. ``cache``: default as the environment says.
-    ``verifier`` checks every automaton against its specification before it is returned; one
-    that fails is a SynthesizerError. ``at_once``: most syntheses at a time, default one a
-    processor. ``controllers``: whether strategies are listed or give their moves on demand;
+    ``binary``: default that of ``find_binary``. ``seconds`` (wall) and ``memory_mb`` limit each
+    single synthesis; None for no limit. ``cache``: default by the environment. ``verifier`` checks
+    every automaton against its specification before it is returned; one that fails is a
+    SynthesizerError. ``at_once``: maximum number of simultaneous syntheses, default one per
+    processor. ``controllers``: whether strategies are explicit or give their moves on demand;
     ``auto`` lists those of at most ``states`` nodes (with safenav's own binary).
     """
 
@@ -79,7 +79,7 @@ class Synthesizer:
         self.states = states
 
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
-        """Return the verdict, and the strategy if there is one and it is wanted.
+        """Return the verdict, and the strategy if there is one and ``strategy`` is true.
 
         Raises SynthesizerError if the binary is missing, crashes or prints invalid output.
         """
@@ -88,7 +88,7 @@ class Synthesizer:
     def counterstrategy(self, spec: Specification) -> SynthesisResult:
         """Return the verdict, and for an unrealizable specification the environment's strategy.
 
-        A foreign binary does not print it as JSON; then safenav's own is asked.
+        A foreign binary does not print it as JSON; then safenav's own is used.
         """
         if self.binary.native:
             return self._ask_all([spec], RequestKind.COUNTERSTRATEGY, None)[0]
@@ -151,9 +151,9 @@ class Synthesizer:
         return [result for result in results if result is not None]
 
     def _worked_off(self, jobs: Sequence[Job], tell: Listener) -> dict[int, SynthesisResult]:
-        """Return the results of jobs by their indices. Threads run the program; its answers are
-        read, and reported, in the caller's thread. Whatever ends this ends the programs, too."""
-        _ = self.binary.native  # queried here once, not in every thread
+        """Return the results of jobs by their indices. Threads run the program; its results are
+        read, and reported, in the caller's thread. Any exception also ends the programs."""
+        _ = self.binary.native  # queried once here, not in every thread
         program, crew = Program(self.binary, self.seconds, self.memory_mb), ProcessGroup()
         begun: dict[int, float] = {}
         results: dict[int, SynthesisResult] = {}
@@ -180,7 +180,7 @@ class Synthesizer:
         return results
 
     def _remembered(self, job: Job, tell: Listener) -> SynthesisResult | None:
-        """The cached result, if it is there and stands every check that a fresh one stands."""
+        """Return the cached result, if it exists and passes every check of a fresh one."""
         if self.cache.directory is None or job.kind is RequestKind.MOVES:
             return None
         if job.most_nodes is not None and job.kind is RequestKind.STRATEGY:
@@ -227,8 +227,8 @@ class Synthesizer:
     def _checked(
         self, job: Job, entry: CacheEntry, tell: Listener, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
-        """Return the result of an answer. Raises SynthesizerError if its automaton is malformed, or
-        is verified and fails."""
+        """Return the result with its automaton. Raises SynthesizerError if that is malformed or
+        fails verification."""
         data = entry.strategy_json
         strategy = None if data is None else Strategy.parse(data, job.spec)
         verified = None
@@ -255,13 +255,13 @@ class Synthesizer:
         return key_of(job.text, self.binary.digest, (job.kind, *job.options))
 
     def _too_large_key(self, job: Job) -> str:
-        """Return the key of the verdict where a strategy has more nodes than may be listed."""
+        """Return the cache key for a strategy that has too many nodes to be listed."""
         limit = ("more nodes than", str(job.most_nodes))
         return key_of(job.text, self.binary.digest, (job.kind, *job.options, *limit))
 
 
 def _heard_by(tell: Listener, job: Job) -> Callable[[], None]:
-    """Return what tells that a job still runs, at most once per heartbeat."""
+    """Return a function that reports that a job still runs, at most once per heartbeat."""
     begun = last = time.monotonic()
 
     def alive() -> None:

@@ -20,7 +20,7 @@ _SECONDS = 60.0
 def load_specification(path: Path) -> Specification:
     """Return the specification in a file.
 
-    Raises InputError with everything that safenav's synthesizer finds wrong with its text.
+    Raises InputError with all errors that safenav's synthesizer finds in its text.
     """
     try:
         data = path.read_bytes()

@@ -45,7 +45,7 @@ class Field(Struct, frozen=True):
 
     @property
     def base(self) -> int:
-        """The value that all bits zero stand for."""
+        """The value that all bits zero encode."""
         return 0 if self.variable.bounds is None else self.variable.bounds[0]
 
     def decode(self, state: Sequence[int]) -> int:
@@ -77,8 +77,8 @@ class _Document(Struct):
 class Strategy(Struct, frozen=True, eq=False, dict=True):
     """An automaton over the variables of a specification (or a counterstrategy: same shape).
 
-    ``states``, ``ranks`` and ``transitions`` are its raw columns, one entry per node, for code
-    that goes through all of it. They must not be changed.
+    ``states``, ``ranks`` and ``transitions`` are its raw columns, one entry per node, for code that
+    reads all of it. They must not be changed.
     """
 
     specification: Specification
@@ -123,8 +123,8 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
     def initial(self) -> tuple[int, ...]:
         """Return the nodes in which a play may start, ascending.
 
-        The synthesizer prints them first and tells them apart by nothing else: they are the
-        leading nodes of rank 0, each with another state, that satisfy ENV_INIT and SYS_INIT.
+        The synthesizer prints them first but does not mark them: they are the leading nodes of rank
+        0, with distinct states, that satisfy ENV_INIT and SYS_INIT.
         """
         # Imported here: only this needs formulas, and small programs may never need it.
         from safenav.formula.evaluator import evaluate
@@ -155,7 +155,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return self._first(self._nodes(name).get(values[name], ()), self._wanted(values))
 
     def alike(self, node: int) -> tuple[int, ...]:
-        """Return the other nodes with the same values: they pursue other goals first."""
+        """Return the other nodes with the same values, which pursue other goals first."""
         state = self.states[node]
         return tuple(n for n, other in enumerate(self.states) if n != node and other == state)
 
@@ -168,7 +168,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return found
 
     def close(self) -> None:
-        """Nothing: a listed strategy holds nothing open."""
+        """Do nothing: an explicit strategy holds nothing open."""
 
     def step(self, node: int, inputs: Mapping[str, int]) -> int | None:
         """Return the successor for these next inputs; None if there is none, which means that the
@@ -238,7 +238,7 @@ def _in_order(nodes: Mapping[str, _Node]) -> list[_Node]:
 
 
 def _check_columns(states: list[list[int]], transitions: list[list[int]], bits: int) -> None:
-    """Ranges of everything, a column at a time: this sees a million edges."""
+    """Check all ranges, a column at a time: there may be a million edges."""
     for node, state in enumerate(states):
         if len(state) != bits:
             raise _malformed(f"node {node} has {len(state)} bits, there are {bits} variables")

@@ -1,1 +1,1 @@
-"""Strategies that are not listed: slugs keeps its diagrams and returns one move at a time."""
+"""Strategies on demand: slugs keeps its diagrams and returns one move at a time."""

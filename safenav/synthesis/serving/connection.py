@@ -19,9 +19,9 @@ _MOST_LINE = 64 << 20
 
 
 class Connection:
-    """Lines to and from the process. ``seconds`` (wall) limit each reply; ``file``: an open one
-    that the process shares; ``crew``: who can dismiss it, up to ``leave_crew``; ``own``: a program
-    of ours."""
+    """Lines to and from the process. ``seconds`` (wall) limit each reply; ``file``: an open file
+    that the process shares; ``crew``: the group that can dismiss it until ``leave_crew``; ``own``:
+    whether the program is safenav's own."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class Connection:
         return self._process.pid
 
     def leave_crew(self) -> None:
-        """Leave ending the process to the owner of the strategy."""
+        """From now on, only the owner of the strategy ends the process."""
         self._crew.forget(self._process)
 
     def request(self, request: Mapping[str, Any]) -> dict[str, Any]:
@@ -113,7 +113,7 @@ class Connection:
         return SynthesizerError(f"the synthesizer {self._program} sent an invalid reply: {reply!r}")
 
     def ended(self, begun: float) -> Finished:
-        """Its result, after its output has ended."""
+        """Return its result, after its output has ended."""
         status = self._process.wait()
         self._errors.seek(0)
         errors = self._errors.read()

@@ -1,13 +1,13 @@
-"""A strategy that is queried move by move, and the measure by which each move can be checked.
+"""A strategy that is queried move by move, with a progress measure to check each move.
 
     with serve(specification) as strategy:
         here = strategy.start({"region": 3})
         there = strategy.move(here, {"request": 1})
 
-The moves are those of the listed strategy. Each position comes with a measure: the caller can
-check that on a move which does not meet the pursued goal the distance falls, or that it
-stays and the named assumption does not hold on this move. The process ends with its owner: when
-the strategy is closed or unreferenced, and at the end of its input should the owner die.
+The moves are those of the explicit strategy. Each position comes with a progress measure, so the
+caller can check a move that does not meet the pursued goal: the distance falls, or it stays while
+the named assumption does not hold on this move. The process ends with its owner: when the strategy
+is closed or unreferenced, and at the end of its input if the owner dies.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from safenav.synthesis.strategy import Field, locate
 PROTOCOL = 1
 _OVERTIME_SECONDS = 1.0
 _ANSWER_SECONDS = 60.0
-"""The limit of each answer once the game is solved (wall)."""
+"""The limit of each reply once the game is solved (wall)."""
 
 
 class Position(Struct, frozen=True):
     """A state (all variables: integers as they are, Booleans as 0 and 1) with the index of the
     SYS_LIVENESS line that is pursued, and its ``distance`` from that goal. ``assumption``: the
-    index of the ENV_LIVENESS line that may be waited for here, None if nothing excuses waiting."""
+    index of the ENV_LIVENESS line for which the strategy may wait here, None if it may not wait."""
 
     values: Mapping[str, int]
     goal: int
@@ -47,15 +47,15 @@ class Position(Struct, frozen=True):
 
 
 class ServedMove(Struct, frozen=True):
-    """Move of the strategy; ``met``: how many goals in turn this very move meets, beginning
-    with the one that was pursued."""
+    """Move of the strategy; ``met``: number of successive goals that this move meets, from the
+    pursued one on."""
 
     to: Position
     met: int
 
 
 def falls(before: Position, move: ServedMove, assumption_holds: bool) -> bool:
-    """Return whether a move keeps the promise of the measure. ``assumption_holds``: whether the
+    """Return whether a move satisfies the progress measure. ``assumption_holds``: whether the
     assumption that ``before`` names holds on this move."""
     new = move.to
     stays = (new.distance, new.assumption) == (before.distance, before.assumption)
@@ -69,8 +69,8 @@ def falls(before: Position, move: ServedMove, assumption_holds: bool) -> bool:
 class ServedStrategy:
     """The running process; closing it, or leaving its ``with`` block, ends it.
 
-    Used by one thread. ``seconds`` limits each answer (wall). Every method raises
-    SynthesizerError if the process has ended, takes too long or replies badly.
+    Used by one thread. ``seconds`` limits each reply (wall). Every method raises SynthesizerError
+    if the process has ended, takes too long or replies badly.
     """
 
     def __init__(
@@ -96,8 +96,8 @@ class ServedStrategy:
         return self._first("start", values)
 
     def find(self, values: Mapping[str, int], most: int) -> Position | None:
-        """Return the first of the first ``most`` nodes of the listed strategy with these values
-        (of any variables), or None."""
+        """Return the first node with these values (of any variables) among the first ``most`` nodes
+        of the explicit strategy, or None."""
         return self._first("find", values, {"nodes": most})
 
     def move(self, here: Position, inputs: Mapping[str, int]) -> ServedMove | None:
@@ -180,7 +180,7 @@ def serve(
     memory_mb: int | None = 2048,
     crew: ProcessGroup | None = None,
 ) -> ServedStrategy | Verdict:
-    """Solve, and keep the process for moves; any verdict but realizable is returned as such.
+    """Solve, and keep the process for moves; return the verdict if it is not realizable.
 
     ``seconds`` (wall) and ``memory_mb`` limit the solving; meanwhile the process belongs to
     ``crew``. Raises SynthesizerError if safenav's own binary is missing or breaks, DismissedError
@@ -199,8 +199,8 @@ def serve(
         command += ["--memory", str(memory_mb)]
     crew = crew or ProcessGroup()
     begun = time.monotonic()
-    # The program's standard input is for requests, so the specification is a file: one without
-    # a name, of which nothing is left whatever becomes of us.
+    # The program's standard input is for requests, so the specification is a file: one without a
+    # name, which disappears however this process ends.
     with tempfile.TemporaryFile() as file:
         file.write(specification.to_structuredslugs().encode())
         file.seek(0)
