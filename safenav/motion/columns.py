@@ -82,8 +82,8 @@ def columns_of(
 def columns_at(
     motion: Motion, robot: str, times: Array, in_world: bool = True, *, planned: bool = False
 ) -> Columns:
-    """The columns of one robot at ascending times, as it was measured if it was; ``planned``: as it
-    was to move. Raises UsageError as ``columns_of``."""
+    """The columns of one robot at ascending times, by its measurements if there are any;
+    ``planned``: by its plan. Raises UsageError as ``columns_of``."""
     if robot not in motion.header.robots:
         known = ", ".join(motion.header.robots)
         raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
@@ -110,8 +110,8 @@ def columns_at(
 def _executed(
     motion: Motion, robot: str, times: Array, columns: dict[str, Array]
 ) -> dict[str, Array]:
-    """The columns of a robot where it was measured: all of its body is moved and turned as far as
-    its middle is off the plan; accelerations and the centre of pressure stay planned."""
+    """The columns of a robot by its measurements: its whole body is moved and turned by the
+    deviation of its middle from the plan; accelerations and the centre of pressure stay planned."""
     heard = (row for line in motion.of(Measured, robot) for row in line.rows)
     rows = np.array([(row.t, row.x, row.y, row.yaw) for row in heard])
     if not len(rows):
@@ -232,8 +232,8 @@ def _driving(arc: Arc, times: Array) -> Array:
 def _tracked(
     tracks: list[FlownTrack], times: Array, reference: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """The columns of a flight in wind, between its samples on a straight line; what was its
-    reference becomes ``ref_x``, ``ref_y``, ``ref_z``."""
+    """The columns of a flight in wind, linear between its samples; its reference becomes ``ref_x``,
+    ``ref_y``, ``ref_z``."""
     rows = np.array([row for track in tracks for row in track.rows])
     at = np.concatenate([t.t0 + t.step * np.arange(len(t.rows)) for t in tracks])
     names = ("x", "y", "z", "vel_x", "vel_y", "vel_z", *TRACKED)
@@ -244,7 +244,8 @@ def _tracked(
 
 
 def placed(columns: Mapping[str, Array], origin: tuple[float, float, float]) -> dict[str, Array]:
-    """Columns in the frame of the map as those of the world: its ``origin``, x, y and yaw."""
+    """Transform columns from the frame of the map to that of the world. ``origin``: x, y and yaw of
+    the map."""
     x0, y0, yaw = origin
     found = dict(columns)
     for x in columns:

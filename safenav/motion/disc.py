@@ -1,7 +1,7 @@
-"""A disc that glides from centre to centre: the motion of a model that says nothing else; and a
-quadcopter, which flies so.
+"""A disc that glides from centre to centre, the default motion of a model; and a quadcopter, which
+flies the same way.
 
-Each move is a quintic from rest to rest, so it needs nothing of what comes after it.
+Each move is a quintic from rest to rest, so it is independent of the moves that follow.
 """
 
 from __future__ import annotations

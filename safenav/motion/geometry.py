@@ -70,7 +70,7 @@ def turn(before: str, after: str) -> int:
 
 
 def way(heading: str) -> tuple[int, int]:
-    """A heading as a unit vector of whole numbers, so that turning by it is exact."""
+    """A heading as an integer unit vector, so that rotation by it is exact."""
     return _WAYS[heading]
 
 

@@ -1,7 +1,7 @@
 """A run in lockstep as a run in time: each line of its trace at the second of its motion.
 
-What one robot does comes in its own order, what concerns an obstacle in the order of the trace. A
-story at these times agrees with the bodies at every instant.
+The lines of one robot keep their order, and so do those of one obstacle. A story at these times
+agrees with the bodies at every instant.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
 
 DECIMALS = 9
-"""Of seconds: an arrival and the departure that follows it must not differ by rounding."""
+"""Decimals of seconds: an arrival and the departure after it must not differ by rounding."""
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
-    """The trace as that of a run with a clock; a trace that is one stays as it is."""
+    """Return the trace as that of a run with a clock; one with a clock stays unchanged."""
     if trace.header.clock is not None:
         return trace
     lines: list[records.Record] = []
@@ -35,8 +35,8 @@ def in_time(trace: Trace, motion: Motion) -> Trace:
 
 
 def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
-    """The turns of each robot of a run in lockstep, by tick: when all was done that it and others
-    had done there by then, in seconds, ascending."""
+    """The turns of each robot of a run in lockstep: tick, and the second at which its activities
+    until then had ended, ascending."""
     return _walked(trace, motion).turns
 
 
@@ -59,7 +59,7 @@ class _Run(Struct):
     makespan: float
     told: list[tuple[float, records.Record]] = field(default_factory=list)
     ended: dict[str, float] = field(default_factory=dict)
-    """When each robot has done all that it did so far."""
+    """The end of each robot's last activity so far."""
     turn: str = ""
     since: dict[str, float] = field(default_factory=dict)
     """The last time of each obstacle."""
@@ -139,7 +139,7 @@ class _Run(Struct):
     def _deed(self, record: records.Met | records.Resolved) -> None:
         mine = (record.robot, record.obstacle, record.tick)
         first = next((a for a in self.actions if (a.robot, a.obstacle, a.tick) == mine), None)
-        if first is None:  # the line of its last need has told it
+        if first is None:  # the line of its last need has recorded it
             self._about(record.obstacle, self.since.get(record.obstacle, 0.0), record)
             return
         span = (first.obstacle, first.t0, first.t1)

@@ -81,7 +81,7 @@ def _refuse_broken(trace: Trace, error: Exception) -> None:
 
     try:
         found = audit(trace).findings
-    except Exception:  # then the first error says more
+    except Exception:  # then the first error is more helpful
         return
     if found:
         hint = f"all broken rules: safenav check-trace --all {trace.source}"
@@ -89,7 +89,7 @@ def _refuse_broken(trace: Trace, error: Exception) -> None:
 
 
 def check_movable(scenario: Scenario) -> None:
-    """Raises UsageError or InputError if a robot cannot move so on the floor of a scenario."""
+    """Raise UsageError or InputError if a robot cannot move so on the floor of a scenario."""
     header = Header(0, VERSION, safenav.__version__, scenario_header(scenario, None))
     trace = Trace(scenario.name, header, (), cut_off=False, ignored=0)
     movers_of(trace, floor_of(trace))

@@ -1,8 +1,8 @@
 """The interface of every kind of motion: how one robot moves, acts, halts and rests.
 
-A mover owns where its robot is in space and time. The timing decides when; the mover says how,
-and how long it takes. It never leaves the region it is in, except by a move to the next one.
-Each kind is in a module that is loaded when a robot moves so.
+A mover owns its robot's position and time. The timing decides when the robot moves; the mover
+decides how, and how long it takes. The robot never leaves its region, except by a move to the next
+one. Each kind is in a module that is loaded on first use.
 """
 
 from __future__ import annotations
@@ -82,12 +82,12 @@ class Mover(ABC):
         return []
 
     def face(self, tick: int, region: int) -> list[Moving]:
-        """Turn towards a region beside this one, to act on it; its own: stay as it is."""
+        """Turn towards a neighbouring region, to act on it; for its own region, do not turn."""
         del tick, region
         return []
 
     def resume(self, tick: int) -> list[Moving]:
-        """Continue to where a robot usually rests, after an action that kept it short of it."""
+        """Continue to the robot's usual place of rest, after an action short of it."""
         del tick
         return []
 

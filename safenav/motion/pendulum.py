@@ -1,11 +1,11 @@
 """The prismatic inverted pendulum in closed form.
 
-A centre of mass ``c`` at constant height h above flat ground, pushed by a centre of pressure
-``p``, moves by ``c'' = omega^2 (c - p)`` with ``omega = sqrt(g / h)``, in x and in y alike. Its
-state splits into ``xi = c + c'/omega`` (the divergent component, or capture point) and
-``eta = c - c'/omega``: forwards in time eta contracts towards p, backwards in time xi does. So
-everything here runs eta forwards from the start and xi backwards from the goal; shooting from
-one side would multiply every rounding error by e^(omega T), 10^7 over one move.
+A centre of mass ``c`` at constant height h above flat ground, pushed by a centre of pressure ``p``,
+moves by ``c'' = omega^2 (c - p)`` with ``omega = sqrt(g / h)``, in x and in y alike. Its state
+splits into ``xi = c + c'/omega`` (the divergent component, or capture point) and
+``eta = c - c'/omega``: forwards in time eta contracts towards p, backwards in time xi does. So this
+module computes eta forwards from the start and xi backwards from the goal; shooting from one side
+would multiply every rounding error by e^(omega T), 10^7 over one move.
 
 Sources: Englsberger, Ott, Albu-Schaeffer (T-RO 2015) for the divergent component; the linear
 problem of a whole move is our own.
@@ -93,8 +93,8 @@ def placed(
 ) -> Array:
     """The centres of pressure that lead from start to goal exactly, nearest to those given.
 
-    ``weights`` (phases): how freely each may move; 0 for one that is fixed. Two of them at
-    least must be free. Two well-scaled equations along each axis, solved at least cost.
+    ``weights`` (phases): how freely each may move; 0: fixed. At least two must be free. Two
+    well-scaled equations along each axis, solved at least cost.
     """
     wanted, effect = miss(durations, pressures, start, goal, omega)
     rows = np.array([effect.diverging, effect.converging])

@@ -1,4 +1,4 @@
-"""A motion in words: how long it takes and why, who waits for what, how far and how fast."""
+"""A motion in words: makespan and critical path, waits, distances and speeds."""
 
 from __future__ import annotations
 

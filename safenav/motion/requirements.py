@@ -28,14 +28,14 @@ RATE = 50.0
 
 MOST_RATE = 10_000
 FINISHED = ("completed", "operator_needed")
-"""The outcomes after which nothing happens that an unbounded window could miss."""
+"""The outcomes after which an unbounded window can miss nothing."""
 
 SATISFIED, VIOLATED, UNDECIDED = "satisfied", "violated", "undecided"
 
 
 class Judgement(Struct, frozen=True):
     """The verdict on a requirement: its robustness at the start is between ``low`` and ``high``, up
-    to ``error``. ``advice``: what would decide it, if it is undecided."""
+    to ``error``. ``advice``: how to decide it, if it is undecided."""
 
     name: str
     formula: str
@@ -152,7 +152,7 @@ def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, 
 
 
 def requirements_of(trace: Trace, more: tuple[str, ...] = ()) -> dict[str, str]:
-    """The formulas of a trace by name, and ``more`` of them, which are their own names."""
+    """The formulas of a trace by name, and ``more`` formulas, named by their text."""
     return {**(trace.header.scenario.requirements or {}), **{text: text for text in more}}
 
 
@@ -205,8 +205,8 @@ def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
 
 
 def curve(recording: MotionRecording, text: str) -> Robustness:
-    """Robustness over time as people want to see it: below an outer ``always``, which would show
-    its least value from the beginning on."""
+    """Robustness over time for people: of the operand of an outer ``always``, which itself would
+    show the least value from the start."""
     formula = readable(recording, text)
     while isinstance(formula, Within) and formula.operator == "always":
         formula = formula.operand

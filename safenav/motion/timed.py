@@ -33,8 +33,8 @@ class TimedWaypoint(Struct, frozen=True):
 
 
 def timed_waypoints(motion: Motion) -> list[TimedWaypoint]:
-    """The ways of all robots, one robot after the other: the start, and the end of each piece of
-    motion that brings it somewhere else or to rest."""
+    """The waypoints of all robots, one robot after the other: the start, and the end of each piece
+    of motion that moves the robot or brings it to rest."""
     found = []
     for robot in motion.header.robots:
         pieces = motion.of(Moving, robot)

@@ -59,8 +59,8 @@ def frame_of(
 
 
 def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
-    """The ways of all robots, one robot after the other. Raises InputError for a robot that is
-    not of the team, or a region that is not on the map."""
+    """The waypoints of all robots, one robot after the other. Raises InputError for a robot that is
+    not in the team, or a region off the map."""
     header, world = trace.header, trace.header.scenario.map
     ways: dict[str, list[Waypoint]] = {name: [] for name in header.scenario.robots}
 

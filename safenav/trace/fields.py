@@ -32,7 +32,7 @@ class WrongError(Exception):
         self.places = problems
 
     def below(self, key: str) -> WrongError:
-        """The same, seen from what holds this value under ``key``."""
+        """The same errors, for the value that holds this one under ``key``."""
         return WrongError(
             *(
                 (f"{key}.{place}" if place and place[0] != "[" else key + place, expected, found)
@@ -52,7 +52,7 @@ class WrongError(Exception):
 
 
 def convert(annotation: Any, value: object) -> Any:
-    """The value as the annotation has it. Raises WrongError."""
+    """Convert a value to its annotation. Raises WrongError."""
     return _converter(annotation)(value)
 
 
@@ -84,7 +84,7 @@ def _converter(annotation: Any) -> Converter:
 
 
 def _leaf(accept: Callable[[Any], Any], expected: str) -> Converter:
-    """``accept`` gives None for a value that it does not take."""
+    """Return a converter; ``accept`` returns None for a value that it rejects."""
 
     def take(value: object) -> Any:
         taken = accept(value)
@@ -103,7 +103,7 @@ def _member_of(kind: type[StrEnum]) -> Callable[[Any], StrEnum | None]:
 def _number(value: object) -> float | None:
     if type(value) is int and abs(value) < _EXACT:
         return float(value)
-    # What is as large does not come from a run, and its square may overflow.
+    # No run records so large a number, and its square may overflow.
     return value if isinstance(value, float) and abs(value) < _EXACT else None
 
 
@@ -229,7 +229,7 @@ class FieldEntry(Struct, frozen=True):
     annotation: Any
     optional: bool
     nothing: bool
-    """Whether it is left out when it is None."""
+    """Whether it is omitted when it is None."""
 
 
 @cache

@@ -67,7 +67,7 @@ def _promises(scenario: Scenario) -> setting.PromisesHeader | None:
 def obstacle_header(
     obstacle: Obstacle, scenario: Scenario, truth: bool | None = None
 ) -> setting.ObstacleHeader:
-    """An obstacle as it stands in a trace, ``truth`` being what resolving it will reveal."""
+    """Return an obstacle as recorded in a trace; ``truth``: what resolving it will reveal."""
     return setting.ObstacleHeader(
         type=obstacle.type.name,
         name=obstacle.name,
@@ -99,7 +99,7 @@ def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[setting.NeedHeader, ..
 
 
 def _map(world: RegionMap) -> setting.MapHeader:
-    """Its metres only if they are known."""
+    """Return the map, with metres only if they are known."""
     frame = world.frame
     return setting.MapHeader(
         world.rows,
@@ -138,7 +138,7 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
 
 
 def _can_carry(robot: Robot, scenario: Scenario) -> bool:
-    """Whether a robot has the actions for a load of some type, which may yet be ordered."""
+    """Whether a robot has the actions for a load of some type, which may still be ordered."""
     return any(
         kind.takes(number) and kind.actions(number) <= robot.capabilities
         for kind in scenario.catalogue.obstacles.values()

@@ -77,10 +77,10 @@ def labels(names: Sequence[str]) -> dict[str, str]:
     """Return a label of at most two characters for each of up to 36 robots of one initial, no two
     the same: those of the terminal, the page and pictures.
 
-    A robot alone with its initial gets that letter. Of several the one that is named in one
-    plain word keeps it (``quad`` beside ``quad_2``); others add their number (``Q2``) or the
-    first letter that tells them apart (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two
-    figures stand alone (``robot_11``: ``11``)."""
+    A robot alone with its initial gets that letter. Of several robots, the one named in one plain
+    word keeps it (``quad`` beside ``quad_2``); others add their number (``Q2``) or the first letter
+    that tells them apart (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two figures stand alone
+    (``robot_11``: ``11``)."""
     chosen: dict[str, str] = {}
     for name in names:
         for label in _candidates(name, names):

@@ -11,7 +11,7 @@ ONE_TARGET = ("hold",)
 """Kinds with a single target, so that a list is a set of regions."""
 TWO_TARGETS = ("patrol",)
 TARGETS = ("patrol", "visit", "cover")
-"""Kinds that are nothing without a list of targets."""
+"""Kinds that require a list of targets."""
 EXAMPLE = '{"visit": [3, [5, 6]]}'
 """An objective, for messages and the schema."""
 
@@ -19,12 +19,11 @@ EXAMPLE = '{"visit": [3, [5, 6]]}'
 class Objective(Struct, frozen=True):
     """The objective of a robot.
 
-    ``targets``: sets of regions of which any counts, in the objective's own order; none for
-    ``ltl`` and for kinds that this version does not know. A list beside any other kind holds
-    targets, so that a new kind needs nothing here. ``body``: what stands behind the
-    kind, as JSON in one spelling, so that equal objectives are equal data. ``literal``: no weaker
-    form will do. ``avoid``: regions that the robot never enters; ``always``: formulas
-    that each of its steps keeps.
+    ``targets``: sets of regions of which any counts, in the objective's own order; none for ``ltl``
+    and for kinds that this version does not know. The list of any other kind holds targets, so that
+    a new kind needs no change here. ``body``: the value of the kind as canonical JSON, so that
+    equal objectives are equal data. ``literal``: no weaker form is allowed. ``avoid``: regions that
+    the robot never enters; ``always``: formulas that each of its steps keeps.
     """
 
     kind: str

@@ -14,16 +14,16 @@ from safenav.bounds import Count, Place, Sha256
 
 
 class Reach(Struct, frozen=True):
-    """``poses``: all that a robot can get to, ascending. ``live``: whether from some of them it
-    can meet every target of its objective infinitely often."""
+    """``poses``: all that a robot can reach, ascending. ``live``: whether from some of them it can
+    meet every target of its objective infinitely often."""
 
     poses: tuple[Place, ...]
     live: bool
 
 
 class Closure(Struct, frozen=True):
-    """The most that the team can do: ``resolved`` are the open obstacles that can be, ``never``
-    those that cannot, ``robots`` where each gets with the former out of the way."""
+    """The most that the team can do. ``resolved``: the open obstacles that it can resolve;
+    ``never``: those that it cannot; ``robots``: the reach of each robot without the former."""
 
     resolved: tuple[str, ...]
     never: tuple[str, ...]
@@ -32,8 +32,8 @@ class Closure(Struct, frozen=True):
 
 
 class Option(Struct, frozen=True):
-    """``robots`` meet need number ``need`` of ``obstacle``. ``lossless``: each of them can come
-    back to all that it could get to before, so that no other option need be examined."""
+    """``robots`` fulfil need number ``need`` of ``obstacle``. ``lossless``: each of them can return
+    to all poses that it could reach before, so that no other option need be examined."""
 
     obstacle: str
     need: Count
@@ -62,10 +62,10 @@ class JointGoal(Struct, frozen=True):
 
 
 class JointSearch(Struct, frozen=True):
-    """No order of moves completes the mission: ``states`` joint places can be reached, whose
-    sorted lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need
-    of each open obstacle; ``memory``: what the formulas of some robots remember there, which the
-    search follows."""
+    """No order of moves completes the mission: ``states`` joint states can be reached, whose sorted
+    lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need of each
+    open obstacle; ``memory``: what the formulas of some robots remember there, which the search
+    follows."""
 
     robots: tuple[str, ...]
     start: Mapping[str, Place]

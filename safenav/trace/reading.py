@@ -1,7 +1,7 @@
 """Reads a trace (docs/trace.md) into typed records.
 
-A writer that was killed leaves an incomplete last line: the trace records it (``cut_off``), it is
-not an error. Any other line that violates the format is one diagnostic; all are reported.
+A writer that was killed leaves an incomplete last line: that is not an error, ``cut_off`` records
+it. Any other line that violates the format is one diagnostic; all are reported.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
 
 
 def _shown(value: Any, *, lines: bool = False) -> Any:
-    """A value with all its names fit for a terminal; ``lines``: a text keeps its line ends."""
+    """Return a value whose names are safe on a terminal; ``lines``: a text keeps its line ends."""
     match value:
         case str():
             return "\n".join(map(_escaped, value.split("\n"))) if lines else _escaped(value)
@@ -79,7 +79,7 @@ def _shown(value: Any, *, lines: bool = False) -> Any:
 
 def _escaped(text: str) -> str:
     """The text with each control character as its escape, such as ``\\x1b``: a terminal would obey
-    it, a line end would begin a line of its own, and no SVG can hold it."""
+    it, a line end would start a new line, and no SVG can hold it."""
     return _CONTROL.sub(lambda found: found.group().encode("unicode_escape").decode(), text)
 
 
@@ -165,7 +165,7 @@ class _Reader:
         return replace(record, line=number)
 
     def _names_robots(self, number: int, record: Record) -> bool:
-        """Whether a line names no robot that the header lacks; a dropped report may."""
+        """Whether the header has all robots that a line names; a dropped report may name others."""
         known = {} if self._header is None else self._header.scenario.robots
         named = {getattr(record, "robot", None), *(getattr(record, "robots", None) or ())} - {None}
         if self._header is None or isinstance(record, Late) or named <= known.keys():

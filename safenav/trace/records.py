@@ -1,10 +1,10 @@
 """The lines of a trace as typed data, once for all who write or read it (docs/trace.md).
 
-One frozen class for each type of line. The reader, the writer and the JSON Schema are driven
-by the annotations: a field's JSON name is its name here, without the underscore that
-keeps it apart from a word of Python. A field with a default may be absent; one whose default is
-None is left out when it is None. Of safenav only this package and how a run begins and ends are
-imported here, so that independent checkers can read traces.
+One frozen class for each type of line. The reader, the writer and the JSON Schema are driven by the
+annotations: a field's JSON name is its name here, without the underscore that distinguishes it from
+a word of Python. A field with a default may be absent; one whose default is None is left out when
+it is None. This module imports no runtime code of safenav, so that independent checkers can read
+traces.
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ class Arrive(Record, frozen=True, tag="arrive"):
 
 
 class Act(Record, frozen=True, tag="act"):
-    """Live: a robot begins to act on ``obstacles`` (none: on what the team does not know) where it
+    """Live: a robot begins to act on ``obstacles`` (none: on one unknown to the team) where it
     stands. ``robots``: all that take part, which stay until the ``acted`` line."""
 
     command: Count
@@ -199,8 +199,8 @@ class Act(Record, frozen=True, tag="act"):
 
 class ActionEnd(Record, frozen=True, tag="acted"):
     """Live: the end of an action. ``results``: the result for each obstacle. ``barred``: those on
-    which the robot has failed too often, which it leaves to others from now on. ``reason``: why it
-    has failed."""
+    which the robot has failed too often; it does not act on them until they change or it is back in
+    service. ``reason``: why it has failed."""
 
     command: Count
     robot: str
@@ -210,8 +210,8 @@ class ActionEnd(Record, frozen=True, tag="acted"):
 
 
 class Held(Record, frozen=True, tag="hold"):
-    """Live: a robot stays where it is, from now on for another reason than before. ``shown``:
-    regions that were shown to its strategy as occupied although no robot is there."""
+    """Live: a robot stays where it is, from now on for another reason. ``shown``: regions that were
+    shown to its strategy as occupied although no robot is there."""
 
     robot: str
     why: vocabulary.HoldReason
@@ -232,16 +232,15 @@ class Late(Record, frozen=True, tag="late"):
 
 
 class Reopened(Record, frozen=True, tag="reopened"):
-    """An obstacle that was given up (``blocked``) is pending again: what it lacked may be there
-    now."""
+    """An obstacle that was given up (``blocked``) is pending again: it may be resolvable now."""
 
     obstacle: str
 
 
 class Waiting(Record, frozen=True, tag="waiting"):
-    """The run would end, and waits instead: live for an operator, or ``until`` the tick or second
-    at which the scenario changes something. ``outcome``: the end that it would have; the other
-    fields as there."""
+    """The run waits instead of ending: live for an operator, or ``until`` the tick or second of a
+    change in the scenario. ``outcome``: the end that it would have; the other fields as in
+    ``End``."""
 
     outcome: Outcome
     explanation: str
@@ -429,7 +428,8 @@ class KnownObstacle(Record, frozen=True, tag="blocked"):
 
 
 class Goal(Record, frozen=True, tag="goal"):
-    """``goal``: index of the target in the objective; ``round``: completed ones after it."""
+    """``goal``: index of the target in the objective; ``round``: number of completed rounds after
+    it."""
 
     robot: str
     goal: Count
@@ -447,17 +447,17 @@ class Belief(Record, frozen=True, tag="belief"):
 
 
 class Assumption(Record, frozen=True, tag="assumption"):
-    """The others broke what the robot's strategy relies on."""
+    """The other robots violated an assumption of the robot's strategy."""
 
     robot: str
     name: str
 
 
 class Deadline(Record, frozen=True, tag="deadline"):
-    """The state of a promise ``of`` a robot (a round), an obstacle (its resolution) or the
-    ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot
-    happen, whatever the robots do; ``planned``: the tick in which the acts that were chosen resolve
-    it; ``cause``: ``battery``, where a charge made it."""
+    """The state of a deadline ``of`` a robot (a round), an obstacle (its resolution) or the
+    ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot be
+    met, whatever the robots do; ``planned``: the tick in which the chosen acts resolve it;
+    ``cause``: ``battery`` if a charge sets it."""
 
     of: str
     due: Count
@@ -468,8 +468,7 @@ class Deadline(Record, frozen=True, tag="deadline"):
 
 
 class ScheduledAct(Struct, frozen=True):
-    """Robots have their part in need number ``need`` of an obstacle in tick ``at``, each in its
-    place."""
+    """Robots take part in need number ``need`` of an obstacle in tick ``at``, each in its place."""
 
     obstacle: str
     need: Count
@@ -478,10 +477,10 @@ class ScheduledAct(Struct, frozen=True):
 
 
 class Acts(Record, frozen=True, tag="acts"):
-    """Next acts for a pending deadline; the duties follow from it. ``beyond``:
-    obstacles that no order of acts found resolves when they are due. ``spent``: the search for all
-    of them has used up its budget; without acts, the duties follow from the rules for requests that
-    are not due. ``around``: the regions that robots keep out of, since an obstacle may be there."""
+    """Next acts for a pending deadline; the duties follow from it. ``beyond``: obstacles that no
+    order of acts found resolves when they are due. ``spent``: the search for all of them exhausted
+    its budget; without acts, the duties follow the rules without deadlines. ``around``: the regions
+    that robots avoid, since an obstacle may be there."""
 
     acts: tuple[ScheduledAct, ...] = ()
     beyond: tuple[str, ...] = ()
@@ -508,8 +507,8 @@ class PlanEnd(Record, frozen=True, tag="plan_end"):
 
 
 class End(Record, frozen=True, tag="outcome"):
-    """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``:
-    of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
+    """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``: of
+    a negative outcome. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
     ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each
     robot had a command (``busy``) and in which it had none before that (``waiting``). ``late``: the
     missed deadlines, if the scenario has any; ``refused``: those that cannot be met from the start,

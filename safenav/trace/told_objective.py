@@ -30,7 +30,7 @@ def objective_of(told: TracedObjective) -> Objective | None:
 
 
 def _ltl(spelled: str) -> Ltl:
-    """The formulas as a header spells them; none where it does not."""
+    """The formulas that a header spells; none if it omits them."""
     try:
         parts = json.loads(spelled)
         init, safety, live = (

@@ -81,7 +81,7 @@ class MoveEnd(StrEnum):
 
 
 class HoldReason(StrEnum):
-    """Reason for which a robot stays."""
+    """Reason why a robot stays."""
 
     STRATEGY = "strategy"
     """Its strategy has it stay."""
@@ -138,8 +138,8 @@ class PlanEndReason(StrEnum):
 
 
 class DeadlineVerdict(StrEnum):
-    """The state of a promise: it begins, is kept or broken, ends without either, or nothing
-    that the robots do from here can keep it."""
+    """The state of a deadline: it begins, is kept or missed, ends without either, or can no longer
+    be kept."""
 
     SET = "set"
     KEPT = "kept"
@@ -149,7 +149,7 @@ class DeadlineVerdict(StrEnum):
 
 
 class OperatorCause(StrEnum):
-    """Cause for which an operator is needed."""
+    """Reason why an operator is needed."""
 
     NO_CAPABLE_ROBOT = "no_capable_robot"
     CYCLIC_REQUESTS = "cyclic_requests"

@@ -55,7 +55,7 @@ _BLOCKED = {
 }
 
 _LISTED_ROBOTS = 4
-"""A larger team is not listed by name where all of it is meant."""
+"""Largest team that is listed by name when all of it is meant."""
 
 _OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
 _PLAN_OVER = {
@@ -77,11 +77,10 @@ _HOLDS = {
 
 
 class Wording(Struct, frozen=True):
-    """The wording of a run. ``word``: what a region is called in the names of obstacles and in
-    objectives; ``place``: how it is shown where something happens (default: the same);
-    ``robot`` and ``strong`` dress up names of robots and what matters most; ``team``: how many
-    robots there are, ``actions``: the action of each need of an obstacle, ``skills``: the
-    capabilities of each robot, where that is known."""
+    """The wording of a run. ``word``: a region's name in obstacles and objectives; ``place``: a
+    region's name as the place of an event (default: the same); ``robot`` and ``strong`` mark up
+    names of robots and what matters most; ``team``: number of robots; ``actions``: the action of
+    each need of an obstacle, ``skills``: the capabilities of each robot, if known."""
 
     word: Word = number_word
     place: Callable[[Region], str] | None = None
@@ -309,7 +308,7 @@ class Wording(Struct, frozen=True):
         about = self.obstacle(line.obstacle)
         if line.need is not None:
             about += f" (need {line.need + 1})"
-        live = line.t is not None  # a bid is in ticks of the slowest step, whatever its seconds
+        live = line.t is not None  # a bid counts ticks of the slowest step, whatever its seconds
         bids = ", ".join(
             f"{name} cannot reach it"
             if bid is None
@@ -365,7 +364,7 @@ class Wording(Struct, frozen=True):
 
 def syntheses_words(lines: Sequence[records.Synthesis]) -> str | None:
     """Many verified strategies in a few words: ``60 strategies (1 to 97 states, 12 from the cache,
-    verified)``; None if each is better named."""
+    verified)``; None if each is to be named."""
     sizes = [line.states for line in lines if line.states is not None and line.verified is True]
     if len(lines) <= MANY or len(sizes) < len(lines):
         return None

@@ -12,7 +12,7 @@ from safenav.world.map import Region
 _UNCOUNTED = (
     "debris dirt dust fire fog glass gravel ice mud oil rubble sand smoke snow uncertainty water"
 )
-"""Kinds of obstacles of which there is no plural, so no article either."""
+"""Kinds of obstacles without a plural, and so without an article."""
 
 
 def obstacle_words(name: str, word: Word = number_word) -> str:
@@ -59,11 +59,11 @@ def listed(names: Iterable[str]) -> str:
 
 
 MANY = 8
-"""Robots of which a line for people names each."""
+"""Most robots that a line for people names one by one."""
 
 
 def some(names: Iterable[str]) -> str:
-    """The same, of many names: ``a, b, c and 57 others``."""
+    """Return ``listed`` names, many of them in short: ``a, b, c and 57 others``."""
     words = list(names)
     return listed(words if len(words) <= MANY else [*words[:3], f"{len(words) - 3} others"])
 

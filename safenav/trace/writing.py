@@ -14,7 +14,7 @@ from safenav.trace.fields import plain
 from safenav.trace.records import Header, Record
 
 Listener = Callable[[Record], None]
-"""Hears what happens in a run, as it happens."""
+"""Receives each record of a run as it happens."""
 
 
 def as_data(record: Record) -> dict[str, Any]:

@@ -1,5 +1,5 @@
-"""The rules of actions and of charge: a robot acts at rest, where the trace says, and does not pass
-what it is about to resolve before it has; one that is flat stands still."""
+"""The rules of actions and of charge: a robot acts at rest, at the place in the trace, and does not
+pass an obstacle before it has resolved it; a robot without charge stands still."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from safenav.trace.vocabulary import ChangeCause
 
 
 def check_actions(case: Examination) -> None:
-    """Every action of the motion against the line of the trace that it carries out."""
+    """Check every action of the motion against the line of the trace that it carries out."""
     lines = {
         (name, record.obstacle, record.tick): record
         for record in case.trace.records
@@ -26,10 +26,10 @@ def check_actions(case: Examination) -> None:
     for action in case.actions:
         record = lines.get((action.robot, action.obstacle, action.tick))
         if record is None:
-            continue  # the rule of order tells it
+            continue  # the rule of order reports it
         path = case.body(action.robot, action.t0, action.t1)
         if len(path) == 0:
-            continue  # the rule of continuity tells it
+            continue  # the rule of continuity reports it
         moved = _moved(path)
         if moved > STILL:
             what = f"moves by {moved:.3f} m while it acts on {action.obstacle}"
@@ -69,8 +69,8 @@ def _behind(case: Examination, at: int, action: Action) -> None:
 
 
 def check_charge(case: Examination, steps: Mapping[int, Passage]) -> None:
-    """No robot moves between its last step before it is flat and the action that resolves the
-    obstacle there; without such an action, until the end."""
+    """No robot moves from its last step before its charge is used up until the action that resolves
+    the obstacle there, or until the end."""
     ended: dict[str, float] = {}
     flat: dict[str, tuple[str, float]] = {}  # the obstacle, and since when
     there = ""
@@ -110,8 +110,8 @@ def check_charge(case: Examination, steps: Mapping[int, Passage]) -> None:
 
 
 def _comes_to_rest(case: Examination, piece: Moving) -> bool:
-    """Whether a robot only comes to rest: a walker by a step on the spot; who has acted short of
-    the centre of its region continues to it."""
+    """Whether a robot only comes to rest: a walker by a step on the spot; a robot that has acted
+    short of the centre of its region by continuing to it."""
     if piece.origin != piece.to:
         return False
     path = case.body(piece.robot, piece.t0, piece.t1)

@@ -15,15 +15,15 @@ from safenav.trace.setting import ScenarioHeader
 from safenav.trace.trace import Trace
 
 NEAR = 1e-7
-"""Metres, seconds, radians: what the rounding of a file can explain."""
+"""Tolerance for the rounding of a file, in metres, seconds and radians."""
 MOST_CELLS = 1000
-"""Regions that one piece of motion may cross, either way."""
+"""Maximum number of regions that one piece of motion may cross in each direction."""
 STILL = 1e-6
 """Metres that a body at rest may move by rounding."""
 
 
 class Finding(Struct, frozen=True):
-    """A broken rule: when (seconds), who, which rule, and what was found in metres and seconds."""
+    """A broken rule: time (seconds), robot, rule, and what was found in metres and seconds."""
 
     t: float
     robot: str
@@ -36,7 +36,7 @@ class Finding(Struct, frozen=True):
 
 
 class Holding(Struct, frozen=True):
-    """A robot has a region from ``begin`` to ``end``."""
+    """A robot has reserved a region from ``begin`` to ``end`` (seconds)."""
 
     robot: str
     region: int
@@ -71,7 +71,7 @@ class Grid(Struct, frozen=True):
     def cells(self, points: Array, radius: float) -> Iterable[tuple[int, int]]:
         """All cells that discs of this radius around the points could touch.
 
-        Raises UsageError for a piece of motion that leaves its map by far: too many to look at."""
+        Raises UsageError for a piece of motion far off the map: too many cells to examine."""
         low = (points.min(axis=0) - radius) / self.side
         high = (points.max(axis=0) + radius) / self.side
         if not (high - low).max() < MOST_CELLS:
@@ -85,9 +85,9 @@ class Grid(Struct, frozen=True):
 
 
 class Examination:
-    """A motion, its trace, and the ``findings`` so far. ``pieces``: of each robot in the order
-    of the file; ``numbers``: of each robot in the header; ``conflicts``: with whom each must never
-    share a region; ``held``: who has which region when."""
+    """A motion, its trace, and the ``findings`` so far. ``pieces``: of each robot in the order of
+    the file; ``numbers``: of each robot in the header; ``conflicts``: the robots with which each
+    must never share a region; ``held``: the reservations."""
 
     def __init__(self, motion: Motion, trace: Trace) -> None:
         header = motion.header
@@ -100,7 +100,7 @@ class Examination:
             for name, own in header.robots.items()
         }
         self.driven = {name: own for name, own in header.robots.items() if "driven" in own}
-        """The robots that were really driven; none in a motion that is only computed."""
+        """The robots that were physically driven; none in a motion that is only computed."""
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
         self.conflicts = conflicts_of(trace.header.scenario)

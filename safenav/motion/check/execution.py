@@ -1,7 +1,7 @@
 """The rules of an execution: where real robots were measured, against the trace and their plans.
 
 A plan may break none of its rules while the robot does something else, so these have names of their
-own. What lies between two measurements is taken as a straight line.
+own. Motion between two measurements is taken as a straight line.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from safenav.trace.vocabulary import ActResult, MoveEnd
 from safenav.trace.words import counted
 
 SETPOINTS, GOALS = "setpoints", "goals"
-"""How a robot is driven: by a reference that it tracks, or by goals to which it finds its way."""
+"""How a robot is driven: by a reference that it tracks, or by goals to which it navigates
+itself."""
 WINDOW, DRIFT = 5.0, 0.25
 """Seconds in which the fastest message dates the robot's clock, and the most by which that may
 change."""
@@ -35,7 +36,7 @@ HELD = 0.1
 
 
 class MeasuredWay(Struct, frozen=True):
-    """The measurements of a robot: when heard (n), its own stamps (n), x and y (n, 2)."""
+    """The measurements of a robot: times of reception (n), its own stamps (n), x and y (n, 2)."""
 
     times: Array
     stamps: Array
@@ -47,8 +48,8 @@ class MeasuredWay(Struct, frozen=True):
 
 
 class TrackingError(Struct, frozen=True):
-    """Tracking error of a robot: measurements, the most metres off its reference or
-    at the end of a goal, and how often it was held, farther off than its tolerance."""
+    """Tracking error of a robot: number of measurements, largest distance in metres from its
+    reference or from a goal at its end, and how often it was held for exceeding its tolerance."""
 
     robot: str
     driven: str
@@ -63,7 +64,7 @@ class TrackingError(Struct, frozen=True):
 
 
 def check_execution(case: Examination) -> None:
-    """Every rule, for every robot that was driven."""
+    """Check every rule for every robot that was driven."""
     ways: dict[str, MeasuredWay] = {}
     swept = {name: told.sweeps or () for name, told in case.obstacles.items()}
     for name, limits in case.driven.items():
@@ -74,8 +75,8 @@ def check_execution(case: Examination) -> None:
         _rate(case, name, way)
         _clock(case, name, way)
         own: list[Holding] = []
-        # Who acts on an obstacle reaches into its region, which blocks all others, and into those
-        # that its resolution sweeps, which are reserved meanwhile.
+        # A robot that acts on an obstacle reaches into its region, which blocks all others, and
+        # into those that the resolution sweeps, which are reserved meanwhile.
         told = _acts(case.trace, name)
         acting = [(one, t0, t1) for act, t0, t1 in told for one in act.obstacles]
         acting += [(a.obstacle, a.t0, a.t1) for a in case.actions if a.robot == name]
@@ -97,7 +98,7 @@ def check_execution(case: Examination) -> None:
 
 
 def _acts(trace: Trace, name: str) -> Iterator[tuple[Act, float, float]]:
-    """The actions in which a robot takes part, with success or not, from when and until when."""
+    """Yield the actions in which a robot takes part, successful or not, each with start and end."""
     begun: dict[int, Act] = {}
     for record in trace.records:
         if isinstance(record, Act) and name in record.robots:
@@ -146,7 +147,7 @@ def _way(case: Examination, name: str) -> MeasuredWay | None:
 
 
 def _rate(case: Examination, name: str, way: MeasuredWay) -> None:
-    """No measurement is missing for longer than the ``gap`` seconds of the header."""
+    """No gap between measurements is longer than the ``gap`` seconds of the header."""
     gap = case.numbers[name].get("gap", 0.0)
     times = np.concatenate([[0.0], way.times, [case.makespan]])
     silent = np.diff(times)
@@ -157,7 +158,7 @@ def _rate(case: Examination, name: str, way: MeasuredWay) -> None:
 
 
 def _clock(case: Examination, name: str, way: MeasuredWay) -> None:
-    """The robot's clock is as fast as that of the run: the fastest messages stay as late."""
+    """The robot's clock runs at the rate of the run's: the least delay of messages is constant."""
     late = way.times - way.stamps
     windows = (way.times // WINDOW).astype(int)
     found = [(float(late[windows == w].min()), w * WINDOW) for w in np.unique(windows).tolist()]
@@ -169,8 +170,8 @@ def _clock(case: Examination, name: str, way: MeasuredWay) -> None:
 
 
 def _errors(case: Examination, name: str, way: MeasuredWay) -> Array:
-    """Metres off the reference at each measurement; 0 while the robot acts: it has none then. The
-    lines of the motion are about actions that have met a need."""
+    """Metres off the reference at each measurement; 0 while the robot acts, when it has none. The
+    lines of the motion cover only actions that have fulfilled a need."""
     off: Array = np.hypot(*(way.centres - case.places(name, way.times)).T)
     spans = [(line.t0, line.t1) for line in case.actions if line.robot == name]
     for _, begin, end in _acts(case.trace, name):
@@ -182,15 +183,15 @@ def _errors(case: Examination, name: str, way: MeasuredWay) -> Array:
 
 
 def _holds(case: Examination, name: str) -> list[Reset]:
-    """A held robot's plan continues from its position; the plan of a fallen robot ends."""
+    """Return the resets after which a robot's plan continues; the plan of a fallen robot ends."""
     last = max((piece.t1 for piece in case.pieces[name]), default=0.0)
     return [reset for reset in case.motion.of(Reset, name) if reset.t < last - NEAR]
 
 
 def _failures(trace: Trace, name: str) -> Iterator[tuple[float, float]]:
-    """When a robot may have been held, as the trace has it: from the beginning of a command that
-    has failed, or took more than one attempt, or after which a person has moved the robot, to that
-    of the next one, where its plan continues."""
+    """Yield the intervals in which the trace allows a robot to have been held: from the beginning
+    of a command that failed, took more than one attempt, or was followed by an operator's
+    intervention, to that of the next command."""
     open_: dict[int, float] = {}
     begun, failed = 0.0, False
     for record in trace.records:
@@ -214,11 +215,11 @@ def _failures(trace: Trace, name: str) -> Iterator[tuple[float, float]]:
 
 
 def _tracking(case: Examination, name: str, way: MeasuredWay) -> None:
-    """A robot is where its plan has it, up to the tolerance that the header states, or is held as
-    soon as it is not: its plan then continues from where it was, and the trace tells that its step
-    or action has failed, or what another attempt was for."""
+    """A robot is where its plan has it, within the tolerance in the header, or is held as soon as
+    it is not. Its plan then continues from its position, and the trace records a failure or another
+    attempt."""
     if not case.pieces[name]:
-        return  # the rule of continuity tells it
+        return  # the rule of continuity reports it
     tolerance = case.numbers[name].get("tolerance", 0.0)
     off = _errors(case, name, way)
     held = np.zeros(len(way.times), dtype=bool)
@@ -241,7 +242,7 @@ def _tracking(case: Examination, name: str, way: MeasuredWay) -> None:
 
 
 def _arrivals(case: Examination, name: str, way: MeasuredWay) -> None:
-    """A robot that arrives is where its last goal was, and was sent there by this step."""
+    """A robot that arrives is at its last goal, to which this step has sent it."""
     tolerance = case.numbers[name].get("tolerance", 0.0)
     for end, region, off in _arrived(case, name, way):
         if off is None:
@@ -255,7 +256,8 @@ def _arrivals(case: Examination, name: str, way: MeasuredWay) -> None:
 def _arrived(
     case: Examination, name: str, way: MeasuredWay
 ) -> Iterator[tuple[float, int, float | None]]:
-    """The arrivals of a robot: when, where, and metres from its goal; None: no goal was sent."""
+    """The arrivals of a robot: time (s), region, and metres from its goal (None: no goal was
+    sent)."""
     goals = case.motion.of(GoalLine, name)
     departs: dict[int, Depart] = {}
     for record in case.trace.records:

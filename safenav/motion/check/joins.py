@@ -16,7 +16,7 @@ from safenav.motion.file.records import Arc, BodyPush, Curve, Drive, Flight, Mov
 
 
 def check_flight(case: Examination, flight: Flight) -> None:
-    """A flyer's reference, or the way of a disc."""
+    """Check the limits of a flyer's reference or of a disc's path."""
     _lasting(case, flight, [curve.seconds for curve in flight.curves])
     begin = flight.t0
     for curve in flight.curves:
@@ -31,7 +31,7 @@ def check_flight(case: Examination, flight: Flight) -> None:
 
 
 def check_drive(case: Examination, drive: Drive) -> None:
-    """A unicycle."""
+    """Check the limits of a unicycle's path."""
     _lasting(case, drive, [arc.seconds for arc in drive.arcs])
     begin = drive.t0
     for arc in drive.arcs:
@@ -74,7 +74,7 @@ def _lasting(case: Examination, piece: Flight | Drive, seconds: list[float]) -> 
 def _limited(
     case: Examination, piece: Flight | Drive, times: Array, values: Array, limit: str, unit: str
 ) -> None:
-    """Values of a piece within one of its robot's limits, if it has that."""
+    """Check values of a piece against one of its robot's limits, if it has that."""
     most, worst = case.numbers[piece.robot].get(limit), int(values.argmax())
     if most is not None and values[worst] > most + NEAR:
         found = f"{values[worst]:.3f} {unit}, more than {most:g}"
@@ -82,8 +82,8 @@ def _limited(
 
 
 def check_joins(case: Examination, robot: str) -> None:
-    """The pieces of one robot in order, from the start to the makespan. After a reset its plan
-    continues from where it was measured, or ends."""
+    """Check that the pieces of one robot join, from the start to the makespan. After a reset its
+    plan continues from its measured position, or ends."""
     pieces = case.pieces[robot]
     if not pieces:
         if case.makespan > NEAR:  # else the run took no time
@@ -157,7 +157,7 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
 
 
 def _ends(piece: Moving) -> tuple[Array, Array]:
-    """Position, then velocity and what else must not jump, at both ends."""
+    """Return at both ends the position, then velocity and other values that must not jump."""
     if isinstance(piece, Segment):
         return np.array(piece.start), np.array(piece.goal)
     if isinstance(piece, Flight):
@@ -183,7 +183,7 @@ def _blow(pushes: Sequence[BodyPush], t: float) -> Array:
 
 
 def inner_joins(case: Examination, piece: Moving) -> None:
-    """The curves or arcs within a piece follow each other, too."""
+    """Check that the curves or arcs within a piece join."""
     if isinstance(piece, Flight):
         ends = [curve_ends(curve) for curve in piece.curves]
     elif isinstance(piece, Drive):

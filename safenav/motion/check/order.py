@@ -1,4 +1,4 @@
-"""The rules of order: what the trace did in a serial order still holds in continuous time."""
+"""The rules of order: dependencies of the trace's serial order hold in continuous time."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def passages(case: Examination) -> dict[int, Passage]:
 
 
 def _under_way(trace: Trace) -> set[int]:
-    """The lines with which steps begin that have no end."""
+    """Return the first lines of the steps that have no end."""
     begun: dict[int, int] = {}
     for record in trace.records:
         if isinstance(record, Depart):
@@ -65,7 +65,7 @@ def _under_way(trace: Trace) -> set[int]:
 
 
 def _merged(pieces: Sequence[Piece]) -> list[Passage]:
-    """One passage a step: a push splits a step into pieces of one tick."""
+    """Merge the pieces of each step: a push splits a step into pieces of one tick."""
     found: list[Passage] = []
     for piece in pieces:
         same = (piece.robot, piece.tick, piece.origin, piece.to)
@@ -78,8 +78,8 @@ def _merged(pieces: Sequence[Piece]) -> list[Passage]:
 
 
 def _steps(trace: Trace, *, driven: bool) -> dict[str, list[tuple[int, int, int, int]]]:
-    """The steps of each robot: line of the trace where it begins, tick, from, to; of one that was
-    driven to where it was sent, wherever that ended."""
+    """Return the steps of each robot: first line in the trace, tick, origin, destination. That of a
+    driven robot is the commanded one, wherever it arrived."""
     found: dict[str, list[tuple[int, int, int, int]]] = {
         n: [] for n in trace.header.scenario.robots
     }
@@ -156,7 +156,7 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
             else:
                 times.remove(near)
         elif isinstance(line, Action) and not any(
-            # A robot that stands there takes part in a joint action, also unasked.
+            # A robot that stands there takes part in a joint action, even without a request.
             team & with_whom[line.obstacle, line.t1]
             and begin < line.t0 + NEAR
             and line.t1 < end + NEAR
@@ -171,8 +171,9 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
 
 
 def check_order(case: Examination, steps: Mapping[int, Passage]) -> None:
-    """A region is entered after those who left it before, after what blocked it is resolved,
-    and after what a robot's strategy answers; actions are where and when they must be."""
+    """A region is entered after the robots that were there before have left, after its obstacle is
+    resolved, and after the event that the robot's strategy follows; actions have their place and
+    time."""
     _Order(case, steps).check()
 
 
@@ -188,14 +189,14 @@ class _Order:
         """Where each robot is: in its old region until it arrives."""
         self.pending: dict[str, Passage] = {}
         self.begun: dict[str, tuple[Passage, float]] = {}
-        """Steps of several ticks that have not arrived, and when what was before them ended."""
+        """Steps of several ticks that have not arrived, and the end of the command before each."""
         self.left: dict[int, dict[str, float]] = {}
         self.ended: dict[str, float] = {}
         self.bound: dict[str, float] = {}
-        """When that which the strategy of a robot answers has ended."""
+        """The end of the event that the strategy of a robot follows."""
         self.acting: dict[str, tuple[float, float]] = {}
-        """In a run with a clock, when a robot had arrived as its action began, and that time; later
-        it has done the first of several things, or got another strategy."""
+        """In a run with a clock, for each robot, its ``_since`` and ``bound`` when its last action
+        began; later an earlier part of the action or another strategy may have changed them."""
         self.closed: set[str] = set()
         told = case.trace.header.scenario
         self.external = told.world == "external"
@@ -204,10 +205,11 @@ class _Order:
         self.opened = {
             name: 0.0 for name, found in self.obstacles.items() if found.from_ or name not in listed
         }
-        """When obstacles that stand no more were resolved; 0 for one that never stood, or went, or
-        is not known yet."""
+        """When absent obstacles were resolved; 0 for one that never appeared, disappeared, or is
+        not known yet."""
         self.met: dict[str, tuple[int, float | None]] = {}
-        """How many needs of an obstacle lines have told to be met, and when the last of them was"""
+        """How many needs of an obstacle the lines so far have fulfilled, and when the last of them
+        was."""
 
     def check(self) -> None:
         turn: str | None = None
@@ -232,7 +234,7 @@ class _Order:
                 case Resolved():
                     last = len(self.obstacles[record.obstacle].all_needs) - 1
                     met, done = self.met.get(record.obstacle, (0, None))
-                    if met <= last:  # else a line of the last need has told who acts
+                    if met <= last:  # else a line of the last need has recorded who acts
                         done = self._acted(record, last)
                     if done is not None:
                         self.opened[record.obstacle] = done
@@ -308,7 +310,8 @@ class _Order:
         return self.begun[robot][1] if robot in self.begun else ended
 
     def _go_on(self, robot: str, done: Action) -> None:
-        """A robot that acted continues after that: also with the step that it had begun by then."""
+        """A robot that acted continues only afterwards, even with a step that it had already
+        begun."""
         if robot not in self.begun:
             self.ended[robot] = max(self.ended.get(robot, 0.0), done.t1)
             return
@@ -350,7 +353,7 @@ class _Order:
         return max((end for _, end in spans), default=None)
 
     def _team(self, record: Met | Resolved, obstacle: ObstacleHeader, number: int) -> list[str]:
-        """The robots that fulfil a need: who is named, and of the others those who can."""
+        """The robots that fulfil a need: the recorded robot, and the others that are able to."""
         need = obstacle.all_needs[number]
         alone = isinstance(record, Met) and not need.together
         helpers = (n for n in record.robots or () if self.at[n] in need.regions and not alone)

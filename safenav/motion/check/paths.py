@@ -23,8 +23,8 @@ FOOT = 0.11
 
 
 class Disc(Struct, frozen=True):
-    """A disc of some radius on its way: times since the start of the motion (n), centres
-    (n, 2), and what it is."""
+    """A moving disc: times since the start of the motion (n), centres (n, 2), radius, and what it
+    is."""
 
     what: str
     radius: float
@@ -77,7 +77,8 @@ def discs(piece: Moving, numbers: Mapping[str, float]) -> list[Disc]:
 
 
 def along(x: float, y: float, yaw: float, curvature: float | None, way: Array) -> Array:
-    """Poses (n, 3) of a unicycle after some way (m) on a circle, or after turning by ``way``."""
+    """Poses (n, 3) of a unicycle after ``way`` metres on a circle, or after turning by ``way``
+    radians."""
     if curvature is None:
         still = np.zeros_like(way)
         return np.stack([x + still, y + still, yaw + way], axis=1)
@@ -97,8 +98,7 @@ def _step(*coefficients: Numbers) -> float:
 
 class Mass(Struct, frozen=True):
     """A walker's centre of mass: times since the segment's start, states (n, 4), and centres of
-    pressure (n, 2); ``late`` is what the phases miss of xi at the start, ``early`` of eta at
-    the goal."""
+    pressure (n, 2); ``late`` is the error of xi at the start, ``early`` that of eta at the goal."""
 
     times: Array
     states: Array
@@ -108,8 +108,8 @@ class Mass(Struct, frozen=True):
 
 
 def mass(segment: Segment, omega: float, step: float = STEP) -> Mass:
-    """Solves c'' = omega^2 (c - p) phase by phase: its growing part from the goal backwards, its
-    shrinking part from the start forwards."""
+    """Solve c'' = omega^2 (c - p) phase by phase: its growing part backwards from the goal, its
+    shrinking part forwards from the start."""
     start, goal = np.array(segment.start), np.array(segment.goal)
     pressures = [np.array([phase.x, phase.y]) for phase in segment.phases]
     shrinking = [start[:2] - start[2:] / omega]

@@ -1,4 +1,4 @@
-"""The rules of room: who has which region when, bodies inside what they have, and apart."""
+"""The rules of room: reservations of regions, bodies inside reserved regions, and distances."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STEP = 0.05
 
 
 def holdings(case: Examination) -> list[Holding]:
-    """Return the times for which each robot has each region."""
+    """Return the times for which each robot has reserved each region."""
     found: list[Holding] = []
     open_since: dict[tuple[str, int], float] = {}
     for line in case.motion.lines:
@@ -56,7 +56,7 @@ def check_overlaps(case: Examination) -> None:
 
 
 def check_never_together(case: Examination) -> None:
-    """At most one robot of an exclusion has any of its regions."""
+    """At most one robot of an exclusion has reserved any of its regions."""
     for zone in case.trace.header.scenario.never_together or ():
         inside = [h for h in case.held if h.robot in zone.robots and h.region in zone.regions]
         for one, other in combinations(inside, 2):
@@ -68,7 +68,7 @@ def check_never_together(case: Examination) -> None:
 
 
 def check_swept(case: Examination) -> None:
-    """No other robot has a region that the resolution of an obstacle sweeps during the action."""
+    """During an action no other robot has reserved a region that the resolution sweeps."""
     teams: dict[tuple[str, int], set[str]] = {}
     for action in case.actions:
         teams.setdefault((action.obstacle, action.tick), set()).add(action.robot)
@@ -89,8 +89,8 @@ def check_swept(case: Examination) -> None:
 def outside(
     case: Examination, robot: str, times: Array, places: Array, more: list[Holding], touch: float
 ) -> tuple[float, str] | None:
-    """Return where the disc of a robot enters a region that it does not have at the time, by more
-    than ``touch`` metres: the time, and the place in words. ``more``: what it has besides."""
+    """Return where the disc of a robot is more than ``touch`` metres inside a region that it has
+    not reserved at the time: the time, and the place in words. ``more``: further reservations."""
     spans = [*more, *(held for held in case.held if held.robot == robot)]
     for cell in case.grid.cells(places, case.radius(robot)):
         into = case.radius(robot) - case.grid.distance(places, cell)
@@ -106,7 +106,7 @@ def outside(
 
 
 def check_room(case: Examination) -> None:
-    """Bodies and feet stay inside the regions that their robot has at the time."""
+    """Bodies and feet stay inside the regions that their robot has reserved at the time."""
     to_come: dict[str, list[Holding]] = {}
     for holding in sorted(case.held, key=lambda h: -h.begin):
         to_come.setdefault(holding.robot, []).append(holding)

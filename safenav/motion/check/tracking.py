@@ -1,5 +1,5 @@
-"""The rules of a flight in wind: a rigid body that its thrust, gravity and the air could have
-flown so, inside the regions that the flyer has."""
+"""The rules of a flight in wind: a rigid body moves by thrust, gravity and air alone, inside the
+regions that the flyer has reserved."""
 
 from __future__ import annotations
 

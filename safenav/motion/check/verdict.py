@@ -34,7 +34,7 @@ def check_motion(motion: Motion, trace: Trace) -> list[Finding]:
     case = Examination(motion, trace)
     for piece in motion.of(Moving):
         _dynamics(case, piece)
-    if not case.findings:  # what cannot be solved has no path to look at
+    if not case.findings:  # a motion that cannot be solved has no path to check
         _paths(case)
     return sorted(case.findings, key=lambda finding: finding.t)
 
@@ -86,7 +86,7 @@ def _free(trace: Trace, region: int) -> bool:
 
 
 def _outcome(case: Examination) -> None:
-    """The makespan is when the last piece ends, and the length of the chain that is named."""
+    """Check that the makespan is the end of the last piece and the length of the recorded chain."""
     makespan, chain = case.makespan, case.motion.outcome.chain
     spans = {name: [(p.t0, p.t1) for p in own] for name, own in case.pieces.items() if own}
     last = max((end for own in spans.values() for _, end in own), default=0.0)

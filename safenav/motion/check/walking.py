@@ -1,4 +1,4 @@
-"""The rules of a walker's segment: the pendulum, and feet that could carry it."""
+"""The rules of a walker's segment: its pendulum, and feet that support it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Reads a motion file into typed records, and writes one as JSON Lines.
 
-What is read is checked line by line: fields, and their types. Lines of types that this version
-does not know are skipped; further fields likewise.
+The fields of each line and their types are checked. Lines of unknown types and unknown fields are
+skipped.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class _HeaderError(Exception):
 
 
 def read_motion(path: Path) -> records.Motion:
-    """The motion in a file. Raises InputError if it cannot be read or is none."""
+    """The motion in a file. Raises InputError if it cannot be read or is not a motion."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -129,6 +129,6 @@ def _plain(value: object) -> object:
 
 
 def _polynomial(coefficients: records.Numbers, seconds: float) -> list[float]:
-    """With more decimals for higher powers: at the end each adds the same error."""
+    """Round with more decimals for higher powers, so that each adds the same error at the end."""
     more = log10(max(seconds, 1.0))
     return [round(c, DECIMALS + ceil(k * more)) + 0.0 for k, c in enumerate(coefficients)]

@@ -23,11 +23,11 @@ FootState = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class MotionHeader(Struct, frozen=True):
-    """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of
-    the map's south-western corner in the world; ``robots``: how each moves, with its ``kind``,
-    its parameters and its limits, of a real one how it is ``driven`` (``setpoints`` or ``goals``),
-    its ``tolerance`` in metres and the most seconds (``gap``) between two measurements; ``seed``,
-    ``gust`` (m/s) and ``push`` (m/s): disturbances."""
+    """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of the
+    map's south-western corner in the world; ``robots``: how each moves, with its ``kind``, its
+    parameters and its limits; of a physical robot also how it is ``driven`` (``setpoints`` or
+    ``goals``), its ``tolerance`` in metres and the most seconds (``gap``) between two measurements;
+    ``seed``, ``gust`` (m/s) and ``push`` (m/s): disturbances."""
 
     trace: str
     safenav: str
@@ -87,8 +87,7 @@ class Piece(Struct, frozen=True):
 
 
 class Moving(Piece, frozen=True):
-    """A piece that says where its robot is at every instant; from the first to the last there are
-    no gaps."""
+    """A piece that defines its robot's position at every instant; successive ones leave no gaps."""
 
 
 class Segment(Moving, frozen=True):
@@ -114,14 +113,14 @@ class Curve(Struct, frozen=True, array_like=True):
 
 
 class Flight(Moving, frozen=True):
-    """A flyer's reference, or the way of a disc."""
+    """A flyer's reference, or the path of a disc."""
 
     curves: tuple[Curve, ...]
 
 
 class Arc(Struct, frozen=True, array_like=True):
-    """A unicycle's way of constant curvature (1/m) from a pose: ``way`` is the polynomial of the
-    distance, or with no curvature that of the angle by which it turns on the spot."""
+    """A unicycle's path of constant curvature (1/m) from a pose. ``way``: the polynomial of the
+    distance or, if ``curvature`` is None, of the angle by which it turns on the spot."""
 
     seconds: float
     x: float
@@ -138,8 +137,8 @@ class Drive(Moving, frozen=True):
 
 
 class GoalLine(Piece, frozen=True):
-    """A robot that finds its own way was sent to a pose (``yaw`` null: any direction), from ``t0``
-    until that ended at ``t1``: ``end`` is ``succeeded``, ``aborted``, ``canceled``, ``rejected``,
+    """A robot that navigates itself was sent to a pose (``yaw`` null: any direction) at ``t0``; the
+    command ended at ``t1``: ``end`` is ``succeeded``, ``aborted``, ``canceled``, ``rejected``,
     ``unreachable`` or, if something else came instead, ``replaced``."""
 
     x: float
@@ -149,8 +148,8 @@ class GoalLine(Piece, frozen=True):
 
 
 class Measurement(Struct, frozen=True, array_like=True):
-    """Position of a robot by odometry: ``t`` when it was heard, ``stamp`` in seconds of the robot's
-    own clock."""
+    """Position of a robot by odometry: received at ``t``, ``stamp`` in seconds of the robot's own
+    clock."""
 
     t: float
     stamp: float
@@ -160,15 +159,15 @@ class Measurement(Struct, frozen=True, array_like=True):
 
 
 class Measured(Struct, frozen=True):
-    """The measurements of a robot, in the order in which they were heard."""
+    """The measurements of a robot, in the order of their reception."""
 
     robot: str
     rows: tuple[Measurement, ...]
 
 
 class Reset(Struct, frozen=True):
-    """A robot had lost its reference: its plan continues from where it was measured, at rest, or
-    ends there, if nothing more was sent."""
+    """A robot had lost its reference: its plan continues at rest from its measured position, or
+    ends there if no command followed."""
 
     robot: str
     tick: int
@@ -233,9 +232,9 @@ class Action(Struct, frozen=True):
 
 
 class Wait(Struct, frozen=True):
-    """A robot waits. ``cause``: ``region`` (another one has to leave it), ``obstacle`` (has to be
-    resolved), ``synthesis`` (something has to happen first that its new strategy answers);
-    ``on``: the robot and ``on_tick`` the turn that it waits for."""
+    """A robot waits. ``cause``: ``region`` (until another robot has left it), ``obstacle`` (until
+    it is resolved), ``synthesis`` (until the event that its new strategy follows); ``on``: the
+    robot and ``on_tick`` the turn that it waits for."""
 
     robot: str
     tick: int
@@ -247,7 +246,7 @@ class Wait(Struct, frozen=True):
 
 
 class Link(Struct, frozen=True, array_like=True):
-    """A part of the critical path: actions of a robot that no robot could have done
+    """A part of the critical path: a step or action of a robot that could not have begun
     earlier."""
 
     robot: str

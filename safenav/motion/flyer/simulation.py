@@ -1,8 +1,8 @@
-"""A flyer in gusty wind: what its tracking makes of its references, at every instant.
+"""Simulation of a flyer that tracks its references in gusty wind.
 
-It is a rigid body: 0.5 kg that is pulled by its thrust, gravity and the air. An attitude loop on
-board (400 Hz) turns it so that its thrust gives the commanded acceleration. Plain numbers instead
-of arrays: it runs 400 times per second of flight.
+It is a rigid body of 0.5 kg, moved by its thrust, gravity and the air. An attitude loop on board
+(400 Hz) turns it so that its thrust gives the commanded acceleration. Plain numbers instead of
+arrays: it runs 400 times per second of flight.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STEP = 1.0 / RATE
 STIFFNESS, DAMPING = 22.0, 0.8
 """Attitude loop: natural frequency (rad/s) and damping ratio."""
 SLOW_YAW = 0.3
-"""Share of that frequency with which it turns about its own axis."""
+"""Natural frequency of its yaw, as a share of the attitude loop's."""
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -108,21 +108,21 @@ def _facing(pull: Vector, yaw: float) -> Quaternion:
 Array = NDArray[np.float64]
 
 CALM = 1.5
-"""Seconds after which a gust is another one."""
+"""Correlation time of gusts, in seconds."""
 NOISE = 0.005
 """Metres: spread of the measured position."""
 STRONGEST = 2.0
-"""Times the root mean square of the wind that the tilt limit has to withstand."""
+"""Strongest wind that the tilt limit must withstand, over the wind's root mean square."""
 ROWS = 200
-"""Samples of one line of a file."""
+"""Maximum number of samples in one line of a file."""
 DIGITS = 6
 CLIMB, SINK = 9.0, 5.0
-"""Stiffness and damping with which it keeps its altitude."""
+"""Stiffness (1/s^2) and damping (1/s) of its altitude control."""
 
 
 class SampledReference(Struct, frozen=True):
-    """The reference as it was sampled: rows of position, velocity, acceleration in x and y; the
-    altitude; the yaw; and the box that the middle of the body may be in."""
+    """The sampled reference: rows of position, velocity, acceleration in x and y; the altitude; the
+    yaw; and the box that the middle of the body must not leave."""
 
     states: Array
     altitude: Array
@@ -131,7 +131,7 @@ class SampledReference(Struct, frozen=True):
 
 
 def check_gust(robot: str, gust: float, tilt: float, speed: float, side: float) -> None:
-    """Raises UsageError for wind that the tilt limit cannot withstand beside the reference."""
+    """Raise UsageError for wind that the tilt limit cannot withstand beside the reference."""
     seconds = 1.875 * side / speed
     flying = min(PEAK_ACCELERATION * side / seconds**2, tilt / 2)
     need = DRAG * STRONGEST * gust + flying

@@ -1,10 +1,10 @@
 """Model predictive tracking at 20 Hz along one axis: a condensed quadratic programme.
 
-The axis has position, velocity and acceleration, which follows a command with a lag; a
-disturbance is estimated from what the model did not predict. The command is bounded by the tilt
-limit; the corridor (the regions that the robot has) bounds the body by rows with one slack that
-has no bound: a bounded one could make the problem infeasible, and lose the drone. Source: paper,
-section VII (a quadratic programme at 20 Hz); Arnstroem et al. (2022) for the solver, DAQP.
+The axis has position, velocity and acceleration, which follows a command with a lag; a disturbance
+is estimated from the prediction error. The command is bounded by the tilt limit. The corridor (the
+reserved regions) bounds the body by rows with one unbounded slack: a bounded one could make the
+problem infeasible, and lose the drone. Source: paper, section VII (a quadratic programme at 20 Hz);
+Arnstroem et al. (2022) for the solver, DAQP.
 """
 
 from __future__ import annotations

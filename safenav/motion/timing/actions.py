@@ -1,4 +1,4 @@
-"""The actions of a run, whatever its clock: who acts on which obstacle, by its trace alone."""
+"""The actions of a run by its trace, in lockstep or live: robots and obstacle of each."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ class TimedAction(Struct, frozen=True):
 
 
 def actions_of(trace: Trace) -> tuple[list[TimedAction], set[tuple[str, int]]]:
-    """The actions in the order of the trace. And the steps that end before such an obstacle in the
-    region that they enter: robot, and the command or, in lockstep, the first tick."""
+    """Return the actions in the order of the trace, and the steps that stop short of such an
+    obstacle in the region that they enter: robot, and the command or, in lockstep, the first
+    tick."""
     found: list[TimedAction] = []
     short: set[tuple[str, int]] = set()
     obstacles, lockstep = trace.obstacles, trace.header.clock is None
@@ -85,8 +86,8 @@ def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
 def _team(
     trace: Trace, record: records.Met | records.Resolved, need: NeedHeader, at: Mapping[str, int]
 ) -> Iterator[str]:
-    """The robots that fulfil a need: who is named, and of the others those who can, also unasked.
-    ``at``: where each robot is."""
+    """The robots that fulfil a need: the recorded robot, and the others that are able to, even
+    without a request. ``at``: where each robot is."""
     yield record.robot
     robots = trace.header.scenario.robots
     alone = isinstance(record, records.Met) and not need.together

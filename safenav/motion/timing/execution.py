@@ -60,19 +60,19 @@ class ReservationLedger:
 
 
 class MotionExecution:
-    """The movers of a run, and the ``lines`` of what they have done, those of a ledger included."""
+    """The movers of a run, and the ``lines`` of their motion, with those of a ledger."""
 
     def __init__(self, movers: Mapping[str, Mover], ledger: ReservationLedger) -> None:
         self.movers, self._ledger = movers, ledger
         self.lines = ledger.lines
         self._due: set[str] = set()
-        """Robots that have acted in their own region, and have to resume from there."""
+        """Robots that have acted in their own region, and must resume from there."""
 
     def step(
         self, robot: str, step: Crossing, begin: float, end: float | None = None
     ) -> tuple[float, float]:
-        """Carry out a step from ``begin`` to ``end``, without one as soon as the robot can. When it
-        begins, and when it can end."""
+        """Carry out a step from ``begin`` to ``end`` (None: as soon as the robot can). Return its
+        start and its earliest end, in seconds."""
         mover = self.movers[robot]
         self._rest(mover, step.tick, begin)
         if end is not None and end > _step_end(mover, step)[0] + SLACK:
@@ -98,8 +98,9 @@ class MotionExecution:
         begin: float,
         end: float | None = None,
     ) -> tuple[tuple[float, str], float]:
-        """Carry out actions one after the other from ``begin`` to ``end``, without one as soon as
-        the robots can. When the last robot is at rest, and which; and when all is done."""
+        """Carry out actions one after the other from ``begin`` to ``end`` (None: as soon as the
+        robots can). Return when the last robot is at rest, that robot, and the end of all, in
+        seconds."""
         team = {name: self.movers[name] for name in robots}
         for mover in team.values():
             near = bool(actions) and actions[0].region == mover.region
@@ -124,7 +125,7 @@ class MotionExecution:
         return ready, over
 
     def finish(self, over: float = 0.0) -> tuple[tuple[Line, ...], MotionOutcome]:
-        """Let all robots come to rest, and rest until all do, and until ``over`` at least."""
+        """Let all robots come to rest, and rest until all of them do, at least until ``over``."""
         tick = max((getattr(line, "tick", 0) for line in self.lines), default=0)
         for mover in self.movers.values():
             self._rest(mover, tick, 0.0)
@@ -136,8 +137,8 @@ class MotionExecution:
         return tuple(sorted(self.lines, key=when)), self._ledger.outcome(until)
 
     def _rest(self, mover: Mover, tick: int, until: float, *, stays: bool = False) -> None:
-        """Rest until then; in the centre of the region, unless the robot ``stays`` where it has
-        acted short of that."""
+        """Rest until then: in the centre of the region, unless the robot ``stays`` where it has
+        acted."""
         if mover.robot in self._due and not stays:
             self._due.discard(mover.robot)
             self.lines += mover.resume(tick)
@@ -148,7 +149,7 @@ class MotionExecution:
 
 
 def when(line: Line) -> tuple[float, int]:
-    """By time; at the same time what ends comes before what begins."""
+    """Order by time; at the same time ends come before beginnings."""
     if isinstance(line, Release):
         return line.t, 0
     if isinstance(line, Measured):
@@ -165,8 +166,9 @@ def _done(
     pause: float,
     end: float,
 ) -> tuple[list[Line], float]:
-    """The lines of robots that do one thing after the other, the first after a ``pause``, each for
-    ``lasting`` seconds, the last until ``end`` but for rounding; and when they have done it."""
+    """Return the lines of robots that carry out actions one after the other, the first after a
+    ``pause``, each for ``lasting`` seconds, the last until ``end`` but for rounding; and when all
+    are done."""
     lines: list[Line] = []
     over = max((mover.time for mover in team.values()), default=0.0)
     for number, act in enumerate(actions):
@@ -196,7 +198,7 @@ def _step_end(mover: Mover, step: Crossing) -> tuple[float, bool]:
 
 
 def _slower(piece: Moving, begin: float, factor: float) -> Moving:
-    """The same way, slower by a factor from ``begin`` on."""
+    """Return the same path, slower by a factor from ``begin`` on."""
     t0, t1 = (begin + (t - begin) * factor for t in (piece.t0, piece.t1))
     if isinstance(piece, Flight):
         curves = tuple(

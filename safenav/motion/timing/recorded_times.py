@@ -21,8 +21,9 @@ from safenav.trace.vocabulary import MoveEnd
 def motion_at_recorded_times(
     trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
 ) -> tuple[tuple[Line, ...], MotionOutcome]:
-    """The lines of a trace that these movers carry out, whose time is 0. Raises InputError for what
-    no motion of theirs does: too fast, or from one place to another without a step."""
+    """Return the lines of the motion by which these movers, whose time is 0, carry out a trace.
+    Raises InputError if they cannot: a step leaves too little time, or a robot changes its region
+    without a step."""
     run = _Run(trace, floor, movers)
     for record in trace.records:
         run.take(record)
@@ -30,7 +31,7 @@ def motion_at_recorded_times(
 
 
 class TraceLedger(ReservationLedger):
-    """A ledger by the trace alone. ``departs``: the steps under way."""
+    """A ledger by the trace alone. ``departs``: the steps in progress."""
 
     def __init__(self, starts: Mapping[str, int]) -> None:
         super().__init__(starts)
@@ -38,7 +39,7 @@ class TraceLedger(ReservationLedger):
         self._acts: dict[int, records.Act] = {}
 
     def step(self, record: records.Record) -> tuple[records.Depart, records.Arrive] | None:
-        """Take a line of the trace; the step that it ends, if it ends one."""
+        """Take a line of the trace; return the step that it ends, if it ends one."""
         if isinstance(record, records.Depart):
             self.departs[record.robot] = record
             self.reserve(record.robot, record.tick, record.to, _time(record))
@@ -52,7 +53,7 @@ class TraceLedger(ReservationLedger):
         return depart, record
 
     def action(self, record: records.Record) -> tuple[records.Act, records.ActionEnd] | None:
-        """Take a line of the trace; the action that it ends, if it ends one."""
+        """Take a line of the trace; return the action that it ends, if it ends one."""
         if isinstance(record, records.Act):
             self._acts[record.command] = record
         if not isinstance(record, records.ActionEnd):

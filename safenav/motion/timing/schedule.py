@@ -3,7 +3,7 @@
 The turns of a trace are in a serial order in which no robot ever enters a region where another
 robot is. In continuous time robots move simultaneously, each at its own pace; only activities that
 depend on each other keep the serial order (Hoenig et al., RA-L 2019; section VII of the paper names
-the problem). All that an activity waits for is earlier in the trace, so there is no deadlock.
+the problem). An activity waits only for earlier ones in the trace, so there is no deadlock.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ class LinkCause(StrEnum):
 
 
 class Activity(Struct, frozen=True):
-    """A step, an action, or a decision, which takes no time and has no ``team``. It may ``start``
-    when the last that it comes ``after`` has ended; ``free``: since when each robot could have."""
+    """A step, an action, or a decision, which takes no time and has no ``team``. It may start when
+    the activity ``after`` which it comes has ended; ``free``: when each robot was ready for it."""
 
     robot: str
     tick: int
@@ -69,8 +69,8 @@ Before = tuple[Activity, LinkCause]
 def motion_at_earliest_times(
     trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
 ) -> tuple[tuple[Line, ...], MotionOutcome]:
-    """The lines of a trace that these movers carry out, whose time is 0: with who waits for whom,
-    and the critical path."""
+    """Return the lines of the motion by which these movers, whose time is 0, carry out a trace:
+    with waits and the critical path."""
     ledger = ReservationLedger({name: mover.region for name, mover in movers.items()})
     actions, short = actions_of(trace)
     sweeping = tuple(o for o in trace.obstacles.values() if o.sweeps)
@@ -95,7 +95,8 @@ class _Run(Struct):
     execution: MotionExecution
     ledger: ReservationLedger
     short: set[tuple[str, int]]
-    """Robot and tick of the steps that end before an obstacle, which the robot resolves there."""
+    """Robot and tick of the steps that stop short of an obstacle, which the robot resolves
+    there."""
     obstacles: Mapping[str, ObstacleHeader]
     sweeping: tuple[ObstacleHeader, ...]
     """The obstacles whose resolution sweeps regions."""
@@ -103,13 +104,13 @@ class _Run(Struct):
     last: dict[str, Activity] = field(default_factory=dict)
     """The newest activity of each robot."""
     left: dict[int, dict[str, Activity]] = field(default_factory=lambda: defaultdict(dict))
-    """The step with which each robot left a region last."""
+    """The last step with which each robot left a region."""
     acted: dict[str, Activity] = field(default_factory=dict)
     """The newest action on each obstacle."""
     opened: dict[int, list[tuple[frozenset[str], Activity]]] = field(
         default_factory=lambda: defaultdict(list)
     )
-    """Actions that opened a region to those whom an obstacle had kept out."""
+    """Actions that opened a region to the robots that an obstacle had kept out."""
     charged: dict[str, Activity] = field(default_factory=dict)
     """The action that replaced the battery of a robot, which has not moved since."""
     cause: dict[str, Activity] = field(default_factory=dict)
@@ -175,8 +176,8 @@ class _Run(Struct):
         self.left[move.from_][name] = self._do(name, tick, (name,), before, what, crossed)
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[Before]:
-        """The steps of others out of regions where they must not be while this robot enters one:
-        that region itself; those of an exclusion; those that an action sweeps, around its obstacle.
+        """Yield the steps by which others leave the regions where they must not be while this robot
+        enters one: that region; those of an exclusion; those that an action sweeps.
         """
         for other in self.robots:
             if other == name:
@@ -241,8 +242,8 @@ class _Run(Struct):
         self.acted[action.obstacle] = done
 
     def _open(self, record: records.Met | records.Resolved, act: Activity) -> None:
-        """A resolved obstacle lets all in; one that needs one more action, robots that
-        resolve it by entering."""
+        """Record whom a region admits: all robots if the obstacle is resolved; if one need is left,
+        those that resolve it by entering."""
         obstacle = self.obstacles[record.obstacle]
         let_in = obstacle.blocks
         if isinstance(record, records.Met):
@@ -266,8 +267,8 @@ class _Run(Struct):
         what: str = "",
         carry_out: Callable[[float], float] = lambda start: start,
     ) -> Activity:
-        """An activity after all of those before; its last is the robot's own of those that end
-        together. ``carry_out``: from its start to its end."""
+        """Record an activity after all those in ``before``. It is ``after`` the last of them, of
+        several that end together the robot's own. ``carry_out``: returns its end for its start."""
         free = {name: self.last[name].end if name in self.last else 0.0 for name in team}
         ready = max((activity.end for activity, _ in before), default=0.0)
         near = [link for link in before if link[0].end >= ready - AT_ONCE]

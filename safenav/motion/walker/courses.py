@@ -11,7 +11,7 @@ from safenav.motion.geometry import Box
 from safenav.motion.pendulum import Array
 
 LATE = 0.06
-"""Seconds before landing from which a foot lands where it was sent to."""
+"""Seconds before landing within which a foot can no longer be redirected."""
 
 
 class Actual(Struct, frozen=True):
@@ -22,7 +22,7 @@ class Actual(Struct, frozen=True):
 
 
 class PendingMove(Struct, frozen=True):
-    """A move that is still to be walked, and the regions that it has."""
+    """A move that is still to be walked, and its regions."""
 
     segment: Segment
     box: Box
@@ -48,7 +48,7 @@ def plan_of(
 ) -> WalkPlan | None:
     """The phases of some moves, the landing after phase ``step`` ``sooner`` seconds earlier (later
     if negative), for which the later phases of the first move last longer; None if it cannot.
-    ``hold``: the foot in the air lands where it was sent to."""
+    ``hold``: the foot in the air is not redirected."""
     durations: list[float] = []
     feet: list[Foothold | None] = []
     same: list[int] = []

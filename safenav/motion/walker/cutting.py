@@ -1,4 +1,4 @@
-"""Cutting a walker's segment in two at an instant in the midst of it."""
+"""Splitting of a walker's segment at an instant within it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from safenav.motion.polynomial import between, derivative, values
 
 
 def split(segment: Segment, at: float, omega: float) -> tuple[Segment, Segment]:
-    """A segment before and after an instant in the midst of it (seconds since its start)."""
+    """Return a segment before and after an instant within it (seconds since its start)."""
     state = np.array(segment.start)
     phases: tuple[list[PressurePhase], list[PressurePhase]] = ([], [])
     begin = 0.0

@@ -1,4 +1,4 @@
-"""A walker as a mover: it strings primitives together, each at the absolute pose of a region.
+"""A walker as a mover: it joins primitives, each at the absolute pose of a region.
 
 The demands of the primitives are compared with the limits of a walker before it moves."""
 
@@ -166,8 +166,8 @@ class WalkerMover(Mover):
 
 
 class Placing:
-    """Moves a primitive from its local frame to where it begins: the middle of the side by which
-    a heading enters a region."""
+    """Transform of a primitive from its local frame to the middle of the side by which a heading
+    enters a region."""
 
     def __init__(self, floor: MetricFloor, region: int, heading: str) -> None:
         self._cos, self._sin = way(heading)

@@ -1,10 +1,10 @@
-"""The moves that a walker is made of, each planned once in a frame of its own.
+"""The primitives of a walker's motion, each planned once in its own frame.
 
 Local frame: the walker enters its region at the origin, heading along x. A *walking pose* is at
-apex, one step length inside, on the centre line, at the gait's speed, the other foot in mid-air;
-a *standing pose* is at rest two lengths inside with both feet on the ground. Every primitive
-leads from one of them to one of them, exactly, so primitives compose without limit and no error
-accumulates: each begins at the pose of an absolute region.
+apex, one step length inside, on the centre line, at the gait's speed, the other foot in mid-air; a
+*standing pose* is at rest two lengths inside with both feet on the ground. Every primitive leads
+exactly from one such pose to another, so primitives compose without limit and no error accumulates:
+each begins at the pose of an absolute region.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ _WORDS = {0: "straight", LEFT: "left", RIGHT: "right"}
 
 
 def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Primitive:
-    """Plans the steps of a stride; a standing walker leans onto the first foot before."""
+    """Plan the steps of a stride; a standing walker first leans onto the first foot."""
     omega, offset, line = gait.omega, gait.walker.foot, stride.line
     standing = stride.lean > 0
     feet = np.array([apex.stance(offset) for apex in line])
@@ -137,8 +137,8 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Primitive:
 def _footholds(
     line: Sequence[Apex], feet: Array, times: Array, aside: float | None
 ) -> tuple[Foothold, ...]:
-    """Where the feet stand, in the order in which they land; ``aside``: the walker stands at
-    first, with its other foot as far on the other side."""
+    """Return the footholds, in the order of landing; ``aside``: the walker stands at first, with
+    its other foot as far on the other side."""
     holds = [
         Foothold(float(x), float(y), apex.yaw, apex.foot, float(times[i]), float(times[i + 1]))
         for i, (apex, (x, y)) in enumerate(zip(line, feet, strict=True))
@@ -153,7 +153,7 @@ def _footholds(
 def _swings(
     gait: Gait, line: Sequence[Apex], holds: tuple[Foothold, ...], times: Array, standing: bool
 ) -> tuple[Swing, ...]:
-    """The ways of the feet between their holds; at a walking pose a foot is half-way."""
+    """Return the paths of the feet between their holds; at a walking pose a foot is half-way."""
     swings = []
     first, last = line[0], line[-1]
     if not standing:

@@ -4,11 +4,10 @@ remaining footsteps, and leans on its foot.
 The rest of a move is the same linear problem as a whole one (safenav.motion.pendulum), from the
 state after the push to the same goal, now with bounds: the centre of pressure stays within the
 foot, steps keep their length and their side, feet stay in the regions of the move, and a swinging
-foot can only be sent where it gets in time. A small quadratic programme finds the least change:
-its unknowns are, for each phase, how far its foot is off the plan and how far the centre of
-pressure is off its foot.
-Where so few steps are left that the goal cannot be met exactly, the walker comes as near as it
-can, and the next move sets out from there.
+foot can only be redirected as far as time allows. A small quadratic programme finds the least
+change: its unknowns are, for each phase, the offset of its foot from the plan and of the centre of
+pressure from its foot. If too few steps are left to meet the goal exactly, the walker comes as near
+as it can, and the next move starts there.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from safenav.motion.walker.cutting import split
 from safenav.motion.walker.mover import LIMITS
 
 EXACT = 1e-9
-"""Metres and metres per second off the plan that are none."""
+"""Tolerance for meeting the plan, in metres and metres per second."""
 FIRST = 0.02
 """Seconds from either end of a move without a push."""
 
@@ -91,7 +90,7 @@ def _left(segment: Segment, planned: Segment) -> Actual | None:
 
 
 AHEAD, ASIDE = 0.0599, 0.0299
-"""Metres by which the centre of pressure may leave the middle of a foot, along it and across."""
+"""Metres by which the centre of pressure may leave the middle of a foot, lengthwise and across."""
 BESIDE = 0.17
 """The same across both feet, when both are on the ground."""
 STEP, LATERAL = 0.645, 0.151
@@ -99,13 +98,13 @@ STEP, LATERAL = 0.645, 0.151
 DIRECTIONS = 24
 """Sides of the polygon that stands for the circle of the longest step."""
 EDGE = 0.12
-"""Metres of a foot's middle inside its regions."""
+"""Least distance in metres of a foot's middle from the border of its regions."""
 FARTHEST = 0.25
 """Metres by which a foot may be placed off its plan."""
 HURRY = 1.0
-"""Metres per second by which a foot in the air may be sent elsewhere."""
+"""Metres by which a foot in the air may be redirected, per second left before it lands."""
 LEAN, DIVERGENT, CONVERGENT = 0.5, 400.0, 20.0
-"""Costs of leaning (a foot's placing costs 1), and of a goal that is missed."""
+"""Costs of leaning (relative to those of moving a foot), and of missing the goal."""
 OPTIMAL = 1
 EQUAL = 5
 
@@ -227,13 +226,13 @@ def _solved(
 
 
 EARLY = 0.2
-"""Seconds before landing until which there is no need to try that."""
+"""Seconds before landing within which it is also tried not to redirect the foot."""
 SOONER = (0.0, 0.08, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22, 0.24, 0.32, 0.4, -0.03, -0.08, -0.16)
 """Seconds by which a foot may land earlier (later if negative), in the order of trying."""
 SWING = 2.99
 """Metres per second of the fastest swing."""
 LEG = 0.55
-"""Metres of the mass from the centre of pressure at which a leg is too short."""
+"""Greatest distance in metres of the mass from the centre of pressure: the reach of a leg."""
 
 
 class FallenError(UsageError):
@@ -289,8 +288,8 @@ def _goes_on(found: Segment, planned: Segment, following: PendingMove, omega: fl
 def _carried_out(
     segment: Segment, plan: WalkPlan, actual: Actual, offsets: Array, pushes: Array, omega: float
 ) -> Segment | None:
-    """Return the segment with its feet placed so; None if that exceeds the length of a leg or of a
-    step, or the speed of a foot."""
+    """Return the segment with these offsets; None if they exceed the length of a leg or of a step,
+    or the speed of a foot."""
     count = len(segment.phases)
     durations = plan.durations[:count]
     pressures = (plan.pressures + offsets + pushes)[:count]
