@@ -79,7 +79,7 @@ def _resolvable(
         obstacle = Obstacle(kind, wall, True if kind.has_truth else None)
         helpers = []
         if len(kind.needs) > 1 or kind.needs[0].robots > 1:
-            continue  # one helper is not enough
+            continue  # it takes several actions or helpers
         for other in scenario.robots:
             if kind.action not in other.capabilities:
                 continue

@@ -212,7 +212,7 @@ class _Play(Play):
         super().__init__(spec, counterstrategy)
         self._task = task
         self._world = world
-        self._lost: Target = frozenset()  # regions of a goal of formulas that it can no longer meet
+        self._lost: Target = frozenset()  # regions of an unreachable goal of formulas
 
     def approach_from(self, node: int) -> None:
         """Let a robot with formulas approach the regions of a goal that it cannot meet from

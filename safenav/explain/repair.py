@@ -116,7 +116,7 @@ def _headings(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _starts(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield other starts, nearest first, from which the robot could do it alone."""
+    """Yield other starts, nearest first, from which the robot alone could meet its objective."""
     scenario, robot = problem.scenario, problem.robot
     taken = {other.start.region for other in scenario.robots if other is not robot}
     within = _rooms_with_all_targets(problem)
@@ -175,8 +175,8 @@ def _objectives(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple[str, str]]]:
-    """Yield objectives that demand less, those that demand most first, each with the part of the
-    scenario's objective that changes and what it becomes."""
+    """Yield less demanding objectives, the most demanding first, each with the changed part of the
+    scenario's objective and its new value."""
     if isinstance(objective, Ltl):
         for part in ("init", "safety", "liveness"):
             lines = getattr(objective, part)
@@ -252,7 +252,8 @@ def _trackings(problem: RepairProblem) -> Iterator[Repair]:
 def _hopeful(
     robot: Robot, problem: RepairProblem, blocked: frozenset[Region] | None = None
 ) -> bool:
-    """Return whether the robot could do it alone, past the robots that stay where they are."""
+    """Return whether the robot alone could meet the weakest form of its objective; ``blocked``:
+    default the task's."""
     if isinstance(robot.objective, Ltl):
         return True
     if blocked is None:

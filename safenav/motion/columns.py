@@ -73,7 +73,7 @@ def columns_of(
 ) -> Columns:
     """The columns of one robot, ``rate`` samples per second from 0 to the end of the motion.
 
-    Raises UsageError for a robot that is not of the motion.
+    Raises UsageError for a robot without motion.
     """
     times = np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
     return columns_at(motion, robot, times, in_world, planned=planned)

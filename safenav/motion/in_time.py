@@ -1,6 +1,6 @@
 """A run in lockstep as a run in time: each line of its trace at the second of its motion.
 
-The lines of one robot keep their order, and so do those of one obstacle. A story at these times
+The lines of each robot keep their order, as do those of each obstacle. A story at these times
 agrees with the bodies at every instant.
 """
 

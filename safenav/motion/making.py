@@ -77,7 +77,7 @@ def motion_of(
 
 def _refuse_broken(trace: Trace, error: Exception) -> None:
     """Raise UsageError if the trace itself breaks a rule: motion is made of valid runs only."""
-    from safenav.audit.check import audit  # here: it takes time to import
+    from safenav.audit.check import audit  # imported here: it is slow
 
     try:
         found = audit(trace).findings
@@ -135,7 +135,7 @@ def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
 
 
 def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
-    """A mover for each robot, where it starts."""
+    """A mover for each robot, where it starts. Raises InputError for a start off the map."""
     movers = {}
     for name, robot in trace.header.scenario.robots.items():
         if not 0 <= robot.start < floor.rows * floor.cols:

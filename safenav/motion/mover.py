@@ -34,7 +34,7 @@ class Crossing(Struct, frozen=True):
 
 
 class Mover(ABC):
-    """A robot in motion. ``time`` is the end, in seconds, of what it has done so far.
+    """A robot in motion. ``time`` is the end of its motion so far, in seconds.
 
     A kind of motion is a subclass, constructed with the robot's name, the floor, the region and
     the heading (or None) where it starts, its size (metres), and the values of its

@@ -17,8 +17,8 @@ RATE = 50.0
 
 
 class Travel(Struct, frozen=True):
-    """Travel of a robot: metres, highest speed (m/s), and the least distance of its middle
-    to the border of the regions that it had (m)."""
+    """Travel of a robot: metres, highest speed (m/s), and the least distance of its middle to the
+    border of its reserved regions (m)."""
 
     metres: float
     fastest: float

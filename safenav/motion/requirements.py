@@ -131,7 +131,7 @@ class _Body:
         velocity = np.array([columns.columns[f"vel_{axis}"] for axis in "xyz"])
         self.speed: Array = np.sqrt((velocity**2).sum(axis=0))
         gaps = np.diff(times)
-        wide = gaps > 1e-5  # not those around an event
+        wide = gaps > 1e-5  # without the gaps around an event
         pulls = np.sqrt((np.diff(velocity)[:, wide] ** 2).sum(axis=0)) / gaps[wide]
         if "acc_x" in columns.columns:
             given = np.array([columns.columns[f"acc_{axis}"] for axis in "xyz"])

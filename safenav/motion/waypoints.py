@@ -40,9 +40,9 @@ class Waypoint(Struct, frozen=True):
 def frame_of(
     trace: Trace, resolution: float | None = None, origin: tuple[float, float] | None = None
 ) -> Frame:
-    """The frame of the trace's map, or parts of it as they are given instead.
+    """The frame of the trace's map; ``resolution`` and ``origin`` (metres) replace its own.
 
-    Raises UsageError if the size of a region is missing.
+    Raises UsageError if the size of a region is missing, InputError if it is not positive.
     """
     world = trace.header.scenario.map
     sides = world.resolution if resolution is None else (resolution, resolution)

@@ -44,7 +44,7 @@ class Pace(ABC):
     acting = 2.0
     """Seconds of an action, once it has begun."""
     turns = True
-    """Whether it turns to face what it acts on."""
+    """Whether it turns to face an obstacle on which it acts."""
 
     def __init__(
         self,
@@ -269,8 +269,8 @@ def _values(motion: Mapping[str, object] | None) -> dict[str, float]:
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:
-    """Seconds from ``now`` until robots, each with the region that it is in, have acted on
-    something in ``region``, all of them together."""
+    """Seconds from ``now`` until the robots, each with its present region, have acted together on
+    something in ``region``."""
     paces = [*team]
     begin = max(pace.ready(now, at, region) for pace, at in paces)
     end = begin + max(pace.acting for pace, _ in paces)

@@ -133,7 +133,7 @@ def unless_waiting(constraint: Constraint) -> Constraint:
     be out of its way only while it must not move."""
     if constraint.section is not Section.ENV_LIVENESS:
         return constraint
-    wait = "wait'" if "'" in constraint.formula else "wait"  # of the same moment
+    wait = "wait'" if "'" in constraint.formula else "wait"  # now or next, as in the formula
     return replace(constraint, formula=f"!{wait} & ({constraint.formula})")
 
 

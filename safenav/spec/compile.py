@@ -132,7 +132,7 @@ def _motion(task: Task, world: RegionMap, others: OthersEncoding) -> Iterator[Co
         origin = Origin(known.item, known.reason, "paper, eq. (3)")
         formula = f"region' != {known.region}"
         if known.region == task.pose.region:
-            formula = f"region = {known.region} | {formula}"  # it leaves when it can
+            formula = f"region = {known.region} | {formula}"  # it may stay where it is
         yield Constraint(Section.SYS_TRANS, formula, origin, (known.region,))
     lost = Origin("coordination", "from there the team could not continue", "design, section 5")
     for pose in sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0)):

@@ -35,7 +35,8 @@ class Binary(Struct, frozen=True, dict=True):
 
     @cached_property
     def digest(self) -> str:
-        """Hex sha256 of the file: cached results are valid for exactly this program."""
+        """Hex sha256 of the file: cached results are valid for this program only. Raises
+        SynthesizerError if it cannot be read."""
         try:
             status = self.path.stat()
             return _digest(self.path, status.st_ino, status.st_mtime_ns, status.st_size)

@@ -20,7 +20,7 @@ from safenav.world.map import Heading
 if TYPE_CHECKING:
     import networkx
 
-_NOT_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"  # slow to compile
+_NOT_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"  # compiled on use: that is slow
 
 
 class StrategySize(Struct, frozen=True):

@@ -188,7 +188,7 @@ def die_with_parent(command: Sequence[str]) -> list[str]:
     (Linux; elsewhere it runs to its end)."""
     setpriv = _setpriv()
     if setpriv is None or not os.access(command[0], os.X_OK):
-        return list(command)  # a command that cannot be started is an error of its own
+        return list(command)  # a command that cannot be started raises its own error
     return [setpriv, "--pdeathsig", "KILL", "--", *command]
 
 

@@ -112,7 +112,7 @@ class _Reader:
         elif kind == Header.type:
             self._take_header(number, data)
         elif self._header is None and not self._diagnostics:
-            self._headless = True  # nothing can be checked without it
+            self._headless = True  # without it, no line can be checked
             self._report(number, "the first line must be the header", "is this a safenav trace?")
         elif kind in KINDS:
             record = self._convert(number, KINDS[kind], data)

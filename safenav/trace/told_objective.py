@@ -1,4 +1,4 @@
-"""Objectives of a scenario as a trace spells them, and back."""
+"""Conversion of objectives between scenario and trace."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from safenav.trace.objective import Objective as TracedObjective
 
 
 def objective_in_trace(objective: Objective) -> TracedObjective:
-    """An objective as a trace spells it."""
+    """Return an objective in the form of a trace."""
     told = TracedObjective.of(to_data(objective))
     assert told is not None, "every objective of a scenario can be told"
     return told

@@ -110,7 +110,7 @@ class Wording(Struct, frozen=True):
             case records.KnownObstacle():
                 obstacle = self.strong(self.obstacle(line.obstacle))
                 why = line.because or _BLOCKED[line.reason]
-                if not line.robots:  # an order, say
+                if not line.robots:  # for example, an order
                     return f"{obstacle} stays unresolved: {why}"
                 robots = self._all(line.robots)
                 if line.for_now:
@@ -300,7 +300,7 @@ class Wording(Struct, frozen=True):
         return f"{self.sentence(violation)}; {way}"
 
     def holding(self, line: records.Goal) -> str:
-        """The goal of a robot that is to stay where it is."""
+        """The goal of a robot that must stay where it is."""
         return f"{self.robot(line.robot)} holds {self._at(line.region)}"
 
     def _request(self, line: records.Request) -> str:

@@ -70,7 +70,7 @@ class Partition(Struct, frozen=True):
         """The partition with the smallest cell joined to its smallest neighbour (to any cell if
         it has none) until there are at most ``most``.
 
-        Beliefs with it contain the beliefs without it.
+        Its beliefs contain those of this partition.
         """
         cells = list(self.cells)
         while len(cells) > max(1, most):

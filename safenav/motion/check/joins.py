@@ -86,7 +86,7 @@ def check_joins(case: Examination, robot: str) -> None:
     plan continues from its measured position, or ends."""
     pieces = case.pieces[robot]
     if not pieces:
-        if case.makespan > NEAR:  # else the run took no time
+        if case.makespan > NEAR:  # a run that took no time needs no motion
             case.wrong(0.0, robot, "continuity", "no motion recorded for this robot")
         return
     resets = {reset.t for reset in case.motion.of(Reset, robot)}

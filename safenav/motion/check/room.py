@@ -15,7 +15,7 @@ FOREVER = float("inf")
 TOUCH = 1e-6
 """Metres that a body may reach over the border of its room by rounding."""
 MEASURED_TOUCH = 0.01
-"""The same by odometry."""
+"""The same for positions by odometry."""
 STEP = 0.05
 """Seconds between the instants at which distances are measured."""
 

@@ -1,4 +1,4 @@
-"""All rules of a motion, in the order of time."""
+"""All rules of a motion, and its findings by time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from safenav.trace.trace import Trace
 
 
 def check_motion(motion: Motion, trace: Trace) -> list[Finding]:
-    """Every broken rule, by time; none if the motion carries out the trace as docs/motion.md
+    """Return every broken rule, by time; none if the motion carries out the trace as docs/motion.md
     demands."""
     if found := mismatch(motion, trace):
         return [Finding(0.0, "", "header", found)]

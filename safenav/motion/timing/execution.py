@@ -54,7 +54,8 @@ class ReservationLedger:
             self._last[robot] = end
 
     def outcome(self, makespan: float) -> MotionOutcome:
-        """The end of the motion; a robot waits while it is not busy, up to its last activity."""
+        """Return the outcome of the motion; a robot waits while it is not busy, up to its last
+        activity."""
         waiting = {name: end - self._busy[name] for name, end in self._last.items()}
         return MotionOutcome(makespan, self._busy, waiting, ())
 

@@ -35,8 +35,8 @@ def inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def move_variable() -> Variable:
-    """Return the first output, so that of moves that are equally good the synthesizer takes
-    staying: a robot that must wait waits where it is."""
+    """Return the first output, by which the synthesizer chooses to stay among equally good moves: a
+    robot that must wait does not wander."""
     note = "what it does: 0 stay, 1 north, 2 east, 3 south, 4 west"
     return Variable(MOVE, Owner.OUTPUT, (0, 4), note)
 
