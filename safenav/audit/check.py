@@ -1,4 +1,4 @@
-"""Trace check: reads a trace (safenav.trace) and applies every rule to it."""
+"""Check of a trace: reads it (safenav.trace) and applies every rule to it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from safenav.trace.trace import Trace
 
 @dataclass(frozen=True)
 class Statistics:
-    """Counts of the lines of a trace. ``steps``: moves that are not stays."""
+    """Counts of the lines of a trace. ``steps``: moves to another region."""
 
     robots: int
     ticks: int
@@ -38,9 +38,9 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Audit:
-    """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off (by a
-    crash, say), and the result does not cover what came after. ``notes``: what was not judged,
-    since it is larger than this check accepts."""
+    """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off, for
+    example by a crash, and the result covers only the part that exists. ``notes``: parts that were
+    not judged, because they exceed the limits of this check."""
 
     source: str
     outcome: str | None
@@ -51,20 +51,20 @@ class Audit:
 
     @property
     def ok(self) -> bool:
-        """Return whether no rule was broken, as far as the trace goes."""
+        """Return whether no rule is broken up to the end of the trace."""
         return not self.findings
 
 
 def check_trace(trace: str | Path | Iterable[str]) -> Audit:
-    """Check a trace in a file (its path) or in lines. Raises InputError if it is not a trace."""
+    """Check a trace, given as a path or as its lines. Raises InputError if it is not a trace."""
     if isinstance(trace, str | Path):
         return audit(read_trace(trace))
     return audit(read_lines(trace))
 
 
 def audit(trace: Trace, after: Trace | None = None) -> Audit:
-    """Check a trace that was read. Findings come in the order of the lines they concern. ``after``:
-    the trace that it continues; its header is compared with the end of that."""
+    """Check a trace that has been read. The findings are in the order of the lines they concern.
+    ``after``: the trace of the run that this one continues; the header is compared with its end."""
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
     records = [_plain_proof(record) for record in trace.records]
     now = Situation(trace.header, records)
@@ -86,7 +86,7 @@ def audit(trace: Trace, after: Trace | None = None) -> Audit:
 
 
 def _plain_proof(record: Any) -> Any:
-    """The record with its proof, if it has one, as the file has it."""
+    """Return the record with its proof, if any, in the form that the file has."""
     proof = getattr(record, "proof", None)
     return record if proof is None else record.__replace__(proof=plain(proof))
 

@@ -1,8 +1,9 @@
-"""The header of a run that continues another, against the trace of that one.
+"""Rule on the header of a run that continues another one.
 
-Replays the first trace by the rules' own state, and compares where it ends with where the other
-begins. Robots that have joined are new; a robot that an input keeps from its objective may begin
-with either."""
+Replays the trace of the earlier run and compares its end with the start of the later run. Robots
+that have joined are new. A robot that an input keeps from its objective may begin with either
+objective.
+"""
 
 from __future__ import annotations
 
@@ -19,11 +20,11 @@ from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status
 
 NAME = "continuation"
-"""The name of this rule."""
+"""Name of this rule."""
 
 
 class _Standing(Rule):
-    """Records since which tick each robot has stood without another target, in lockstep."""
+    """In lockstep: the tick since which each robot has stood without a new target."""
 
     name = NAME
     kinds = (
@@ -49,8 +50,8 @@ class _Standing(Rule):
         return ()
 
     def waited(self, tick: int, now: Situation) -> dict[str, int]:
-        """The ticks for which robots have stood so when a tick is over, but where they are to
-        be."""
+        """Return the ticks for which each robot has stood so at the end of a tick, without the
+        robots that stay by their objective."""
         standing = ((robot, at) for robot, at in self.since.items() if not _stays(robot, now))
         return {robot: tick + 1 - at for robot, at in standing if at <= tick}
 
@@ -58,8 +59,8 @@ class _Standing(Rule):
 def continuation_problems(
     first: Line, records: Sequence[Line], digest: str, rest: Line
 ) -> Iterator[str]:
-    """Yield what the header ``rest`` tells otherwise than the trace with the header ``first``, of
-    which ``digest`` is the sha256."""
+    """Yield how the header ``rest`` contradicts the trace that it continues, which has the header
+    ``first``, the lines ``records`` and the sha256 ``digest``."""
     begun, robots = rest.scenario.begun, rest.scenario.robots
     if begun is None:
         yield "its header does not record that it continues another run"
@@ -110,7 +111,7 @@ def continuation_problems(
 
 
 def _others(told: Sequence[str] | None, truth: set[str], kind: str, claim: str) -> Iterator[str]:
-    """Yield the claim about the names that a header tells, if others are true."""
+    """Yield the claim about the names in a header, if they differ from the true ones."""
     if {*(told or ())} != truth:
         said = ", ".join(told or ()) or f"no {kind}"
         yield f"{said} {claim} {', '.join(sorted(truth)) or 'none'}"
@@ -129,8 +130,9 @@ def _plan_problems(told: Line | None, left: Left | None) -> Iterator[str]:
 
 
 def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple[int, set[str]]:
-    """Return the last tick that is over, and the robots that have had a turn in the next one.
-    ``told``: those of the header, which decides whether a strict robot has met its target."""
+    """Return the last completed tick, and the robots that have had a turn in the next one.
+    ``told``: such robots by the header; it decides whether a robot with a strict objective has met
+    its target."""
     last = max((record.tick for record in records), default=0)
     moved = {r.robot for r in records if r.type == "move" and r.tick == last}
     if now.live or not last:
@@ -144,15 +146,15 @@ def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple
 
 
 def _has_met(now: Situation) -> bool:
-    """Return whether the last robot has met a target with its present strategy: not only one where
-    it has gone for its charge."""
+    """Return whether the last robot has met a target with its present strategy, since it last left
+    for a charger."""
     charge = (r.line for r in now.turn.all("synthesis") if r.reason == "charge")
     since = max(charge, default=0)
     return any(goal.line > since for goal in now.turn.all("goal"))
 
 
 def _may_owe_goal(robot: str, now: Situation) -> bool:
-    """Return whether a robot is in a target that it may have met last, and has no line for it."""
+    """Return whether a robot is in a target that it may have just met, without a goal line."""
     own, here = now.own[robot], now.region[robot]
     if now.is_away(robot) or now.objectives[robot] != own or now.toward[robot] is not None:
         return False
@@ -176,7 +178,7 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
         yield f"{name} has the objective '{begins.objective}', but had '{now.own[name]}'"
         return
     if now.is_away(name) or begins.objective != now.own[name]:
-        return  # its rounds restart when it has its own objective again
+        return  # its rounds restart when it resumes its own objective
     shape, rounds = shape_of(now.own[name].kind), now.progress[name].rounds
     told = 0 if done is None else done.rounds or 0
     if told < rounds or (told > rounds and shape.recurs):
@@ -190,7 +192,8 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
 
 
 def _charges(robot: str, now: Situation) -> bool:
-    """Return whether a robot charges where it stands: it is to stay there, not for a request."""
+    """Return whether a robot charges where it stands: its objective is to stay there, and not
+    because of a request."""
     here = now.region[robot]
     if now.header.robots[robot].battery is None or here not in (now.header.chargers or ()):
         return False
@@ -206,8 +209,8 @@ def _stays(robot: str, now: Situation) -> bool:
 
 
 def _waits(requests: Mapping[str, Mapping[str, int]], now: Situation) -> dict[str, Any]:
-    """Return where the robots wait that make requests; None if that is not known, as the step of a
-    robot has no end."""
+    """Return the region where each requester waits; None if it is unknown, because the robot's step
+    has no end."""
     return {
         name: {robot: at if now.toward[robot] is None else None for robot, at in waits.items()}
         for name, waits in requests.items()
@@ -222,7 +225,7 @@ def _seen(robot: str, now: Situation) -> set[int]:
 
 
 def _turn(robot: str, now: Situation) -> Sequence[int]:
-    """Return the targets of which one is next: a strict objective may begin with any."""
+    """Return the targets that may be next: with a strict objective, any of them."""
     own, progress = now.own[robot], now.progress[robot]
     count = max(len(own.targets), 1)
     if shape_of(own.kind).ends:

@@ -1,8 +1,9 @@
-"""Demands of an objective in formulas on one robot.
+"""Demands of an objective with formulas on one robot.
 
 The formulas (docs/scenario.md, raw guarantees) are over ``region``, ``heading`` and the objective's
-memory. A step is a pair of poses with the memory before and after; safety must hold on each, and
-every goal infinitely often."""
+memory. A step is a pair of poses with the memory before and after; safety must hold on each step,
+and every goal infinitely often.
+"""
 
 from __future__ import annotations
 
@@ -32,13 +33,13 @@ State = tuple[Pose, int]
 
 
 class Formulas:
-    """The guarantees of one robot. ``valuations``: the values that its memory can have, with the
-    inputs that its formulas name. Raises RefusedError for what cannot be read."""
+    """The guarantees of one robot. ``valuations``: the possible values of its memory, with the
+    inputs that its formulas name. Raises RefusedError for formulas that cannot be read."""
 
     def __init__(self, body: Mapping[str, object]) -> None:
         memory: Any = body.get("memory") or {}
         require(isinstance(memory, Mapping), "the memory is not one of names")
-        inputs = _lines(body, "inputs")  # any values may come
+        inputs = _lines(body, "inputs")  # of any value
         kinds = {**memory, **dict.fromkeys(inputs, "bool")}
         truths = frozenset(name for name, kind in kinds.items() if kind == "bool")
         ranges = [range(2) if kind == "bool" else _range(kind) for kind in kinds.values()]
@@ -70,14 +71,14 @@ class Formulas:
         return any(self.goals[goal](*values) for _, _, values in self._values(before, after))
 
     def steps(self, before: Pose, after: Pose) -> Iterator[tuple[int, int, frozenset[int]]]:
-        """The memory (by number) before and after with which the step is allowed, and the goals
-        that it meets."""
+        """Yield the allowed steps between two poses: the memory (by number) before and after, and
+        the goals that the step meets."""
         for i, j, values in self._values(before, after):
             if self._safe(*values):
                 yield i, j, frozenset(k for k, goal in enumerate(self.goals) if goal(*values))
 
     def met_by_staying(self, pose: Pose, memory: int) -> frozenset[int]:
-        """Return the goals that a robot meets which stays in a pose with that memory."""
+        """Return the goals that a robot meets by staying in a pose with that memory."""
         row = *_row(pose), *self.valuations[memory]
         return frozenset(k for k, goal in enumerate(self.goals) if goal(*row, *row))
 
@@ -112,8 +113,8 @@ class Formulas:
 
 @lru_cache(maxsize=64)
 def rules_of(objective: Objective) -> Formulas:
-    """Return the demands of an objective on each step: its own formulas, and those beside it.
-    Raises RefusedError."""
+    """Return the demands of an objective on each step: its own formulas and its ``always``. Raises
+    RefusedError."""
     own = json.loads(objective.body) if objective.kind == "ltl" else {}
     safety = [*_lines(own, "safety"), *objective.always]
     return Formulas({**own, "safety": safety})

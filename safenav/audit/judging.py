@@ -1,7 +1,8 @@
-"""Every rule, applied to the lines of a run one after the other.
+"""All rules, applied to the lines of a run in their order.
 
-The joint-trace checker of the design (section 10). It shares no code with what happens in a run: it
-knows the format (docs/trace.md) and computes the rest from the header."""
+The joint-trace checker of the design (section 10). It shares no code with the runtime: it knows the
+format (docs/trace.md) and computes everything else from the header.
+"""
 
 from __future__ import annotations
 
@@ -42,26 +43,26 @@ RULES: tuple[type[Rule], ...] = tuple(
 """Every rule, in the order in which findings on one line are reported."""
 
 NAMES_RULE = "names"
-"""Lines refer only to robots and obstacles of the header, or to obstacles that were discovered
-before. Kept here, since lines that break it mean nothing to the other rules and are left out."""
+"""Lines refer only to robots and obstacles of the header, or to obstacles discovered before. This
+rule is checked here, because the other rules cannot interpret a line that breaks it."""
 
 _ROLES = (
     *("robot", "requester", "helper", "of", "helpers", "robots"),
     *("bids", "objectives", "rounds", "nodes", "unrealizable"),
 )
-"""The fields of lines that name robots."""
+"""Fields of lines that name robots."""
 
 
 def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> Iterator[Finding]:
-    """Yield what is wrong with a run, at the latest when the turn is over that shows it. ``now``:
-    the situation at its header, which follows the lines."""
+    """Yield the findings of a run, each no later than the end of the turn that shows it. ``now``:
+    the situation at its header; the lines are applied to it."""
     opening, rules = now.turn, list(rules)
     announced = {obstacle.name for obstacle in now.header.obstacles}
     ends = [rule for rule in rules if _judges(rule, "turn")]
-    judges: dict[str, list[Rule]] = {}  # of the lines of each type
+    judges: dict[str, list[Rule]] = {}  # for each type of line
     if strangers := _strangers_before(now):
         yield from (_of_run(opening, f"{name!r} is not in the scenario") for name in strangers)
-        return  # the state at the header names them
+        return  # the initial state would contain unknown names
     for rule in rules:
         for said in rule.opening(now):
             yield rule.finding(said, opening, None)
@@ -105,7 +106,7 @@ def _of_run(record: Line, problem: str, rule: str = NAMES_RULE) -> Finding:
 
 
 def _judges(rule: Rule, moment: str) -> bool:
-    """Whether a rule judges lines, or turns: most judge one of them only, and a run has many."""
+    """Return whether a rule overrides a method of Rule: most rules judge either lines or turns."""
     return getattr(type(rule), moment) is not getattr(Rule, moment)
 
 
@@ -117,7 +118,7 @@ def _turn_over(rules: Iterable[Rule], now: Situation, *, last: bool) -> Iterator
 
 
 def _strangers_before(now: Situation) -> list[str]:
-    """Return the robots and obstacles that a run which this one continues has besides."""
+    """Return the robots and obstacles of the earlier run that this header does not have."""
     begun, asked = now.begun, now.begun.asked or {}
     robots = {*now.done}.union(*asked.values()) - now.header.robots.keys()
     obstacles = {*asked, *(begun.met or ()), *(begun.stays or ())} - now.obstacles.keys()
@@ -125,7 +126,7 @@ def _strangers_before(now: Situation) -> list[str]:
 
 
 def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -> str | None:
-    """Return a robot or obstacle that the line refers to and that no earlier line has announced."""
+    """Return a robot or obstacle that the line names but no earlier line has announced, if any."""
     if record.type == "move":
         return None if record.robot in team else str(record.robot)
     obstacle = getattr(record, "obstacle", None)
@@ -139,7 +140,7 @@ def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -
     if record.type == "discovered":
         robots += record.obstacle.blocks
     elif obstacle is not None and obstacle not in announced:
-        return str(obstacle)  # be it the name of a robot
+        return str(obstacle)  # even if it is the name of a robot
     return next((name for name in robots if name not in team), None)
 
 

@@ -1,7 +1,8 @@
-"""The kinds of objectives about targets, as judges know them: one table.
+"""Kinds of objectives with targets, as the judges see them: one table.
 
 The rules of the audit and the checker of bundles query it and name no kind. Written from
-docs/scenario.md, independently of ``safenav.scenario.objective``."""
+docs/scenario.md, independently of ``safenav.scenario.objective``.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +10,11 @@ from typing import NamedTuple
 
 
 class Shape(NamedTuple):
-    """``in_turn``: the targets are met in their order; else in any order. ``settles``: at its last
-    target the robot stays, and each tick there is a round. ``one``: a single target, which is
-    written without a list. ``strict``: the robot leaves a target immediately, and touches none out
-    of turn; a weaker form is ``ALTERNATION``. ``known``: the kind is in the table."""
+    """Properties of a kind. ``in_turn``: the targets are met in their order, otherwise in any
+    order. ``settles``: the robot stays at its last target, where each tick is a round. ``one``:
+    there is a single target, written without a list. ``strict``: the robot leaves a target
+    immediately, and touches none out of turn; its weaker form is ``ALTERNATION``. ``known``: the
+    kind is in the table."""
 
     in_turn: bool = False
     settles: bool = False
@@ -22,12 +24,12 @@ class Shape(NamedTuple):
 
     @property
     def ends(self) -> bool:
-        """Whether each target is met once, and then the robot stays."""
+        """Whether each target is met once, after which the robot stays."""
         return self.settles and self.in_turn
 
     @property
     def ordered(self) -> bool:
-        """Whether the target that is next is always known."""
+        """Whether the next target is always known."""
         return self.in_turn or self.settles
 
     @property
@@ -37,7 +39,7 @@ class Shape(NamedTuple):
 
     @property
     def recurs(self) -> bool:
-        """Whether its rounds are its targets, met one by one, forever."""
+        """Whether the robot meets its targets forever, and each pass through them is a round."""
         return self.known and not self.settles
 
 
@@ -53,9 +55,10 @@ _NO_TARGETS = Shape(known=False)
 ALTERNATION = "visit"
 """Kind of a helper's objective, and of the weaker form of a strict one."""
 STAYING = "hold"
-"""The kind of a robot that waits or charges."""
+"""Kind of the objective of a robot that waits or charges."""
 
 
 def shape_of(kind: str) -> Shape:
-    """The shape of an objective; formulas, and kinds that are not in the table, have none."""
+    """Return the shape of a kind of objective; formulas and unknown kinds get one with ``known``
+    False."""
     return KINDS.get(kind, _NO_TARGETS)

@@ -1,7 +1,8 @@
-"""The language of formulas (docs/scenario.md), and what else all checks need.
+"""The language of formulas (docs/scenario.md), and what all checks share.
 
-Formulas become functions of Python over the values of variables; a variable's name with a prime is
-its next value."""
+Formulas become Python functions of the values of variables; a variable's name with a prime is its
+next value.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ MOST_STATES = 200_000
 MOST_CASES = 1_000_000
 HEADINGS = ("north", "east", "south", "west")
 
-Key = str  # a variable's name, followed by ' where its next value is meant
+Key = str  # a variable's name, followed by ' for its next value
 Keys = Sequence[Key]
 Row = tuple[int, ...]  # values of variables; a truth is 0 or 1
 Pose = tuple[int, str | None]  # a region, and the heading of robots that have one
@@ -38,7 +39,8 @@ def require(holds: object, reason: str) -> None:
 def closure(
     starts: Iterable[Any], after: Callable[[Any], Iterable[Any]], most: float = inf
 ) -> list[Any]:
-    """Return everything that is reachable from ``starts``: at most so many states."""
+    """Return all states reachable from ``starts``. Raises TooLargeError if there are more than
+    ``most``."""
     queue = [*dict.fromkeys(starts)]
     found = {*queue}
     for state in queue:
@@ -54,7 +56,7 @@ def closure(
 def distance(
     starts: Iterable[Any], after: Callable[[Any], Iterable[Any]], there: AbstractSet[Any]
 ) -> int | None:
-    """Return the number of steps to the nearest of some states; None if there is no way."""
+    """Return the number of steps to the nearest state of ``there``; None if there is no path."""
     edge = {*starts}
     seen, count = edge, 0
     while edge and not edge & there:
@@ -64,7 +66,7 @@ def distance(
 
 
 class Clause(NamedTuple):
-    """A formula, the variables that it reads, and an expression of Python for it."""
+    """A formula, the variables that it reads, and its Python expression."""
 
     text: str
     reads: frozenset[Key]
@@ -75,8 +77,8 @@ _TOKEN = re.compile(
     r"(?a)\s*(\d+|[A-Za-z_]\w*'*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()])"
 )
 _SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
-# How tightly operators bind (equal ones are grouped to the left), and their form in Python: truths
-# are 0 and 1, so that an implication is a comparison.
+# Precedence of the operators (they associate to the left) and their form in Python. Truth values
+# are 0 and 1, so an implication is a comparison.
 _SIGNS = {"<->": (1, "=="), "->": (2, "<="), "^": (3, "!="), "|": (4, "or"), "&": (5, "and")}
 _SIGNS |= {"=": (7, "=="), "+": (8, "+"), **{s: (7, s) for s in ("!=", "<", "<=", ">", ">=")}}
 _NOT, _COMPARES, _TIGHTEST = 6, 7, 9
@@ -84,7 +86,7 @@ _NUMBERS = {"FALSE": 0, "TRUE": 1} | {heading: k for k, heading in enumerate(HEA
 
 
 def name_of(key: Key) -> str:
-    """Return a variable's name in Python."""
+    """Return the Python name of a variable."""
     return f"next_{key[:-1]}" if key.endswith("'") else f"now_{key}"
 
 
@@ -94,8 +96,8 @@ def primed(names: Iterable[str]) -> list[Key]:
 
 @cache
 def read_clause(text: str, truths: frozenset[str]) -> Clause:
-    """Parse a clause, once: the strategies of a run share most of theirs. ``truths``: the Boolean
-    variables."""
+    """Parse a clause; results are cached, because the strategies of a run share most clauses.
+    ``truths``: the Boolean variables. Raises RefusedError."""
     rest = _TOKEN.sub("", text).strip()
     require(not rest, f"cannot read '{rest[:20]}'")
     tokens = ["the end", *(_SAME.get(token, token) for token in reversed(_TOKEN.findall(text)))]
@@ -107,8 +109,8 @@ def read_clause(text: str, truths: frozenset[str]) -> Clause:
         return [code for code, _ in parts]
 
     def read(least: int, prime: str) -> tuple[str, bool]:
-        """Return the expression that binds at least this tightly, and whether it is a truth. Within
-        next(...) each variable gets a prime."""
+        """Return the longest expression of operators with at least this precedence, and whether it
+        is a truth value. Within next(...) each variable gets a prime."""
         token = tokens.pop()
         value = str(_NUMBERS.get(token, token)), token in ("TRUE", "FALSE")
         if token in ("next", "X") and tokens[-1] == "(":
@@ -143,8 +145,8 @@ def read_clause(text: str, truths: frozenset[str]) -> Clause:
 
 @cache
 def function_of(keys: Keys, clauses: Sequence[Clause]) -> Any:
-    """Return whether all clauses hold, as a function of the values of these variables. (Whatever is
-    evaluated was put together by ``read_clause``.)"""
+    """Return a function of the values of ``keys`` that tells whether all clauses hold. The
+    evaluated code comes only from ``read_clause``."""
     code = " and ".join(clause.code for clause in clauses) or "True"
     try:
         return eval(f"lambda {', '.join(map(name_of, keys))}: {code}")
@@ -156,7 +158,8 @@ def complete(
     ranges: Mapping[Key, range], wanted: Keys, clauses: Sequence[Clause], known: Mapping[Key, int]
 ) -> set[Row]:
     """Return all rows of values of the ``wanted`` variables that satisfy the clauses together with
-    the known values. A clause is evaluated as soon as all values that it reads are known."""
+    the known values. A clause is evaluated as soon as all values that it reads are known. Raises
+    TooLargeError."""
     if not wanted and not clauses:
         return {()}
     steps, found = _steps((*known,), (*wanted,), (*clauses,)), [(*known.values(),)]
@@ -171,8 +174,8 @@ def complete(
 
 @cache
 def _steps(names: tuple[Key, ...], wanted: tuple[Key, ...], clauses: tuple[Clause, ...]) -> Any:
-    """Return the clauses to evaluate with the values of ``names``, then with one more of the
-    ``wanted`` variables at a time."""
+    """Return functions that evaluate the clauses: first those over ``names``, then those that each
+    further ``wanted`` variable makes complete."""
     found = []
     for key in ("", *wanted):
         names = (*names, key) if key else names
@@ -185,7 +188,7 @@ def _steps(names: tuple[Key, ...], wanted: tuple[Key, ...], clauses: tuple[Claus
 
 
 def named(*poses: Pose) -> dict[Key, int]:
-    """Return a pose, or one and the next, as values of variables."""
+    """Return a pose, or a pose and the next one, as values of variables."""
     each = [*zip(poses, ("", "'"), strict=False)]
     regions = {f"region{prime}": region for (region, _), prime in each}
     return regions | {f"heading{prime}": HEADINGS.index(h) for (_, h), prime in each if h}

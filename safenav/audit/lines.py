@@ -1,4 +1,4 @@
-"""Lines of a trace, and parts of its header: objects with the fields of docs/trace.md."""
+"""Lines of a trace, and parts of its header, as objects with the fields of docs/trace.md."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.needs import Need, OpenObstacle
 
 Line = Any
-"""``type`` is its type; a field that is absent is None, or what the page names as its default."""
+"""A line of a trace, with its ``type``; a missing field is None or its default (docs/trace.md)."""
 
 _NAMED = (
     *("again", "asked", "beliefs", "bids", "due", "inputs", "knowledge", "memory", "met", "nodes"),
     *("objectives", "others_targets", "refused", "results", "robots", "rounds", "unrealizable"),
     *("values", "within"),
 )
-"""Fields whose value may be an entry for each of some names."""
+"""Fields whose value may be a mapping from names."""
 _SETS = ("blocks", "capabilities", "conflicts")
 
 
@@ -33,12 +33,13 @@ class Made(SimpleNamespace):
         return {**vars(self), "line": 0} == {**vars(other), "line": 0}
 
     def __getattr__(self, name: str) -> None:
-        """Absent."""
+        """Return None for a missing field."""
 
 
 class Objective(NamedTuple):
-    """``kind``, ``targets`` (sets of regions of which any counts), ``body`` as JSON in one
-    spelling, ``literal`` (no weaker form will do), and what holds meanwhile."""
+    """An objective. ``targets``: sets of regions, any of which counts; ``body``: its JSON in a
+    normal form; ``literal``: a weaker form does not suffice; ``avoid``, ``always``: its safety
+    rules."""
 
     kind: str
     targets: tuple[frozenset[int], ...]
@@ -56,7 +57,7 @@ class Objective(NamedTuple):
 
 class Obstacle(Made):
     """An obstacle of the header, or one that a line describes. ``all_needs``: its needs in order,
-    also where the trace has only one."""
+    even if there is only one."""
 
     @classmethod
     def of(cls, told: Line, robots: Mapping[str, Line]) -> Obstacle:
@@ -73,7 +74,7 @@ class Obstacle(Made):
         return cls(all_needs=tuple(needs), **about)
 
     def opened(self) -> OpenObstacle:
-        """The obstacle with no need met."""
+        """Return the obstacle with no need met."""
         number = self.name.partition("#")[2]
         order = self.type, self.region, int(number) if number.isdecimal() else 1
         about = self.name, self.region, frozenset(self.blocks), self.all_needs
@@ -81,12 +82,12 @@ class Obstacle(Made):
 
 
 def proof_of(line: Line) -> Mapping[str, Any] | None:
-    """The proof in a line as the file has it."""
+    """Return the proof in a line, as in the file; None if there is none."""
     return line.proof if isinstance(line.proof, Mapping) else None
 
 
 def read_line(data: Mapping[str, Any], number: int) -> Line:
-    """A line as the file has it (``data``), as an object."""
+    """Return a line of the file (``data``) as an object."""
     line = _read(data, "")
     if line.type == "belief":
         line.regions = frozenset(line.regions)
@@ -112,7 +113,7 @@ def _read(value: Any, key: str) -> Any:
 
 
 def read_objective(data: Mapping[str, Any]) -> Objective:
-    """An objective as the file has it."""
+    """Return an objective of the file as an object."""
     literal = data.get("form") == "literal"
     rest = {k: v for k, v in data.items() if k not in ("avoid", "always", "form")}
     ((kind, body),) = rest.items()

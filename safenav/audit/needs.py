@@ -1,4 +1,4 @@
-"""Needs of obstacles, and obstacles with their open needs, as in lines of a trace."""
+"""Needs of obstacles, and obstacles with their open needs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 
 class Need(NamedTuple):
-    """An action that ``robots`` of the ``able`` ones perform, each on one of ``regions``, all in
-    one tick if ``together``; ``same``: they are among those of the need before it. The able ones
-    also have the actions of the needs after it that the same robots must meet."""
+    """An action that ``robots`` of the ``able`` ones perform, each in one of ``regions``.
+    ``together``: all in one tick; ``same``: by robots that fulfilled the need before it. The able
+    robots also have the actions of the later needs that the same robots must meet."""
 
     able: frozenset[str]
     regions: frozenset[int]
@@ -22,10 +22,10 @@ class Need(NamedTuple):
 
 class OpenObstacle(NamedTuple):
     """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
-    next one first; ``done``: robots that have had their part in that; ``barred``: robots without a
-    strategy for serving it; ``order``: robots that can take several loads take them in this
-    order; ``stage``: the number of its next need; ``sweeps``: the regions where no other robot
-    may be while one resolves it."""
+    next one first; ``done``: robots that have done their part of the next need; ``barred``: robots
+    without a strategy for serving it; ``order``: rank by which robots that can take several loads
+    take them; ``stage``: number of its next need; ``sweeps``: regions where no other robot may be
+    while a robot resolves it."""
 
     name: str
     region: int
@@ -38,11 +38,12 @@ class OpenObstacle(NamedTuple):
     sweeps: frozenset[int] = frozenset()
 
     def closes(self, robot: str) -> bool:
-        """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""
+        """Return whether a robot must not enter its region: it is stopped, and does not resolve the
+        obstacle by entering."""
         return bool(self.left) and robot in self.stops and not self.entered_by(robot)
 
     def entered_by(self, robot: str) -> bool:
-        """Whether a robot alone resolves it by entering its region now."""
+        """Return whether a robot alone resolves it by entering its region now."""
         return len(self.left) == 1 and self.ends_by_entering(robot)
 
     def ends_by_entering(self, robot: str) -> bool:
@@ -52,22 +53,22 @@ class OpenObstacle(NamedTuple):
         return alone and self.region in last.regions and robot in last.able
 
     def chain(self) -> tuple[Need, ...]:
-        """The needs after the next one that the same robots must meet."""
+        """Return the needs after the next one that the same robots must meet."""
         later = self.left[1:]
         return tuple(takewhile(lambda need: need.same, later))
 
     def takes(self) -> bool:
-        """Whether the robots that meet the next need carry a load from then on."""
+        """Return whether the robots that meet the next need then carry a load."""
         return bool(self.chain()) and not self.left[0].same
 
     def carriers(self) -> frozenset[str]:
-        """The robots that carry a load: they have taken it, or had a part in taking it."""
+        """Return the robots that carry a load: they have taken it, or taken part in that."""
         if self.left and self.left[0].same:
             return self.left[0].able
         return self.done if self.takes() and not self.left[0].together else frozenset()
 
     def commits(self) -> bool:
-        """Whether the robots that meet the next need are chosen for another one by that."""
+        """Return whether meeting the next need determines the robots of a later need."""
         chosen = self.left[0].same and len(self.left[0].able) <= self.left[0].robots
         return bool(self.chain()) and not chosen
 

@@ -1,7 +1,8 @@
-"""The poses of a robot and the steps between them, and what can be reached.
+"""Poses of a robot, the steps between them, and reachability.
 
-Many robots of a team, at many lines of a trace, ask for the same: what was found for a pose also
-holds for all that can reach each other."""
+Results are cached: many robots, at many lines of a trace, make the same queries, and the result for
+a pose holds for all poses that reach each other.
+"""
 
 from __future__ import annotations
 
@@ -16,22 +17,23 @@ Poses = frozenset[Pose]
 Walls = frozenset[int]
 
 MOST_KEPT = 2_000_000
-"""Poses in the results that a graph keeps."""
+"""Limit on the number of poses in the cached results of a graph."""
 
 
 class Spread(NamedTuple):
-    """The poses that one can reach, and those of them from which it can be reached."""
+    """The poses reachable from a pose, and those of them from which it is reachable."""
 
     reach: Poses
     around: Poses
 
 
 class PoseGraph(dict[Pose, tuple[Pose, ...]]):
-    """The poses after one step from each pose. ``walls``: regions that are not entered."""
+    """The poses after one step from each pose. ``walls``, in its methods: regions that are not
+    entered."""
 
     @cached_property
     def before(self) -> dict[Pose, list[Pose]]:
-        """Return for each pose those from which one step leads there."""
+        """The poses from which one step leads to each pose."""
         found: dict[Pose, list[Pose]] = {}
         for pose, steps in self.items():
             for to in steps:
@@ -56,8 +58,8 @@ class PoseGraph(dict[Pose, tuple[Pose, ...]]):
     _kept = 0
 
     def spread(self, pose: Pose, walls: Walls) -> Spread:
-        """Return what can be reached from a pose. From one in a wall, ``around`` has the poses that
-        would lead back if it were none."""
+        """Return the spread of a pose. For a pose in a wall, ``around`` has the poses that would
+        lead back if its region were free."""
         if self._kept > MOST_KEPT:
             self._known.clear()
             self._kept = 0
@@ -75,7 +77,7 @@ class PoseGraph(dict[Pose, tuple[Pose, ...]]):
         return found
 
     def reach(self, poses: Iterable[Pose], walls: Walls) -> Poses:
-        """Return the poses that can be reached from some poses."""
+        """Return the poses that are reachable from some poses."""
         found: Poses = frozenset()
         left = frozenset(poses)
         while left:
@@ -85,7 +87,7 @@ class PoseGraph(dict[Pose, tuple[Pose, ...]]):
 
     def can_continue(self, poses: Iterable[Pose], aims: tuple[Poses, ...], walls: Walls) -> bool:
         """Return whether each of the aims can be met infinitely often from some of the poses:
-        whether there are poses that can reach each other among which are some of each aim."""
+        whether some reachable poses reach each other and include a pose of each aim."""
         reach, seen = self.reach(poses, walls), set[Pose]()
         for pose in aims[0] & reach if aims else reach:
             if pose[0] not in walls and pose not in seen:

@@ -1,9 +1,11 @@
 """Lower bounds on the times of resolutions and rounds, computed from a trace alone.
 
-Robots do not collide and are never busy, and each open obstacle is gone from the earliest turn on
-in which its needs could all be met (docs/deadlines.md). Turn ``tick * n + i`` is that of robot i.
-The acts that a team has chosen since something is due are judged by the same steps, the slowest:
-each robot goes to its next place by the fastest that the obstacles still open leave to it.
+The bounds ignore collisions and assume that robots are never busy and that each open obstacle is
+gone from the earliest turn in which all its needs could be met (docs/deadlines.md). Turn ``tick * n
++ i`` is that of robot i.
+
+The acts that a team has chosen because of a deadline are judged by the same rules with the slowest
+steps: each robot takes the fastest path to its next place that the open obstacles leave.
 """
 
 from __future__ import annotations
@@ -24,15 +26,15 @@ Ticks = dict[Pose, int]
 
 
 class Bound:
-    """The bounds at the end of a turn. ``had``: the robots that have had their turn in this tick.
-    ``slow``: steps take the most ticks, and the turns of needs that are not met yet are the
-    caller's to tell (``met``)."""
+    """Bounds at the end of a turn. ``had``: the number of robots that have had their turn in this
+    tick. ``slow``: steps take the most ticks, and the caller sets the turns of unmet needs
+    (``met``)."""
 
     def __init__(self, now: Situation, tick: int, had: int, *, slow: bool = False) -> None:
         self.now, self.names, self._slow = now, [*now.header.robots], slow
         self.turn = tick * len(self.names) + had - 1
         self.start: dict[str, tuple[Pose, int]] = {}
-        self.until: dict[str, int] = {}  # the latest tick in which those in transit arrive
+        self.until: dict[str, int] = {}  # latest arrival of robots in transit
         for index, name in enumerate(self.names):
             ready = tick if index < had else tick - 1
             if now.toward[name] is not None:
@@ -67,7 +69,7 @@ class Bound:
         self.ends = {name: turns[-1] for name, turns in self.met.items()}
 
     def resolution(self, obstacle: str) -> int | None:
-        """The earliest tick in which an open obstacle can be resolved; None if it never can."""
+        """Return the earliest tick in which an open obstacle can be resolved; None: never."""
         turn = self.ends.get(obstacle, self.turn)
         return None if turn >= NEVER else turn // len(self.names)
 
@@ -91,20 +93,20 @@ class Bound:
         return min(seeds.values())
 
     def takes(self, robot: str) -> int:
-        """The ticks of a robot's step."""
+        """Return the ticks of a robot's step."""
         timing = self.now.header.robots[robot].timing
         if timing is None:
             return 1
         return timing.most if self._slow else timing.least
 
     def sets_out(self, robot: str, turn: int) -> int:
-        """The tick after which a robot can set out and still be, in that turn, where it was: it
-        is there until it arrives."""
+        """Return the tick after which a robot can depart and still be in its region in that turn:
+        it occupies the region until it arrives."""
         return (turn - self.names.index(robot)) // len(self.names) + 1 - self.takes(robot)
 
     def leaving(self, robot: str, need: Line, since: int) -> int:
-        """The first turn from ``since`` on in which a robot in transit can have its part in a need
-        where it set out; NEVER if there is none."""
+        """Return the first turn from ``since`` on in which a robot in transit can do its part of a
+        need in the region that it leaves; NEVER if there is none."""
         if self.now.toward[robot] is None or self.now.region[robot] not in need.regions:
             return NEVER
         own, count = self.names.index(robot), len(self.names)
@@ -112,7 +114,7 @@ class Bound:
         return turn if turn < self.until[robot] * count + own else NEVER
 
     def _closed_until(self, robot: str, region: int) -> int:
-        """The turn after which a robot may enter a region; -1: now."""
+        """Return the turn after which a robot may enter a region; -1: now."""
         after = -1
         for obstacle in self.open:
             if obstacle.region != region or robot not in obstacle.blocks:
@@ -131,9 +133,10 @@ class Bound:
         ends_in: Collection[int] = (),
         allows: Callable[[Pose, Pose], bool] | None = None,
     ) -> tuple[Ticks, Ticks]:
-        """The earliest tick at whose end a robot is in each pose; in which a step ends there.
-        ``ends_in``: regions through which no path leads, only into them; ``allows``: which steps
-        it takes (None: all of its mobility)."""
+        """Return, for each pose, the earliest tick at whose end a robot is there, and the earliest
+        in which a step ends there. ``seeds``: poses with the ticks at which the robot may start;
+        ``ends_in``: regions where paths may end but not continue; ``allows``: the steps that it may
+        take (None: all of its mobility)."""
         own, takes = self.names.index(robot), self.takes(robot)
         mobility = self.now.header.robots[robot].mobility
         best, stepped = dict(seeds), Ticks()
@@ -176,7 +179,7 @@ class Bound:
                 if need.same and number > stage:
                     if name not in former:
                         continue
-                    # alone it may have had its part, and left, before the others had theirs
+                    # if not together, it may have acted and left before the others acted
                     earlier, alone = needs[number - 1], not needs[number - 1].together
                     part_at = begun + (index - begun) % count if alone else before
                     since, places = self.sets_out(name, part_at), earlier.regions
@@ -205,9 +208,9 @@ class Bound:
 
 
 def mission_end(bound: Bound) -> int | None:
-    """Return the earliest tick at which the whole mission can be completed. A target on which a
-    robot starts is met at tick 0; a strict objective may begin with any of its targets, a literal
-    one with the first and with that on which the robot starts."""
+    """Return the earliest tick at which the whole mission can be completed; None if it never can. A
+    target on which a robot starts is met at tick 0. A strict objective may begin with any of its
+    targets, a literal one only with the first or with that on which the robot starts."""
     now, ends = bound.now, [0]
     rounds = now.header.until.rounds or 1
     for name in now.header.robots:
@@ -236,8 +239,9 @@ def mission_end(bound: Bound) -> int | None:
 def goals_left(
     robot: str, now: Situation, firsts: Mapping[str, int], rounds: int = 1
 ) -> Iterator[list[frozenset[int]]]:
-    """The targets that a robot has still to meet for its round, and the ``rounds`` after it; a
-    strict one that has met none may begin with any where no strategy says (``firsts``)."""
+    """Yield the possible sequences of targets that a robot must still meet to complete ``rounds``
+    rounds, the present one included. A strict objective without a met target may begin with any,
+    unless a strategy determines the first one (``firsts``)."""
     own, progress = now.own[robot], now.progress[robot]
     targets, count, turn = own.targets, len(own.targets), progress.next(own)
     left = max(count * rounds - len(progress.met), 0)
@@ -249,8 +253,8 @@ def goals_left(
 
 
 def mission_ends(bound: Bound, tick: int, firsts: Mapping[str, int]) -> set[int | None]:
-    """The earliest ticks at which the whole mission can be completed from now on; several where a
-    robot may begin with any target."""
+    """Return the earliest ticks at which the whole mission can be completed from now on: several if
+    a robot may begin with any target."""
     now = bound.now
     ends: list[set[int | None]] = [{tick}]
     wanted = now.header.until.rounds or 1
@@ -273,9 +277,9 @@ def mission_ends(bound: Bound, tick: int, firsts: Mapping[str, int]) -> set[int 
 
 
 def least_within(now: Situation, robot: str) -> int | None:
-    """Return the least number of ticks within which a robot alone can complete every round forever,
-    under the rules of its objective. Tries one number after the other. A strict objective that may
-    not be weakened takes the least in which it touches no target out of turn, if there is one."""
+    """Return the least number of ticks in which a robot alone can complete every round forever,
+    under the rules of its objective; None if there is none. A literal strict objective takes the
+    least number without touching a target out of turn, if there is one."""
     own = now.own[robot]
     strict = _least_round(now, robot, True) if own.literal and shape_of(own.kind).strict else None
     return _least_round(now, robot, False) if strict is None else strict
@@ -320,7 +324,7 @@ def _least_round(now: Situation, robot: str, strict: bool) -> int | None:
 
 
 def impossible(line: Line, now: Situation, tick: int, had: int) -> Iterator[str]:
-    """Yield claims of a line on acts that are impossible; ``had`` as in ``Bound``."""
+    """Yield claims of an ``acts`` line that are impossible; ``had`` as in ``Bound``."""
     bound = Bound(now, tick, had, slow=True)
     for name, regions in (line.around or {}).items():
         bound.sealed[name] |= {*regions}
@@ -372,7 +376,7 @@ def impossible(line: Line, now: Situation, tick: int, had: int) -> Iterator[str]
             return
         last, full = turn, {robot for robot in bound.names if is_full(robot)}
         for robot, tick in came.items():
-            acted = (turn - bound.names.index(robot)) // count  # it sets out when that is over
+            acted = (turn - bound.names.index(robot)) // count  # it departs after acting
             seeds[robot] = {tuple(act.robots[robot]): max(acted, tick)}
         open_[act.obstacle] = obstacle.acted(act.robots)
         if len(open_[act.obstacle].left) < len(obstacle.left):
@@ -381,6 +385,6 @@ def impossible(line: Line, now: Situation, tick: int, had: int) -> Iterator[str]
 
 
 def _leaves(robot: str, place: Iterable[object], now: Situation) -> bool:
-    """Whether a robot in transit set out from a place."""
+    """Return whether a robot in transit departed from a place."""
     heading = now.heading[robot] if now.has_heading(robot) else None
     return now.toward[robot] is not None and tuple(place) == (now.region[robot], heading)

@@ -1,4 +1,4 @@
-"""The team at a line of the trace, and what follows from it: reachable poses and duties."""
+"""The team at a line of the trace, and its derived data: reachable poses and duties."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ NEWEST = "newest"
 def open_obstacles(
     now: Situation, refused: Collection[tuple[str, str]] = ()
 ) -> tuple[OpenObstacle, ...]:
-    """The obstacles with an open request in the order in which they are served. ``refused``:
-    robots that have no strategy for serving an obstacle, beside those that leave it to others."""
+    """Return the obstacles with an open request in the order in which they are served. ``refused``:
+    robots that have no strategy for serving an obstacle, besides those that leave it to others."""
     requests = [*now.requests][:: -1 if now.header.order == NEWEST else 1]
     return tuple(open_obstacle(name, now, refused) for name in requests)
 
@@ -34,8 +34,8 @@ def open_obstacle(
     refused: Collection[tuple[str, str]] = (),
     out: Collection[str] | None = None,
 ) -> OpenObstacle:
-    """One obstacle with the needs that are not met yet. ``out``: the robots out of service
-    (default: those of the moment), which live do nothing where they stand."""
+    """Return one obstacle with its unmet needs. ``out``: the robots out of service (default: the
+    present ones); in a live run they do not act."""
     one = now.open[name]
     barred = frozenset(robot for robot, left in {*refused, *now.barred} if left == name)
     if now.live:
@@ -45,8 +45,8 @@ def open_obstacle(
 
 
 def team_of(now: Situation, out: Collection[str] | None = None) -> Team | None:
-    """The robots with their objectives; None if some have formulas that are not read here.
-    ``out``: the robots out of service (default: those of the moment)."""
+    """Return the robots with their objectives; None if this check cannot read some robot's
+    formulas. ``out``: the robots out of service (default: the present ones)."""
     stays, away = permanent(now), now.out if out is None else out
     try:
         members = {name: member_of(name, now, stays, away) for name in now.header.robots}
@@ -56,7 +56,7 @@ def team_of(now: Situation, out: Collection[str] | None = None) -> Team | None:
 
 
 def permanent(now: Situation) -> set[str]:
-    """Return the obstacles that stay: no robot can resolve them, or they are untraversable."""
+    """Return the permanent obstacles: no robot can resolve them, or they are untraversable."""
     return {name for name, status in now.status.items() if status.stays}
 
 
@@ -95,8 +95,8 @@ def member_of(name: str, now: Situation, stays: Collection[str], out: Collection
 
 
 def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) -> Poses:
-    """Return the poses that meet a goal by staying, and the steps that meet it though staying at
-    neither end would."""
+    """Return the poses that meet a goal by staying, and the ends of the steps that meet it although
+    staying at either end would not."""
     staying = {pose for pose in steps if formulas.meets(goal, pose, pose)}
     entered = {
         b
@@ -108,8 +108,8 @@ def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) 
 
 
 def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
-    """Return whether a robot can meet each target of an objective infinitely often now, by its
-    moves alone."""
+    """Return whether a robot can now meet each target of an objective infinitely often without
+    another robot's help."""
     member = member_of(name, now, permanent(now), now.out)
     aims = tuple(
         frozenset(pose for pose in member.steps if pose[0] in target)
@@ -120,11 +120,11 @@ def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
 
 
 def serving(now: Situation, *, own: bool = False, exact: bool = False) -> dict[str, frozenset[str]]:
-    """Return the robots that serve each requested obstacle, by the objectives in force. Of several
-    whose regions are the same a robot serves that of its first act, if something was due, or the
-    one for which it was named last. ``own``: so does one whose own objective reads as that duty,
-    which the objectives do not tell. ``exact``: only one whose target is all regions of a need;
-    the others may serve another obstacle."""
+    """Return the robots that serve each requested obstacle, by the objectives in force. If several
+    obstacles have the same regions, a robot serves the one of its first act, if there was a
+    deadline, or the one for which it was last named. ``own``: also count robots whose own objective
+    equals the duty, which the objectives cannot show. ``exact``: count only robots whose target is
+    all regions of a need; the others may serve another obstacle."""
     found = dict[str, frozenset[str]]()
     for name in now.requests:
         needs = now.obstacles[name].all_needs[: now.open[name].stage + 1]
@@ -146,15 +146,14 @@ def serving(now: Situation, *, own: bool = False, exact: bool = False) -> dict[s
     acts = (act for act in reversed(now.acts) if act.obstacle in found)
     first = {robot: act.obstacle for act in acts for robot in act.robots}
     for robot, name in {**now.named, **first}.items():
-        if robot in found.get(name, ()) or name not in found:  # that is over in this turn
+        if robot in found.get(name, ()) or name not in found:  # resolved in this turn
             found = {one: who if one == name else who - {robot} for one, who in found.items()}
     return found
 
 
 def meets_own_first(robot: str, name: str, regions: AbstractSet[int], now: Situation) -> bool:
-    """Whether a robot meets the next target of its ``once`` before it serves an obstacle in
-    ``regions``, since it could not meet all that are left after that: it cannot turn on the spot.
-    """
+    """Return whether a robot meets the next target of its ``once`` before it serves an obstacle in
+    ``regions``: it cannot turn on the spot, and could not meet all remaining targets afterwards."""
     team, own = team_of(now), now.own[robot]
     if team is None or not (shape_of(own.kind).ends and now.has_heading(robot)):
         return False
@@ -167,8 +166,8 @@ def meets_own_first(robot: str, name: str, regions: AbstractSet[int], now: Situa
 
 
 def is_stop(robot: str, targets: Sequence[AbstractSet[int]], now: Situation) -> bool:
-    """Whether a robot with a battery goes to a charger first, or to one of its targets; there it
-    may have to turn. On the way to one with a heading it may be anywhere: it keeps to that."""
+    """Return whether a robot with a battery has a charger as its next target, or a target of its
+    own, where it may turn. A robot with a heading may be anywhere on the way: it keeps its stop."""
     header, waiting = now.header.robots[robot], now.header.robots[robot].while_waiting
     if header.battery is None or len(targets) != 1:
         return False
@@ -177,7 +176,7 @@ def is_stop(robot: str, targets: Sequence[AbstractSet[int]], now: Situation) -> 
     if any({requesters.get(robot)} == targets[0] for requesters in now.requests.values()):
         return False  # it waits there for help
     own = (*now.own[robot].targets, *(waiting.targets if waiting else ()))
-    if now.toward[robot] is not None:  # a target that it had as it set out
+    if now.toward[robot] is not None:  # a target that it had when it departed
         own = (*own, frozenset({now.toward[robot]}))
     return any(targets[0] <= stop for stop in ({*(now.header.chargers or ())}, *own))
 

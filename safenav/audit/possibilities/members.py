@@ -1,4 +1,4 @@
-"""Conversion of the members of a team, and of settlements, to the data of ``team``."""
+"""Data of ``team``: the members of a team, acts, duties and settlements."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ FAR = 1 << 30
 
 
 class Act(NamedTuple):
-    """``robots``, each in its pose, have their part in the next need of an obstacle, its need
-    number ``need``."""
+    """``robots``, each in its pose, do their part of need number ``need`` of an obstacle."""
 
     obstacle: str
     need: int
@@ -20,8 +19,8 @@ class Act(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A robot. ``steps``: from each pose to others, obstacles that stay left out; ``aims``: for
-    each of its targets the poses where it is met; ``ticks``: of its slowest step; ``room``: the
+    """A robot. ``steps``: from each pose to others, outside permanent obstacles; ``aims``: the
+    poses where each of its targets is met; ``ticks``: duration of its slowest step; ``room``: the
     most loads that it can carry."""
 
     steps: PoseGraph
@@ -31,11 +30,12 @@ class Member(NamedTuple):
     room: int = FAR
 
 
-Sets = tuple[Poses, ...]  # poses that each robot may choose
+Sets = tuple[Poses, ...]  # the possible poses of each robot
 
 
 class Step(NamedTuple):
-    """The next need of the obstacle with that index, met by ``group``, each ``at`` some poses."""
+    """The next need of the obstacle with that index, met by ``group``; ``at``: the possible poses
+    of each of its robots."""
 
     obstacle: int
     group: tuple[str, ...]
@@ -53,8 +53,8 @@ class Duty(NamedTuple):
 
 
 class Settlement(NamedTuple):
-    """``served``: obstacles that will be resolved; ``duties``: duty of each robot; ``early``: the
-    duties to come for which robots set out now, since something is due."""
+    """``served``: obstacles that will be resolved; ``duties``: duty of each robot; ``early``: later
+    duties for which robots depart now, because of a deadline."""
 
     served: tuple[str, ...]
     duties: dict[str, Duty]

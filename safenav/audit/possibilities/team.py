@@ -1,8 +1,9 @@
 """The team's possibilities at one moment: reachable poses, resolutions and helpers.
 
-Obstacles are walls for the robots that they stop, as long as they are open; robots are sets of
-poses, and do not collide (docs/coordination.md, Resolving). Written from that page, independently
-of the code that decides in a run."""
+An open obstacle is a wall for the robots that it stops; robots are sets of poses, and do not
+collide (docs/coordination.md, SOLVE). Written from that page, independently of the runtime's
+decisions.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ MOST_NODES = 20_000
 
 
 class TooManyError(Exception):
-    """A search that grew larger than this check accepts."""
+    """A search exceeded the limits of this check."""
 
 
 class TrappedError(Exception):
@@ -26,7 +27,7 @@ class TrappedError(Exception):
 
 
 class Team:
-    """The robots' possibilities, whatever the order of their moves."""
+    """The possibilities of the robots, for any order of their moves."""
 
     def __init__(self, members: Mapping[str, Member], *, newest_first: bool = False) -> None:
         self.members, self.names, self.newest_first = members, [*members], newest_first
@@ -40,7 +41,7 @@ class Team:
         return self.members[name].steps.reach(poses, self.walls(name, obstacles))
 
     def around(self, name: str, pose: Pose, obstacles: OpenObstacles) -> Poses:
-        """Return the poses that a robot can go back and forth between."""
+        """Return the poses between which a robot can move back and forth."""
         return self.members[name].steps.spread(pose, self.walls(name, obstacles)).around
 
     def can_continue(self, name: str, poses: Poses, obstacles: OpenObstacles) -> bool:
@@ -55,8 +56,8 @@ class Team:
         return not shut and self.can_continue(name, frozenset([pose]), obstacles)
 
     def ticks(self, name: str, poses: Poses, there: Poses, obstacles: OpenObstacles) -> int | None:
-        """Return an upper bound on the ticks to the nearest of some poses; None if there is no
-        path."""
+        """Return an upper bound on the ticks to the nearest of the poses ``there``; None if there
+        is no path."""
         walls, steps = self.walls(name, obstacles), self.members[name].steps
         ways = distance(poses, lambda p: (q for q in steps.get(p, ()) if q[0] not in walls), there)
         return None if ways is None else ways * self.members[name].ticks
@@ -67,8 +68,8 @@ class Team:
         return frozenset(n for n in self.names if loads.count(n) >= self.members[n].room)
 
     def fits(self, group: Iterable[str], at: Mapping[str, Poses]) -> bool:
-        """Return whether all can stand there at the same time, those in conflict in different
-        regions."""
+        """Return whether all robots of a group can stand at some of their poses at the same time,
+        robots in conflict in different regions."""
         crowd = [name for name in group if self.members[name].rivals & {*group}]
         ways = product(*({region for region, _ in at[name]} for name in crowd))
         return any(
@@ -87,9 +88,9 @@ class Team:
         obstacles: OpenObstacles,
         duties: Mapping[str, Duty],
     ) -> bool:
-        """Return whether a robot that stood in a region would stand where a resolution sweeps, keep
-        a helper in conflict with it from every region of its duty, or a group from standing there
-        together."""
+        """Return whether a robot in a region would hinder a duty: the resolution sweeps the region,
+        or the robot keeps a helper in conflict with it from every region of its duty, or a group
+        from standing there together."""
         swept = {o.name: o.sweeps for o in obstacles}
         if any(name not in d.group and region in swept[d.obstacle] for d in duties.values()):
             return True
@@ -115,7 +116,7 @@ class Team:
         obstacles: OpenObstacles,
         duties: Mapping[str, Duty],
     ) -> frozenset[int]:
-        """Return the regions that a robot can reach in which it is in no helper's way."""
+        """Return the regions that a robot can reach and where it hinders no helper."""
         reached = {region for region, _ in self.reach(name, frozenset([at[name]]), obstacles)}
         return frozenset(r for r in reached if not self.in_the_way(name, r, at, obstacles, duties))
 
@@ -134,11 +135,12 @@ class Team:
         *,
         every: bool = False,
     ) -> list[Step]:
-        """The steps that could come next, the best first: those from which each robot of the group
-        gets back to all poses of its set (of these one for each obstacle); with the newest request
-        first, that, then robots that serve no other one; robots that serve the obstacle already;
-        those that are there first; the oldest request; the team's order. Last, where the robots
-        of a need may act at different times, the part of each of them alone."""
+        """Return the possible next steps, the best first. Lossless steps come first (unless
+        ``every``, one for each obstacle): each robot of the group can return to all poses of its
+        set. They are then ranked by the newest request (if newest first), the fewest robots that
+        serve another request, the fewest that do not serve this obstacle already, the lowest ticks,
+        the oldest request, and the order of the team. Last come the parts of single robots, if the
+        robots of a need may act at different times."""
         found: list[tuple[tuple[object, ...], Step]] = []
         full = self.full(obstacles)
         for k, obstacle in ((k, obstacle) for k, obstacle in enumerate(obstacles) if obstacle.left):
@@ -195,7 +197,8 @@ class Team:
         present: Mapping[str, frozenset[str]],
     ) -> list[Step] | None:
         """Return steps after which all ``wanted`` obstacles are resolved and every robot can
-        continue; None if there are none. Raises TooManyError."""
+        continue; None if there are none. ``origins``: the poses from which ticks are counted;
+        ``present``: the robots that serve each obstacle now. Raises TooManyError."""
         failed, nodes = set[tuple[Sets, OpenObstacles]](), 0
 
         def search(sets: Sets, origins: Sets, obstacles: OpenObstacles) -> list[Step] | None:
@@ -213,7 +216,7 @@ class Team:
                 if rest is not None:
                     return [step, *rest]
                 if step.lossless:
-                    break  # nothing was lost by it, so no other step would suffice either
+                    break  # lossless: no other step can succeed either
             failed.add((sets, obstacles))
             return None
 
@@ -232,9 +235,10 @@ class Team:
         aside: Collection[str] = (),
         acts: Sequence[Act] = (),
     ) -> Settlement | None:
-        """Return the robots that serve each obstacle; None if no order of resolutions lets every
-        robot continue. ``obstacles``: in the order of service; ``present``: the robots
-        that serve them now; ``acts``: those that come first, since something is due."""
+        """Return the duties of the robots; None if no order of resolutions lets every robot
+        continue. ``obstacles``: in the order of service; ``present``: the robots that serve them
+        now; ``aside``: obstacles that no joint state serves; ``acts``: acts that come first,
+        because of a deadline. Raises TooManyError, TrappedError."""
         sets = tuple(self.around(name, at[name], obstacles) for name in self.names)
         served = frozenset[str]()
         if self.solve(sets, sets, obstacles, served, {}) is None:
@@ -287,12 +291,13 @@ class Team:
         served: frozenset[str],
         present: Mapping[str, frozenset[str]],
     ) -> list[Step] | None:
-        """Return steps that resolve all ``served`` obstacles, without those that nothing needs."""
+        """Return steps that resolve all ``served`` obstacles, and other obstacles only if
+        necessary."""
         origins = tuple(frozenset([at[name]]) for name in self.names)
         sets = tuple(self.around(name, at[name], obstacles) for name in self.names)
         plan = self.solve(sets, origins, obstacles, served, present)
         for name in dict.fromkeys(obstacles[step.obstacle].name for step in reversed(plan or ())):
-            if name not in served and plan is not None:  # perhaps it can stay as it is
+            if name not in served and plan is not None:  # perhaps it can stay unresolved
                 rest = [step for step in plan if obstacles[step.obstacle].name != name]
                 plan = self._replayed(rest, sets, obstacles, served) or plan
         return plan
@@ -300,7 +305,7 @@ class Team:
     def _scheduled(
         self, at: Mapping[str, Pose], obstacles: OpenObstacles, acts: Sequence[Act]
     ) -> tuple[dict[str, Pose], OpenObstacles]:
-        """Return where the robots are, and the obstacles, after some acts."""
+        """Return the poses of the robots, and the obstacles, after some acts."""
         where = dict(at)
         for act in acts:
             where |= act.robots
@@ -309,7 +314,7 @@ class Team:
         return where, obstacles
 
     def _steps(self, obstacles: OpenObstacles, acts: Sequence[Act]) -> list[Step]:
-        """Return a step for each need of the acts, in their order; a robot that acts again later
+        """Return a step for each need of the acts, in their order. A robot that acts again later
         acts in the region that the act names."""
         names, found = [obstacle.name for obstacle in obstacles], dict[tuple[str, int], Step]()
         for number, act in enumerate(acts):
@@ -332,7 +337,7 @@ class Team:
     def _lasting(
         self, name: str, there: Poses, sets: Sets, obstacles: OpenObstacles, served: frozenset[str]
     ) -> Poses:
-        """Return the poses of a robot from which every robot can continue."""
+        """Return the poses of a robot, among ``there``, from which every robot can continue."""
         k, good, bad = self.names.index(name), set[Pose](), set[Pose]()
         for pose in sorted(there, key=str):
             if pose in good or pose in bad:
@@ -346,14 +351,14 @@ class Team:
     def _replayed(
         self, plan: list[Step], sets: Sets, obstacles: OpenObstacles, wanted: frozenset[str]
     ) -> list[Step] | None:
-        """Return the same steps with the poses as they are then; None if that no longer
-        suffices."""
+        """Return the steps of a plan with the poses possible in the given state; None if they no
+        longer suffice."""
         found = []
         for step in plan:
             at = {name: self._spots(name, sets, obstacles, step.obstacle) for name in step.group}
             together = obstacles[step.obstacle].left[0].together
             if obstacles[step.obstacle].takes() and self.full(obstacles) & {*step.group}:
-                return None  # it has put down another load before
+                return None  # the plan had it put down another load first
             if not all(at.values()) or (together and not self.fits(step.group, at)):
                 return None
             found.append(step._replace(at=tuple(at.values())))

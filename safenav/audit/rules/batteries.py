@@ -1,4 +1,4 @@
-"""Rules on the charge of robots (docs/batteries.md)."""
+"""Rules on the charge of batteries (docs/batteries.md)."""
 
 from __future__ import annotations
 
@@ -18,31 +18,30 @@ from safenav.audit.run.turn import Status, taken
 
 BATTERY = ".battery"
 MOST_MOVED = 20_000
-"""Joint states that are enumerated for a stop that a robot gives up."""
+"""Limit on the joint states enumerated to judge a stop that a robot gives up."""
 _FLOOR = ("violation", "blocked", "gone", "appeared", "operator", "objective", "service", "plan")
-"""Lines after which a robot may be sent elsewhere before it has got to its stop."""
+"""Lines after which a robot may be assigned another objective before it reaches its stop."""
 
 
 _NOT_OUT = "the charge of {} is used up, but no line takes it out of service"
 
 
 class ChargeRule(Rule):
-    """A robot with a battery takes no step for which its charge does not suffice: it begins
-    with ``start``, a step takes ``move``, a tick without one ``stay`` or gives ``charge`` on a
-    charger; live, each second without one does. A robot off the chargers that can no longer
+    """A robot with a battery takes no step for which its charge does not suffice. The charge begins
+    with ``start``; a step takes ``move``; a tick without a step takes ``stay``, or gives ``charge``
+    on a charger (live: each second without a step). A robot off the chargers that can no longer
     take a step is out of service in that turn, by an obstacle of the type ``flat`` that appears
-    there, if the scenario has one; no other is. Its resolution fills the battery. A robot gets
-    to a stop before it has another one, unless the known floor changes, another robot stays
-    there, no order of moves gets it there, or its charge no longer suffices for the way; alone,
-    it stays nowhere else (T Batteries).
-    """
+    there, if the scenario has one; no other robot is. Its resolution fills the battery. A robot
+    reaches a stop before it gets another one, unless the known floor changes, another robot stays
+    there, no order of moves brings it there, or its charge no longer suffices. A robot without
+    other robots in its way stays nowhere else (T Batteries)."""
 
     name = "charge"
 
     def __init__(self) -> None:
         self._pass = (0, 0.0)
         self._acted: tuple[int, frozenset[str]] = 0, frozenset()
-        """The tick in which an action ended, and who took part in it."""
+        """The tick in which an action ended, and the robots that took part in it."""
         self._flat: dict[str, str] = {}
         self._filled: set[str] = set()
         self._owed: str | None = None
@@ -58,7 +57,7 @@ class ChargeRule(Rule):
         if now.live:
             yield from self._in_time(record, now)
         elif self._owed is None and self._empty and record.tick > 0:
-            name = self._empty.pop(0)  # it has no charge for its first step
+            name = self._empty.pop(0)  # its charge does not suffice for a step
             self._runs_flat(name, now.region[name], now)
         match record.type:
             case "move" if not now.live:
@@ -110,18 +109,18 @@ class ChargeRule(Rule):
         if stop is None or line >= turn.line or move is None or move.by != "strategy":
             return
         if now.live and tick >= turn.tick:
-            return  # no line tells where in the pass a robot stays
+            return  # no line records when in the pass a robot stays
         others = (name for name in now.region if name != move.robot)
         alone = not any(now.conflict(move.robot, o) or now.zones(move.robot, o) for o in others)
         if alone and taken(move) == {move.from_} and move.to not in stop.targets[0]:
             yield move.robot, f"{move.robot} must {stop}, but stays at {now.show(move.to)}", move
 
     def _stop(self, record: Line, now: Situation) -> Iterator[str]:
-        """Judge a stop by that before it."""
+        """Judge a new stop by the previous one."""
         robot, here = record.robot, now.region.get(record.robot)
         before, *_ = self._stops.pop(robot, (None,))
         if record.reason != "charge" or robot not in now.charge or now.requests:
-            return  # it can wait for what was requested
+            return  # it can wait for a resolution
         if before is not None and here not in before.targets[0]:
             again = record.objective.targets == before.targets  # in another pose there
             again = again or _kept_from(robot, before.targets[0], now)
@@ -133,8 +132,8 @@ class ChargeRule(Rule):
             self._stops[robot] = (record.objective, record.line, record.tick)
 
     def _never_gets(self, robot: str, regions: frozenset[int], now: Situation) -> bool:
-        """Return whether no order of moves of the team brings a robot to one of the regions, or it
-        is not known whether one does."""
+        """Return whether no order of the team's moves brings a robot to one of the regions; True
+        also if that is unknown."""
         case = case_of(now)
         return case is None or not can_get(robot, regions, case, MOST_MOVED)
 
@@ -151,13 +150,13 @@ class ChargeRule(Rule):
             self._runs_flat(name, move.to, now)
 
     def _in_time(self, record: Line, now: Situation) -> Iterator[Said]:
-        """Live: follow the charges of robots that stand."""
+        """Live: follow the charges of robots that stand still."""
         t, name = record.t, getattr(record, "robot", None)
         if t is None:
-            return  # it is not a line of the trace
+            return  # an inserted move
         if record.tick > self._pass[0]:
             before, then = self._pass
-            ended, busy = self._acted  # some have had their turns before it ended
+            ended, busy = self._acted  # some robots had their turns before it ended
             busy = busy if ended == before else frozenset()
             for one in self._flat_at(then, now) if before else ():  # since the last pass began
                 if one not in busy:
@@ -178,7 +177,8 @@ class ChargeRule(Rule):
                 yield f"{name} takes a step with a charge of {charge:g}"
 
     def _flat_at(self, t: float, now: Situation) -> list[str]:
-        """Live: the robots in service that stand off the chargers without charge for a step."""
+        """Live: return the robots in service that stand off the chargers and lack the charge for a
+        step."""
         chargers = now.header.chargers or ()
         acting = {name for act in now.acting.values() for name in act.robots}
         return [
@@ -232,13 +232,14 @@ def _kept_from(robot: str, regions: frozenset[int], now: Situation) -> bool:
 
 
 def _is_empty(robot: str, charge: float, now: Situation, at: int | None = None) -> bool:
-    """Whether a robot off the chargers has no charge for a step. ``at``: default: where it is."""
+    """Return whether a robot off the chargers lacks the charge for a step. ``at``: its region
+    (default: the present one)."""
     charger = (now.region[robot] if at is None else at) in (now.header.chargers or ())
     return charge < _battery(now, robot).move and not charger
 
 
 def _too_far(now: Situation, robot: str, target: frozenset[int], charge: float) -> bool:
-    """Whether the charge of a robot does not suffice for the way to a region of a target."""
+    """Return whether a robot's charge does not suffice for the path to a region of a target."""
     ways, shut = member_of(robot, now, permanent(now), ()).steps, _shut(now, robot)
     there = {*poses_in(target, robot, now)}
     steps = distance([now.pose(robot)], lambda pose: _after(pose, ways, shut), there)
@@ -250,15 +251,16 @@ def _after(pose: Pose, ways: PoseGraph, shut: frozenset[int]) -> list[Pose]:
 
 
 def _shut(now: Situation, robot: str) -> frozenset[int]:
-    """The regions of the open obstacles that a robot knows, and that block it."""
+    """Return the regions of the known open obstacles that block a robot."""
     return Team.walls(robot, open_obstacles(now))
 
 
 def lasts_until(
     now: Situation, tick: int, robot: str, obstacle: str, turn: int, *, had: bool
 ) -> int | None:
-    """The last tick in which an obstacle that cuts a robot off from its chargers can be resolved;
-    None if it does not cut it off, or if waiting takes no charge. ``had``: it has had its turn."""
+    """Return the last tick in which an obstacle that cuts a robot off from its chargers can be
+    resolved; None if it does not cut the robot off, or if waiting takes no charge. ``turn``: number
+    of the robot's next target; ``had``: it has had its turn in this tick."""
     stay, charge = _battery(now, robot).stay, int(now.charge[robot])
     charge -= 0 if had else stay
     ways, shut = member_of(robot, now, permanent(now), ()).steps, _shut(now, robot)
@@ -274,11 +276,13 @@ def lasts_until(
 def need(
     now: Situation, robot: str, ways: PoseGraph, shut: frozenset[int] = frozenset(), turn: int = 0
 ) -> int | None:
-    """The least charge with which a robot can continue forever from where it is, meeting its
-    targets in turn from number ``turn`` on by some ``ways`` outside the regions ``shut``; None if
-    none suffices. Where staying meets a target, it may step to another region of that target
-    instead, if it can meet its targets forever from there (``lasts``).
-    By relaxation of numbers on poses, for each target repeatedly, until nothing changes."""
+    """Return the least charge with which a robot can continue forever from where it is, and meet
+    its targets in turn from number ``turn`` on, by steps in ``ways`` outside the regions ``shut``;
+    None if none suffices. Where staying meets a target, the robot may step to another region of
+    that target instead, if it can meet its targets forever from there (``lasts``).
+
+    Numbers on poses are relaxed, for each target repeatedly, until nothing changes.
+    """
     battery, chargers = _battery(now, robot), now.header.chargers or ()
     own, start = now.own[robot], now.pose(robot)
     targets = own.targets

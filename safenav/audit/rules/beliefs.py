@@ -12,9 +12,9 @@ from safenav.audit.run.situation import Situation
 
 
 class BeliefRule(Rule):
-    """A robot's belief about another one contains that one's region, after every turn in which it
-    looked around; a sighting is one region; no robot is believed in a wall, and a belief is made of
-    whole cells of the partition (D 4, Beliefs)."""
+    """A robot's belief about another robot contains that robot's region, after every turn in which
+    it looked; a sighting is one region; no belief contains a wall; a belief consists of whole cells
+    of the partition (D 4, Beliefs)."""
 
     name, kinds = "belief", ("belief",)
 
@@ -48,12 +48,14 @@ class BeliefRule(Rule):
 
 
 class MissedBeliefRule(Rule):
-    """A belief line follows whenever a robot's knowledge of another one has changed with its look:
-    it tracks robots from its first look on, a robot in sight is seen, one out of sight is not, and
-    a belief grows by all steps out of sight (in a live run by all ways) and loses the cells that it
-    sees wholly (D 4, Beliefs).
-    Where the trace does not record which obstacles block the view, it gets the benefit of the
-    doubt. A robot that waits, believed exactly where it is, is not looked for."""
+    """A belief line follows whenever a look changes a robot's knowledge of another robot. It tracks
+    robots from its first look on; a robot in sight is seen, one out of sight is not; a belief grows
+    by all possible steps out of sight (in a live run: by all paths) and loses the cells that the
+    robot sees wholly (D 4, Beliefs).
+
+    If the trace does not record which obstacles block the view, both possibilities are accepted. A
+    robot that waits, believed exactly where it is, is not searched for.
+    """
 
     name, kinds = "missed-belief", ("synthesis", "violation")
 
@@ -96,7 +98,7 @@ class MissedBeliefRule(Rule):
         waits = now.objectives[other].kind in (STAYING, "ltl") or other in now.out
         alone = any(set(cell) == {there} for cell in now.header.partition or ())
         if not belief.seen and belief.regions == {there} and (waits or alone):
-            return  # one that waits is not looked for; of a cell of one region nothing is missed
+            return  # neither a robot that waits nor a cell of one region requires a search
         place = now.show(there)
         if belief.seen and not self._may_see(robot, own, there, now):
             yield f"{robot} sees {other} at {place}, which is out of its sight"

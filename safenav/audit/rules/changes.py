@@ -1,4 +1,4 @@
-"""Rules on obstacles that appear or disappear, and on the changes that robots receive."""
+"""Rules on obstacles that appear or disappear, and on changes by the scenario."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from safenav.audit.run.turn import moment, taken
 
 @judges("line", "appeared")
 def appeared(record: Line, now: Situation) -> Iterator[Said]:
-    """An obstacle appears where none of that name is, never on a robot that is there or in transit
-    to it, and if the scenario lets it appear, not before its time (T)."""
+    """An obstacle appears only if none of its name is present, never in a region that a robot
+    occupies, and if the scenario lets it appear, not before its time (T)."""
     obstacle = now.obstacles[record.obstacle]
     if not now.status[obstacle.name].away:
         yield f"{obstacle.name} appears where it already is"
     if record.cause == "battery":
-        return  # at a robot, which another rule judges
+        return  # another rule judges it
     for robot in () if obstacle.ordered else now.header.robots:
         if obstacle.region in now.taken_by(robot):
             place = now.show(obstacle.region)
@@ -34,8 +34,8 @@ def appeared(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line")
 def ordered(record: Line, now: Situation) -> Iterator[Said]:
-    """An order of the scenario is recorded when it appears, and nothing else in its name; an order
-    is in no robot's way (D 5)."""
+    """An order of the scenario is recorded when it appears, and no other obstacle is recorded as
+    one; an order blocks no robot (D 5)."""
     before = next((line for line in now.turn.records[-1:] if line.type == "appeared"), None)
     if record.type == "order":
         obstacle = now.obstacles[record.obstacle]
@@ -51,8 +51,8 @@ def ordered(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "gone")
 def gone(record: Line, now: Situation) -> Iterator[Said]:
-    """Only an obstacle that is present disappears, and if the scenario lets it disappear, not
-    before its time (T)."""
+    """Only an obstacle that is present disappears; if the scenario lets it disappear, not before
+    its time (T)."""
     name = record.obstacle
     if now.status[name].away:
         yield f"{name} disappears, but it is absent"
@@ -66,8 +66,8 @@ def gone(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "service", "move")
 def service(record: Line, now: Situation) -> Iterator[Said]:
-    """A robot that is out of service begins no step; it ends a step that it has begun. In the world
-    of a user it may be taken elsewhere. Each line about its service changes that (T)."""
+    """A robot out of service begins no step, but ends a step that it has begun. In a user's world
+    it may be moved elsewhere. Each line about its service changes it (T)."""
     robot = record.robot
     if record.type == "service":
         told = record.cause != "battery"  # another rule judges that
@@ -81,8 +81,8 @@ def service(record: Line, now: Situation) -> Iterator[Said]:
 
 class InputsRule(Rule):
     """The inputs are those of the scenario. A simulation has them on in the listed ticks, and off
-    in others where no probability is given, unless a user has set them. When a robot moves, it has
-    the objective that the inputs give it (D 3)."""
+    in others if they have no probability, unless a user has set them. When a robot moves, it has
+    the objective that the inputs assign (D 3)."""
 
     name, kinds = "inputs", ("inputs", "move")
 
@@ -109,8 +109,8 @@ class InputsRule(Rule):
 
 
 class ChangesRule(Rule):
-    """Each robot receives the changes of the scenario at their tick, and no others in the
-    scenario's name; a robot that is out of service is not taken out of service again (T)."""
+    """Each robot receives the changes of the scenario at their tick, and no others are recorded as
+    changes of the scenario; a robot out of service is not taken out of service again (T)."""
 
     name = "changes"
 

@@ -27,9 +27,10 @@ _SETTLES_AGAIN = ("request", "push", "pop", "blocked", "service", "objective")
 
 @dataclass
 class _Clock:
-    """The time of a robot's present round: when it began, whether the robot did something else in
-    it or in the one before, whether it is judged, or said to be lost. ``rounds``: those before it,
-    as told at first and then judged."""
+    """The time of a robot's present round. ``begun``: its first tick; ``away``, ``before``: the
+    robot did something else in it, or in the round before; ``over``: it has been judged; ``lost``:
+    it was recorded as lost. ``rounds``: the number of rounds before it, from the header and then
+    judged."""
 
     begun: int = 0
     away: bool = False
@@ -40,7 +41,7 @@ class _Clock:
 
     @classmethod
     def continued(cls, told: Line) -> _Clock:
-        """The clock of a round that began before the run continues here."""
+        """Return the clock of a round that began in the earlier run."""
         return cls(-told.since, bool(told.disturbed), bool(told.before), bool(told.over))
 
     def restart(self, tick: int) -> None:
@@ -49,25 +50,25 @@ class _Clock:
 
 
 def _promised(outcome: Line) -> list[str]:
-    """The refused deadlines in ticks."""
+    """Return the refused deadlines in ticks."""
     return [of for of in outcome.refused or {} if not of.endswith(BATTERY)]
 
 
 class DeadlineRule(Rule):
-    """Each request for an obstacle with ``resolve_within`` has a ``set`` in its turn, due so many
-    ticks later; each promise has one end where the other lines have it: ``kept`` in its turn,
-    ``late`` (a round in which the robot did something else, or the one after it: ``excused``) as
-    the first lines of the tick after it was due. ``lost`` is true by the bound of this check, and
-    ``earliest`` is that bound. The acts of a line ``acts`` are possible in their ticks, if robots
-    do not collide, and in time but for those ``beyond``; ``planned`` is the last of them. The
-    outcome lists what was late; a promise that was refused could not be kept (T Deadlines)."""
+    """Each request for an obstacle with ``resolve_within`` has a ``set`` line in its turn, due that
+    many ticks later. Each promise has one end, as the other lines imply: ``kept`` in its turn, or
+    ``late`` among the first lines of the tick after it was due (``excused``: a round in which the
+    robot did something else, or the round after it). A ``lost`` line is true by the bound of this
+    check, and ``earliest`` is that bound. The acts of an ``acts`` line are possible in their ticks
+    if robots do not collide, and in time except those in ``beyond``; ``planned`` is the last of
+    them. The outcome lists the late promises; a refused promise could not be kept (T Deadlines)."""
 
     name = "deadline"
 
     def __init__(self) -> None:
         self._open: dict[str, int] = {}
         self._lost: set[str] = set()
-        self._changed = False  # an objective, since the mission was recorded as lost
+        self._changed = False  # whether an objective changed since the mission was lost
         self._past: set[str] = set()
         self._by_charge: set[str] = set()
         self._late: list[str] = []
@@ -126,7 +127,7 @@ class DeadlineRule(Rule):
             self._around = {}
         elif record.type == "move" and record.to != record.from_ and self._shuns(record):
             yield f"{record.robot} is in {now.show(record.to)}, which it must avoid"
-        if self._had or record.type != "move":  # the first turn has what came before it
+        if self._had or record.type != "move":  # the first turn includes the lines before it
             over = record.type in ("deadline", "move") or record.tick > self._tick
             self._limit(now) if over else None
         if record.type == "deadline":
@@ -141,7 +142,7 @@ class DeadlineRule(Rule):
             yield from self._tick_begins(record.tick)
         yield from self._missing(self._owed)
         if record.type == "move":
-            if self._had:  # otherwise the first turn, which reports the events before it
+            if self._had:  # the first turn includes the lines before it
                 yield from self._missing(self._turn_owes)
             self._had = [*now.header.robots].index(record.robot) + 1
         self._happened(record, now)
@@ -166,13 +167,13 @@ class DeadlineRule(Rule):
             yield "no line records that the mission was in time"
         self._limit(now)
         over = outcome.outcome in ("completed", "tick_limit") or outcome.cause == "deadlock"
-        if over:  # the last turn is: deadlocks are found between ticks
+        if over:  # the last turn has ended: deadlocks are found between ticks
             yield from self._missing([o for o in self._turn_owes if o[0] != MISSION])
         for of in _promised(outcome):
             yield from self._refused(of, outcome, now)
 
     def _chosen(self, now: Situation) -> Iterator[Said]:
-        """The acts of a settlement whose lines have taken effect."""
+        """Judge the acts of a settlement whose lines have taken effect."""
         record, self._acts = self._acts, None
         if record is None or now.is_cut_short():
             return
@@ -195,7 +196,7 @@ class DeadlineRule(Rule):
             clock.away |= now.objectives[name] != own or name in now.out
 
     def _tick_begins(self, tick: int) -> Iterator[tuple[None, str]]:
-        """Promises that were due by the end of the tick before have a line first."""
+        """Require a first line for each promise that was due by the end of the tick before."""
         yield from self._missing([o for o in self._turn_owes if o[0] != MISSION])
         self._turn_owes = []
         self._tick, self._had = tick, 0
@@ -247,7 +248,7 @@ class DeadlineRule(Rule):
                 self._goal(record, now)
 
     def _limit(self, now: Situation) -> None:
-        """Let the deadlines of the requests of a turn begin, which is over."""
+        """Start the deadlines of the requests of a turn that has ended."""
         requested, self._requested = self._requested, []
         for record in requested:
             name, limit = record.obstacle, now.obstacles[record.obstacle].resolve_within
@@ -261,8 +262,8 @@ class DeadlineRule(Rule):
                 self._turn_owes += [owed] if owed not in self._turn_owes else []
 
     def _lasts(self, record: Line, now: Situation) -> int | None:
-        """Return the last tick for which the charge of the first requester behind the obstacle
-        lasts."""
+        """Return the last tick for which the charge of an obstacle's first requester lasts; None if
+        it sets no limit."""
         first = next(iter(now.requests.get(record.obstacle, {})), None)
         if first is None or first not in now.charge:
             return None

@@ -1,4 +1,4 @@
-"""Rules on runs in time: commands and their ends, what robots have meanwhile, who is waited for."""
+"""Rules on live runs: times, commands and their ends, reasons to stay, and waits."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
 _INTERVENTION = "intervention"
 _WHILE_WAITING = ("interrupted", "error", "time_limit", "tick_limit", "late")
-"""Ends that a run may have while it waits."""
+"""Outcomes that a run may have while the team waits."""
 _LIVE = ("depart", "arrive", "act", "acted", "hold", "late", "operator")
 
 
 class ClockRule(Rule):
-    """A run has times on all of its lines or on none, and no time is less than the one before (T,
-    Live runs)."""
+    """Either all lines of a run have times or none, and times never decrease (T, Live runs)."""
 
     name = "clock"
 
@@ -42,11 +41,11 @@ class ClockRule(Rule):
 
 
 class CommandRule(Rule):
-    """A robot gets a command only while it has none, with a number that no command had before: to
-    depart from where it is to another region, or to act. Each ``arrive`` and ``acted`` ends the
-    command of its robot that is open: it has arrived where it was to go, or is back if it was
-    blocked; a lost one is in some region; it leaves to others only what it has just failed on.
-    No robot gets a command while it is out of service (T, Live runs)."""
+    """A robot gets a command only while it has none, with a new, higher number: to depart from its
+    region to another, or to act. Each ``arrive`` and ``acted`` ends the open command of its robot.
+    The robot has arrived at its destination, or is back if it was blocked; a lost robot is in some
+    region. It leaves to others only obstacles on which its action has just failed. No robot departs
+    while it is out of service (T, Live runs)."""
 
     name, kinds = "command", ("depart", "act", "arrive", "acted")
 
@@ -106,8 +105,8 @@ class CommandRule(Rule):
 
 @judges("line", "act")
 def act(record: Line, now: Situation) -> Iterator[Said]:
-    """Who acts is in service and stands still, with all that take part, where it can do what an
-    obstacle needs next, of those that the line names (T, Live runs)."""
+    """A robot that acts and all that take part stand still, where they can perform the next action
+    of an obstacle that the line names (T, Live runs)."""
     if record.robot not in record.robots:
         yield f"{record.robot} is not among the robots of its action"
     for robot in record.robots:
@@ -122,7 +121,7 @@ def act(record: Line, now: Situation) -> Iterator[Said]:
 
 class HoldsRule(Rule):
     """A robot stays for the reason that its line names: it acts, is out of service, takes part in a
-    joint plan, or the team waits for an operator. A line records a change only (T, Live runs)."""
+    joint plan, or the team waits for an operator. Only changes are recorded (T, Live runs)."""
 
     name = "holds"
 
@@ -164,8 +163,8 @@ class HoldsRule(Rule):
 
 
 class LateRule(Rule):
-    """A report is dropped for a reason: it answers a command that is not open, or it is about a
-    time before the last that was learnt of its obstacle (T, Live runs)."""
+    """A report is dropped for a reason: it answers a command that is not open, or concerns a time
+    before the last report on its obstacle (T, Live runs)."""
 
     name, kinds = "late", ("resolved", "gone", "appeared", "acted", "late")
 
@@ -209,19 +208,19 @@ def _goes_on(record: Line, now: Situation) -> bool:
 
 
 class WaitingRule(Rule):
-    """While the team waits for an operator, or a change of the scenario, only robots get a command
-    that can undo each step (free mobility): those that pursue their own objective and wait for
-    nothing; until a change, also those that pursue their objective while they wait, and all may act
-    where they stand. A wait says what a run could end with, is for something
-    to come (in lockstep), and is over with what comes; what is reopened was given up, and not found
-    untraversable, and is so by an operator, or since the scenario has changed something; an
-    operator puts robots down where nobody in conflict is (T, Live runs)."""
+    """While the team waits for an operator or a change of the scenario, only robots that can undo
+    each step (free mobility) get commands: those that pursue their own objective and wait for
+    nothing. Until a change, also those that pursue their objective while they wait, and all robots
+    may act where they stand. A wait names a possible outcome of the run, expects a change (in
+    lockstep), and ends with one. A reopened obstacle was given up, not found untraversable, and is
+    reopened by an operator or after a change. An operator puts a robot where no robot in conflict
+    is (T, Live runs)."""
 
     name = "waiting"
 
     def __init__(self) -> None:
         self._hope = False
-        self._changed = -1  # the tick of the last change: what it gives up is reopened, too
+        self._changed = -1  # tick of the last change; obstacles given up in it are reopened too
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         ended = now.ends_wait(record)
@@ -240,7 +239,7 @@ class WaitingRule(Rule):
                 if record.t is None if until is None else until <= moment(record):
                     yield "the team waits, but no change is due"
             case "act" if waiting is not None and waiting.until is not None:
-                pass  # no robot comes
+                pass  # no robot moves for it
             case "depart" | "act" | "move" if waiting is not None and self._waits(record, now):
                 yield f"{record.robot} gets a command while the team waits"
             case "gone" if not is_of_user(record):
@@ -265,8 +264,8 @@ class WaitingRule(Rule):
                     yield f"the run ends as {record.outcome} while it waits"
 
     def _waits(self, record: Line, now: Situation) -> bool:
-        """Return whether a robot is to stay, and sets out or acts; in the world of a user it may be
-        taken elsewhere."""
+        """Return whether a robot that must stay departs or acts; in a user's world it may be moved
+        elsewhere."""
         if _goes_on(record, now) or (now.has_failed(record.robot) and not now.live):
             return False
         if record.type != "move":

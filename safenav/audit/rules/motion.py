@@ -1,4 +1,4 @@
-"""Rules on robot positions: the map, mobility, obstacles, each other."""
+"""Rules on positions of robots: the map, mobility, obstacles, other robots."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from safenav.audit.world import opposite
 
 @judges("line", "move")
 def continuity(record: Line, now: Situation) -> Iterator[Said]:
-    """A robot moves from where it was: ``from`` is its former ``to``, at first its start (T)."""
+    """A robot moves from its present region: ``from`` is its former ``to``, at first its start
+    (T)."""
     was = now.region[record.robot]
     if record.from_ != was:
         origin = now.show(record.from_)
@@ -58,16 +59,16 @@ def mobility(record: Line, now: Situation) -> Iterator[Said]:
 class UnresolvedObstacleRule(Rule):
     """No robot is in the region of an unresolved obstacle that stops it, or in transit to it,
     except a robot that resolves it by entering: one need is left, one robot suffices for it, the
-    robot has the action, and the obstacle's region is among those where it is performed (D 5.1). A
-    trace of an external world omits the true state; one that it leaves to a simulation may begin
-    where an operator had put a robot."""
+    robot has the action, and the obstacle's region is a resolution region (D 5.1). A trace of an
+    external world omits the true state. A run that continues one may begin where an operator has
+    put a robot."""
 
     name, kinds = "unresolved-obstacle", ("move", "resolved")
 
     def __init__(self) -> None:
         self._open: list[tuple[str, Wrong]] = []
-        """Findings, unless their obstacle is resolved in the same tick: by an action that has
-        ended, and is only told in a later turn."""
+        """Findings, unless their obstacle is resolved in the same tick: an action may have ended
+        whose line comes in a later turn."""
 
     def opening(self, now: Situation) -> Iterator[Said]:
         self._begins = dict(now.region if now.header.begun is not None else {})
@@ -101,9 +102,9 @@ class UnresolvedObstacleRule(Rule):
 
 @judges("line", "move")
 def known_obstacle(record: Line, now: Situation) -> Iterator[Said]:
-    """An obstacle that was found untraversable, or that no robot can resolve, has joined O for the
-    robots that it stops, whatever they can do: none of them enters it (D 5.1). A robot of an
-    external world may be taken there."""
+    """No robot enters a permanent obstacle that stops it, whatever its actions: an obstacle found
+    untraversable, or that no robot can resolve, has joined O (D 5.1). A robot of an external world
+    may be moved there."""
     if now.external and now.has_failed(record.robot):
         return
     for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
@@ -112,9 +113,10 @@ def known_obstacle(record: Line, now: Situation) -> Iterator[Said]:
 
 
 class AlwaysRule(Rule):
-    """A robot never enters a region that its own objective avoids, and each of its steps keeps the
-    formulas that stand beside it, whatever it does (D 3). A robot of an external world may be
-    taken elsewhere, and before a run is continued an operator may have put it anywhere."""
+    """A robot never enters a region that its own objective avoids, and each of its steps satisfies
+    the formulas in its ``always``, even while it pursues another objective (D 3). A robot of an
+    external world may be moved elsewhere, and before a run continues an operator may have put it
+    anywhere."""
 
     name, kinds = "always", ("move",)
 
@@ -146,9 +148,9 @@ class AlwaysRule(Rule):
 
 @judges("line", "move")
 def transit(record: Line, now: Situation) -> Iterator[Said]:
-    """A step of several ticks: a robot in transit stands where it departed, in transit to one and
-    the same neighbouring free region, until it arrives (T, Time). Live: a step that fails ends
-    where its ``arrive`` line says."""
+    """A robot in transit (a step of several ticks) stays in the region of departure, in transit to
+    the same neighbouring free region until it arrives (T, Time). Live, a step that fails ends in
+    the region of its ``arrive`` line."""
     bound, robot = now.toward[record.robot], record.robot
     over = record.toward is None and not now.has_failed(robot)
     if bound is not None and over and record.to != bound:
@@ -168,9 +170,9 @@ def transit(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "move")
 def collision(record: Line, now: Situation) -> Iterator[Said]:
-    """Robots in conflict never share a region, at any moment; one in transit occupies two regions,
-    a lost one all that it may be in. Robots that would change places do share one, as they move one
-    after the other (D 4, Layers)."""
+    """Robots in conflict never share a region, at any moment. A robot in transit occupies two
+    regions, a lost robot all regions where it may be. Robots that exchange places share a region,
+    because they move one after the other (D 4, Layers)."""
     robot = record.robot
     for other in now.rivals(robot):
         own, theirs = _held(record, other, now)
@@ -192,10 +194,11 @@ def never_together(record: Line, now: Situation) -> Iterator[Said]:
 
 
 def _held(move: Line, other: str, now: Situation) -> tuple[set[int], set[int]]:
-    """Return the regions that two robots keep free of each other after a move of one. A lost robot
-    keeps others out of the region from which it set out, too; another that is lost there, by a
-    report that names it, does not share it with one whose report excludes it. In ticks, the step of
-    another one does not begin before its last tick for one that ends elsewhere than commanded."""
+    """Return the regions that two robots keep free of each other after a move of the first. A lost
+    robot may be in all its possible regions, and keeps others out of the region from which it
+    departed. If the first robot is lost, only the regions of its report count, and likewise those
+    of the other. In ticks, if the first ends elsewhere than commanded, the other's unfinished step
+    does not count."""
     own, theirs = now.lost.get(move.robot), now.lost.get(other)
     if now.has_failed(move.robot) and not now.live:
         return {move.to}, {now.region[other]}
@@ -214,7 +217,7 @@ _IS = {
 def _entered(
     robot: str, regions: set[int], now: Situation, status: Status
 ) -> Iterator[tuple[str, str]]:
-    """Yield the obstacles with that status that a robot has entered, each with what is wrong."""
+    """Yield the obstacles with a status that a robot has entered, each with its error."""
     for obstacle in (each for region in regions for each in now.obstacles_at.get(region, ())):
         if now.status[obstacle.name] is status and robot in now.blocked_by(obstacle.name):
             place = now.show(obstacle.region)

@@ -16,8 +16,8 @@ from safenav.audit.run.turn import Turn
 @judges("line", "goal")
 def goal(record: Line, now: Situation) -> Iterator[Said]:
     """A goal line is true: the robot is in that region, which belongs to the target with that index
-    in its objective in force. In a turn that changes the objective, this may be the objective
-    before or after the change (T)."""
+    of its objective in force. In a turn that changes the objective, it may be the objective before
+    or after the change (T)."""
     robot, here = record.robot, now.region[record.robot]
     in_force = (now.turn.objectives[robot], now.objectives[robot])
     if record.region != here:
@@ -30,8 +30,8 @@ def goal(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "goal")
 def goal_order(record: Line, now: Situation) -> Iterator[Said]:
-    """Targets are met in turn, forever, or once each in a round if any order will do; none twice in
-    one turn (D 3, Objectives). After a resynthesis any target may be next."""
+    """Targets are met in turn, forever, or in a kind with any order, each once in a round; none is
+    met twice in one turn (D 3, Objectives). After a resynthesis any target may be next."""
     robot, progress = record.robot, now.progress[record.robot]
     for goal in now.turn.all("goal"):
         if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
@@ -42,7 +42,7 @@ def goal_order(record: Line, now: Situation) -> Iterator[Said]:
         yield f"{robot} meets target {record.goal}, but {progress.ahead} is next"
         return
     if progress.reset_line >= now.turn.line > now.header_line:
-        return  # may be counted by the objective before
+        return  # may count for the previous objective
     if progress.awaited is not None and record.goal != progress.awaited:
         yield f"{robot} meets target {record.goal}, but {progress.awaited} is next"
     if progress.fresh and record.goal in progress.covered:
@@ -51,9 +51,9 @@ def goal_order(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("turn")
 def out_of_turn(now: Situation) -> Iterator[Said]:
-    """The paper's Patrol (its equation for Patrol_p): on meeting a target the robot leaves it with
-    its next step, and it never touches the target whose turn it is not; except where it is assigned
-    alternation, or moved by a joint plan (D 5.3 and 5.4)."""
+    """The paper's Patrol (its equation for Patrol_p): after meeting a target a robot leaves it with
+    its next step, and it never touches a target out of turn, unless it is assigned alternation or
+    moved by a joint plan (D 5.3 and 5.4)."""
     turn = now.turn
     progress = _steady(turn, now)
     if progress is None or turn.robot is None:
@@ -66,7 +66,7 @@ def out_of_turn(now: Situation) -> Iterator[Said]:
     if now.toward[robot] is not None:
         return  # it is leaving: a step of several ticks
     if progress.awaited is None and turn.on_the_way:
-        return  # it had another objective when it set out
+        return  # it had another objective when it departed
     for index, target in enumerate(objective.targets):
         if here in target and turn.origin in target:
             yield f"{robot} does not leave {now.show(here)} immediately after meeting it"
@@ -76,9 +76,9 @@ def out_of_turn(now: Situation) -> Iterator[Said]:
 
 @judges("turn")
 def missed_goal(now: Situation) -> Iterator[Said]:
-    """A robot that reaches its next target has a goal line (T). Live, one that stays in all its
-    targets has met them often enough after the rounds of ``until`` (after one round, if the
-    objective is not its own): passes take no time."""
+    """A robot that reaches its next target has a goal line (T). In a live run passes take no time,
+    so a robot that stays in all its targets needs no more lines after the rounds of ``until``
+    (after one round, if the objective is not its own)."""
     turn = now.turn
     progress = _steady(turn, now)
     if progress is None or turn.robot is None or now.is_cut_short():
@@ -103,11 +103,11 @@ def missed_goal(now: Situation) -> Iterator[Said]:
 
 
 class RoundsRule(Rule):
-    """Rounds add up: of as many goals in a row as there are targets, exactly one completes a round,
-    and the outcome records the last number. Counting may restart when the robot gets another
+    """Rounds add up: among as many consecutive goals as there are targets, exactly one completes a
+    round, and the outcome records the last number. Counting may restart when the robot gets another
     objective or strategy, and when an obstacle is resolved or joins O (for robots driven by command
-    inputs: when a need of it is met); with a push, a pop or a synthesis for the robot's own
-    objective, it may also continue from the number before (D 5.8, T)."""
+    inputs: when a need of it is met). After a push, a pop or a synthesis for the robot's own
+    objective, it may also continue from the earlier number (D 5.8, T)."""
 
     name = "rounds"
 
@@ -116,7 +116,7 @@ class RoundsRule(Rule):
         self._own: dict[str, int] = {}  # the last round of the robot's own objective
         self._steps: dict[str, list[int]] = {}
         self._unsure: set[str] = set()
-        self._pushed: list[tuple[dict[str, int], bool]] = []  # and whether any is resolved since
+        self._pushed: list[tuple[dict[str, int], bool]] = []  # and whether a resolution followed
 
     def opening(self, now: Situation) -> Iterable[Said]:
         self._last = {name: done.rounds or 0 for name, done in now.done.items()}
@@ -127,12 +127,12 @@ class RoundsRule(Rule):
         told = record.type == "met" and now.header.coordination == "assignable"
         if told or record.type in ("resolved", "blocked", "push", "pop"):
             self._unsure.update(now.header.robots)
-        if record.type == "resolved" and now.restarts(record):  # rounds before count no more
+        if record.type == "resolved" and now.restarts(record):  # earlier rounds no longer count
             self._pushed = [(before, True) for before, _ in self._pushed]
         elif record.type == "push":
             self._pushed.append((dict(self._last), False))
             for robot, objective in record.objectives.items():
-                if objective == now.own[robot] != now.objectives[robot]:  # its duty has to wait
+                if objective == now.own[robot] != now.objectives[robot]:  # its duty is interrupted
                     self._last[robot] = self._own.get(robot, 0)
         elif record.type == "pop" and self._pushed:
             before, since = self._pushed.pop()
@@ -141,7 +141,7 @@ class RoundsRule(Rule):
                     self._last[robot] = self._own.get(robot, 0)
                 elif objective != now.objectives[robot]:
                     self._last[robot] = before.get(robot, 0)
-                elif objective == now.own[robot] and not since:  # its duty read as that
+                elif objective == now.own[robot] and not since:  # its duty equalled its objective
                     self._last[robot] = max(self._last.get(robot, 0), before.get(robot, 0))
         elif record.type == "told":
             self._unsure.add(record.robot)
@@ -170,7 +170,7 @@ class RoundsRule(Rule):
             if objective.kind == "ltl" and '"liveness"' not in objective.body:
                 continue  # each tick counts, without a line
             if objective != now.own[robot]:
-                continue  # it does something else; the outcome has rounds of its own objective
+                continue  # the outcome counts rounds of its own objective only
             last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
             if told is None or told == last or (robot in self._unsure and told == 0):
                 continue
@@ -204,7 +204,7 @@ class RoundsRule(Rule):
 
 @judges("turn")
 def hold(now: Situation) -> Iterator[Said]:
-    """A robot that holds stays in its target once it is there, unless a joint plan moves it
+    """A robot that holds stays in its target once it has reached it, unless a joint plan moves it
     (D 3 and 5.4)."""
     turn = now.turn
     if turn.robot is None or turn.first("violation") is not None:
@@ -215,7 +215,7 @@ def hold(now: Situation) -> Iterator[Said]:
     if not ended or not _by_strategy(turn):
         return
     if turn.on_the_way:
-        return  # that was decided when it set out
+        return  # that was decided at its departure
     toward, move = now.toward[turn.robot], turn.first("move")
     here = move.to if move is not None and toward is None else toward
     target = objective.targets[-1]
@@ -243,7 +243,7 @@ def _by_strategy(turn: Turn) -> bool:
 
 def _is_target(objective: Objective, index: int, region: int) -> bool:
     if not shape_of(objective.kind).known:
-        return True  # the trace does not record what counts there
+        return True  # the trace does not record which regions meet it
     return index < len(objective.targets) and region in objective.targets[index]
 
 

@@ -1,4 +1,4 @@
-"""Rules on discovering and resolving obstacles."""
+"""Rules on the discovery and resolution of obstacles."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from safenav.audit.world import opposite
 
 @judges("line", "violation")
 def violation(record: Line, now: Situation) -> Iterator[Said]:
-    """A violation is real: the robot is where it says, could have stepped as proposed, and there is
-    the unresolved obstacle, which it may not enter; the line names the action of the need that is
-    next (D 5.1)."""
+    """A violation is real: the robot is in the recorded region, could have taken the proposed step,
+    and an unresolved obstacle that it must not enter is there. The line names the action of its
+    next need (D 5.1)."""
     robot, obstacle = record.robot, now.obstacles[record.obstacle]
     here, proposed = now.show(record.at), now.show(record.proposed)
     if record.at != now.region[robot]:
@@ -30,7 +30,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     if obstacle.region != record.proposed:
         yield f"{obstacle.name} is not at {proposed}"
     status = now.status[obstacle.name]
-    again = now.external and status.away  # from the beginning
+    again = now.external and status.away  # with all needs unmet
     action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
     if record.action != action:
         yield f"{obstacle.name} needs {action}, not {record.action}"
@@ -38,7 +38,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     if robot not in stopped(obstacle.name):
         yield f"{obstacle.name} does not block {robot}"
     if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
-        if not now.external:  # where doors fall shut again
+        if not now.external:  # there a door may close again
             yield f"{obstacle.name} was resolved before"
     elif status is not Status.UNRESOLVED and now.toward[robot] != record.proposed:  # on its way
         yield f"{obstacle.name} is known; {robot} must not propose to enter it"
@@ -46,8 +46,8 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("turn")
 def backtrack(now: Situation) -> Iterator[Said]:
-    """A violation is followed by a backtrack, and by nothing else; the move of that turn goes where
-    the backtrack states (T Time; D 5.3)."""
+    """Each violation, and nothing else, is followed by a backtrack; the move of that turn goes to
+    the region in the backtrack (T Time; D 5.3)."""
     turn = now.turn
     if turn.is_plain:
         return
@@ -66,11 +66,10 @@ def backtrack(now: Situation) -> Iterator[Said]:
 
 @judges("line", "resolved")
 def resolution(record: Line, now: Situation) -> Iterator[Said]:
-    """An obstacle is resolved once, when its last need is met: by as many distinct robots as it
-    takes, which have its action and stand, simultaneously if required, where it is performed. It
-    reveals the truth of the header, if the world is simulated. The line states correctly whether a
-    request was open (D 3, 5.1 and 5.2, T). Nobody tells in another world which needs of an obstacle
-    were met before it was discovered."""
+    """An obstacle is resolved once, when its last need is met by enough distinct robots that have
+    its action and stand, simultaneously if required, in its regions. In a simulated world the
+    resolution reveals the truth of the header. The line states correctly whether a request was open
+    (D 3, 5.1 and 5.2, T). A trace of another world omits the needs met before the discovery."""
     robot, name, at = record.robot, record.obstacle, now.show(record.at)
     obstacle, need = now.obstacles[name], now.need(name)
     untold = now.external and name not in now.discovered
@@ -85,7 +84,7 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
         yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
     if record.at not in need.regions:
         yield f"{name} cannot be resolved from {at}"
-    if now.status[name] is Status.ABSENT and not now.external:  # where nobody tells what comes
+    if now.status[name] is Status.ABSENT and not now.external:  # there appearances are not recorded
         yield f"{name} is absent"
         return
     again = now.status[name] is Status.RESOLVED and (now.live or not now.external)
@@ -103,7 +102,7 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
 
 
 def _group_problems(record: Line, now: Situation) -> Iterator[str]:
-    """Yield the errors in the group of robots that took part together."""
+    """Yield the errors in the group of robots that resolve an obstacle."""
     name, need = record.obstacle, now.need(record.obstacle)
     able = now.standing(name) if need.together else now.open[name].done
     group = able | {record.robot}
@@ -117,9 +116,8 @@ def _group_problems(record: Line, now: Situation) -> Iterator[str]:
 
 
 class NeedRule(Rule):
-    """Each of several needs has a line when it is met: it is the one that is next, and met in this
-    turn by robots that have its action and stand, simultaneously if required, where it is performed
-    (D 3, T)."""
+    """Each of several needs has a line when it is met: it is the next one, and met in this turn by
+    robots that have its action and stand, simultaneously if required, in its regions (D 3, T)."""
 
     name, kinds = "need", ("met",)
 
@@ -161,12 +159,12 @@ class NeedRule(Rule):
 
 
 class MissedResolutionRule(Rule):
-    """Robots that have the action which an obstacle needs next, and stand after a turn where it is
-    performed, as many as it takes, have met the need, whether or not a request was made (D 5.2);
-    they act on it before they depart, but for robots that keep to their acts; live, on what nobody
-    has requested only when they come, and not while as many others act on it as it takes. Where two
-    could be resolved and the first ended the run, the second is not missed; where the world is not
-    simulated, actions may fail."""
+    """If enough robots with the action of an obstacle's next need stand in its regions after a
+    turn, they have met the need, even without a request (D 5.2). They act before they depart,
+    unless they follow assigned acts. Live, they act on an obstacle without a request only on
+    arrival, and not while enough others act on it. If two obstacles could be resolved and the first
+    resolution ended the run, the second is not missed. Outside a simulated world actions may fail.
+    """
 
     name, kinds = "missed-resolution", ("acted", "appeared", "arrive", "depart", "met", "move")
 
@@ -194,7 +192,7 @@ class MissedResolutionRule(Rule):
                 lacks = len(standing) < need.robots if need.together else robot in done
                 met = need.together or len(acts.union(done)) >= need.robots
                 if acts and met:
-                    continue  # there would be nothing left to do
+                    continue  # no part of the need is left
                 tried = (robot, name) in self._tried
                 later = self._changed.get(name, 0) > self._came.get(robot, 0)
                 if now.live and name not in now.requests and (later or need.robots > 1):
@@ -207,7 +205,7 @@ class MissedResolutionRule(Rule):
         if robot is None or move is None or now.is_cut_short() or now.external or now.live:
             return
         met = {record.obstacle for record in now.turn.all("resolved")} | now.turn.advanced
-        met |= {r.obstacle for r in now.turn.all("appeared")}  # at the beginning of the next
+        met |= {r.obstacle for r in now.turn.all("appeared")}  # at the start of the next tick
         for name in (name for name in now.obstacles if name not in met):
             need = now.need(name)
             group = now.standing(name) if need.together else now.open[name].done
@@ -223,7 +221,8 @@ def _departs(record: Line, now: Situation) -> bool:
 
 
 def _can_act(robot: str, obstacle: str, now: Situation) -> bool:
-    """Return whether a robot stands where it can act, on no load: it may leave that to others."""
+    """Return whether a robot can act on an obstacle where it stands. Loads are excluded: a robot
+    may leave them to others."""
     if now.status[obstacle] is not Status.UNRESOLVED or now.takes(obstacle):
         return False
     sweeps = now.obstacles[obstacle].sweeps and now.must_not_sweep(robot, obstacle)
@@ -233,10 +232,10 @@ def _can_act(robot: str, obstacle: str, now: Situation) -> bool:
 @judges("line", "act", "resolved", "move")
 def swept(record: Line, now: Situation) -> Iterator[Said]:
     """While a robot resolves an obstacle, no other robot is in the regions that the resolution
-    sweeps, or in transit to them (D 4). The resolution lasts while a robot acts on the obstacle,
-    and from the departure of a robot that resolves it by entering until that robot has left it.
-    Robots that were in both when the obstacle was noticed, or that ended elsewhere than they were
-    sent, may be there until one acts."""
+    sweeps, or in transit to them (D 4). The resolution lasts while a robot acts on the obstacle;
+    for a robot that resolves it by entering, from its departure until it has left the region.
+    Robots that were in both when the obstacle was encountered, or that ended elsewhere than
+    commanded, may be there until a robot acts."""
     match record.type:
         case "act":
             for name in record.obstacles:
@@ -250,7 +249,7 @@ def swept(record: Line, now: Situation) -> Iterator[Said]:
             if ended is not None and ended.result == "elsewhere":
                 return
             for name in now.sweeping:
-                # One that it stops would have been noticed; one that it does not passes unaware.
+                # A robot that it stops would have noticed it; other robots pass unaware.
                 noticed = not now.external and record.robot in now.stopped_by(name)
                 known = name in now.discovered or noticed
                 if known and now.status[name] is Status.UNRESOLVED:
@@ -258,11 +257,11 @@ def swept(record: Line, now: Situation) -> Iterator[Said]:
 
 
 def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
-    """Judge the regions that a move enters, not those that the robot had before."""
+    """Judge the regions that a move enters, not those that the robot occupied before."""
     robot, name, entered = move.robot, obstacle.name, now.entered(move)
     if obstacle.region in entered and now.open[name].entered_by(robot):
         yield from _free(name, {robot}, now)
-    # a robot that stands in it unaware does not resolve it: that takes a request
+    # without a request, a robot in its region is unaware of it and does not resolve it
     resolving = now.resolving(name) - {robot} if name in now.requests else set()
     if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
         yield f"{robot} is in a region that {name} sweeps while {_names(resolving)} resolves it"
@@ -274,10 +273,10 @@ def _free(name: str, robots: set[str], now: Situation) -> Iterator[str]:
 
 
 class BlockedRule(Rule):
-    """An obstacle joins O once, for all robots that it stops, and for a reason that is true: it was
-    just found untraversable, or a request for it is open and it is proven that it can never be
-    resolved; ``no_capable_robot`` if a need takes more robots with the action than there are. One
-    that is found untraversable does join O (D 5.1 and 5.2)."""
+    """An obstacle joins O once, for all robots that it stops, and for a true reason: it was just
+    found untraversable, or its request is open and a proof shows that it can never be resolved
+    (``no_capable_robot``: a need takes more robots than have the action). Each obstacle found
+    untraversable joins O (D 5.1 and 5.2)."""
 
     name, kinds = "blocked", ("blocked", "appeared", "gone", "reopened")
 
@@ -318,7 +317,7 @@ class BlockedRule(Rule):
             if name not in now.permanent:
                 yield f"no operator reports that {name} is permanent"
             return
-        # That it can never be resolved is proven, which another rule judges.
+        # Another rule judges the proof that it can never be resolved.
         if name not in now.requests:
             yield f"no request for {name} is open"
         reason = "no_capable_robot" if any(now.too_few(name)) else "unresolvable"

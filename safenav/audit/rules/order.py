@@ -17,14 +17,14 @@ _AT_ANY_MOMENT = (
 )
 _WITHOUT_TURN = ("acts", "deadline", "outcome")
 _SETTLING = ("blocked", "pop", "goal", "request", "push", "told")
-"""Lines that come before the first move of a tick only after a line that records a change there."""
+"""Lines that precede the first move of a tick only after a line that records a change in it."""
 
 
 @judges("opening")
 def header(now: Situation) -> Iterator[Said]:
-    """The scenario in the header makes sense: a rectangular map, robots that start on free
-    regions of their own with known mobility and a heading if they need one, obstacles on free
-    regions, targets and blocked robots that exist (D 3)."""
+    """The scenario in the header is consistent: a rectangular map; robots that start in different
+    free regions with known mobility, and a heading if they need one; obstacles in free regions;
+    targets and blocked robots that exist (D 3)."""
     header, grid, world = now.header, now.grid, now.header.map
     if len(world.grid) != world.rows or any(len(r) != world.cols for r in world.grid):
         yield None, f"the grid does not have {world.rows} rows and {world.cols} columns"
@@ -57,9 +57,9 @@ def header(now: Situation) -> Iterator[Said]:
 
 
 class OrderRule(Rule):
-    """Ticks follow one another (live: passes); in each every robot has one turn with one move, in
-    the order of the header; the lines of a turn come in the order of the format, and all concern
-    the robot whose turn it is; nothing comes after the outcome (D 4 and 5, T Time)."""
+    """Ticks (live: passes) are consecutive; in each, every robot has one turn with one move, in the
+    order of the header. The lines of a turn are in the order of the format, and all concern its
+    robot. No line follows the outcome (D 4 and 5, T Time)."""
 
     name = "order"
 
@@ -114,8 +114,8 @@ class OrderRule(Rule):
         self._tick, self._index = record.tick, names.index(record.robot)
 
     def _turn_goes_on(self, record: Line, now: Situation) -> Iterator[Said]:
-        """Judge a line within a turn. An assumption may be violated, and a belief told, at any
-        moment; what follows a move has no order of its own: a settlement may follow on anything."""
+        """Judge a line within a turn. Violated assumptions and beliefs are recorded at any moment;
+        lines after a move have no order, because a settlement may follow any of them."""
         turn, kind = now.turn, record.type
         moved = turn.first("move") is not None
         known = not turn.robot and bool(now.begun.asked or now.begun.stays)  # from the run before
@@ -143,9 +143,9 @@ class OrderRule(Rule):
 
 
 def _begins_on_its_target(record: Line, now: Situation) -> bool:
-    """Return whether the goal may be one that is met where an objective begins, or where an
-    operator has put the robot: recorded immediately, in any robot's turn. A robot driven by command
-    inputs needs no new strategy for that."""
+    """Return whether the goal may be met where an objective begins, or where an operator has put
+    the robot: it is recorded immediately, in any robot's turn. A robot driven by command inputs
+    needs no new strategy for it."""
     name, turn = record.robot, now.turn
     put = [line for line in turn.all("operator") if line.region is not None]
     if any(line.robot == name for line in (*turn.all("synthesis"), *turn.all("objective"), *put)):

@@ -1,4 +1,4 @@
-"""Rules on how a run ends."""
+"""Rules on the end of a run."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from safenav.audit.run.turn import Status
 
 
 class OutcomeRule(Rule):
-    """The outcome agrees with the run: ticks and syntheses are counted correctly, the tick limit
-    (live: the limit in seconds) is neither passed nor claimed early, nobody acts when it is
-    completed, a negative has its cause in the last turn (D 5.7, T). A recorded synthesis may have
-    taken several attempts, so there may be more of them."""
+    """The outcome agrees with the run: it counts ticks and syntheses correctly, the tick limit
+    (live: the limit in seconds) is neither exceeded nor claimed early, no robot acts at completion,
+    and a negative has its cause in the last turn (D 5.7, T). The count of syntheses may be higher
+    than the recorded ones, because one may take several attempts."""
 
     name, kinds = "outcome", ("synthesis", "assumption", "move", "order")
 
@@ -65,12 +65,13 @@ class OutcomeRule(Rule):
             yield f"it reports the tick limit after {outcome.ticks} ticks, but the limit is {limit}"
 
     def _live_counts(self, outcome: Line, now: Situation) -> Iterator[str]:
-        """Yield what differs from the commands; a run in seconds has no limit of ticks."""
+        """Yield contradictions between the outcome and the commands; a live run has no tick
+        limit."""
         if outcome.outcome == "tick_limit":
             yield "a live run has no tick limit"
         limit = now.header.limits.seconds
         early = limit is not None and outcome.t is not None and outcome.t < limit
-        still = not (any(now.toward.values()) or now.acting)  # nothing would come until the limit
+        still = not (any(now.toward.values()) or now.acting)  # nothing happens before the limit
         if outcome.outcome == "time_limit" and early and not still:
             yield f"it reports the time limit after {outcome.t} s, but the limit is {limit} s"
         if outcome.outcome == "completed" and now.acting:
@@ -109,15 +110,15 @@ def _causes(proof: Mapping[str, Any] | None, now: Situation) -> tuple[str, ...]:
 
 
 _COUNT = ("goal", "gone", "objective", "operator", "blocked")
-"""Lines that may come before all moves of a tick, after which the run may be completed."""
+"""Lines before all moves of a tick that may complete the run."""
 
 
 class CompletedRule(Rule):
     """A run is completed if and only if each robot has met its objective ``until.rounds`` times
-    since the last resolution and has it in force; requests that no robot needs any longer may be
-    open, those of orders once the scenario changes nothing more within its limits (D 5.6); no run
-    that has begun ends for want of an operator before. A round counts from the goal lines; one that
-    was begun before the resolution may be counted at its last target."""
+    since the last resolution and has it in force. Requests that no robot needs may be open; open
+    orders only once the scenario changes nothing more within its limits (D 5.6). A run that has
+    begun does not end with ``operator_needed`` before such changes. Rounds are counted from the
+    goal lines; a round begun before the resolution may count at its last target."""
 
     name = "completed"
 
@@ -129,7 +130,7 @@ class CompletedRule(Rule):
         self._goes_on = False
         self._requested: set[str] = set()
         self._undecided: set[str] = set()
-        self._begins = 0  # the last tick in which what counts came before all moves
+        self._begins = 0  # last tick with a line of ``_COUNT`` before all moves
 
     def opening(self, now: Situation) -> Iterable[Said]:
         settles = [name for name, own in now.own.items() if shape_of(own.kind).settles]
@@ -141,7 +142,7 @@ class CompletedRule(Rule):
             self._time = record.tick if record.t is None else record.t
         if record.type == "move" and record.tick > self._tick:
             self._tick = record.tick
-            ended = 1 < record.tick != self._begins  # a tick before, when all that counts had come
+            ended = 1 < record.tick != self._begins  # at the end of the tick before
             if ended and not self._goes_on and self._over(now):
                 self._goes_on = True
                 wanted = now.header.until.rounds
@@ -165,8 +166,8 @@ class CompletedRule(Rule):
             self._hold(record, now)
 
     def _hold(self, record: Line, now: Situation) -> None:
-        """Count a tick that a robot ends at its last target, or in which it gets its own objective
-        back there."""
+        """Count a tick that a robot ends at its last target, or in which it resumes its own
+        objective there."""
         robot, own, region = record.robot, now.own[record.robot], now.region[record.robot]
         objective = now.objectives[robot]
         if record.type == "move":
@@ -223,7 +224,7 @@ class CompletedRule(Rule):
         if any(o.ordered and (o.from_ or 0) >= self._time for o in now.header.obstacles):
             return False  # an order is to come
         if _undone(now) and any(time >= self._time for time in _coming(now, surely=False)):
-            return False  # what comes may make an order possible
+            return False  # a change may make an order possible
         orders = set(_undone(now)) - self._requested
         met = {name for name in self._undecided if name in now.requests}
         if any(now.status[name] is Status.UNRESOLVED for name in orders | met):
@@ -243,13 +244,13 @@ class CompletedRule(Rule):
 
 
 def _undone(now: Situation) -> list[str]:
-    """Return the orders that have come and are not done."""
+    """Return the orders that have appeared and are not fulfilled."""
     return [n for n in now.orders if now.status[n].unmet]
 
 
 def _coming(now: Situation, *, surely: bool) -> Iterator[float]:
-    """Yield the times, within the limits, at which the scenario changes something: all that it
-    lists, or those that come ``surely`` from here on."""
+    """Yield the times of changes by the scenario within the limits: all that it lists, or
+    (``surely``) only those certain from here on."""
     header, limits = now.header, now.header.limits
     times = [float(change.at) for change in header.changes or ()]
     for each in header.inputs or ():
@@ -279,7 +280,7 @@ def _stays(robot: str, now: Situation) -> bool:
 
 
 def _bounds(goals: Sequence[Line], objective: Objective) -> tuple[int, int | None]:
-    """Return the least and the greatest number of rounds that these goals can be (None: no
+    """Return the least and the greatest number of rounds that these goals may complete (None: no
     bound)."""
     if not shape_of(objective.kind).recurs:
         return 0, None
@@ -289,7 +290,7 @@ def _bounds(goals: Sequence[Line], objective: Objective) -> tuple[int, int | Non
         return whole, max(whole, 1 + _covers(goals[1:], count)) if goals else 0
     by_last = sum(goal.goal == count - 1 for goal in goals)
     by_count = len(goals) // count
-    # A robot that makes way repeatedly may reach the same target repeatedly.
+    # A robot that joint plans move away repeatedly may reach the same target repeatedly.
     return min(by_last, by_count, _covers(goals, count)), max(by_last, by_count)
 
 

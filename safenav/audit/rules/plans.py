@@ -1,4 +1,4 @@
-"""Rules on joint plans: their contents, and whether the moves follow them."""
+"""Rules on joint plans: their contents, and the moves that follow them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from safenav.audit.run.turn import Status
 from safenav.audit.world import opposite
 
 Left = tuple[dict[str, tuple[Line, ...]], set[tuple[str, int, str, int]]]
-"""The places of a plan by robot, the present one first, and the orders between them."""
+"""The rest of a plan: places of each robot, the present one first, and the orders between them."""
 
 
 @judges("line", "plan")
 def plan(record: Line, now: Situation) -> Iterator[Said]:
-    """A joint plan begins where its robots are, consists of steps that they can make, enters
-    nothing that is known to be closed to them, and its orders keep robots in conflict apart however
-    long each step takes (T)."""
+    """A joint plan begins with the poses of its robots, consists of steps that they can take,
+    enters no region known to be closed to them, and its orders keep robots in conflict apart for
+    any duration of the steps (T)."""
     for robot, places in record.robots.items():
         for problem in islice(_way_problems(robot, places, now), 1):
             yield robot, problem
@@ -34,10 +34,10 @@ def plan(record: Line, now: Situation) -> Iterator[Said]:
 
 
 class FollowsPlanRule(Rule):
-    """While a plan is in force, its robots make its steps and no others, each only when the orders
-    allow it; live, one that has made all its steps may enter what no robot in conflict has ahead.
-    One plan follows on the end of another; it ends as reached when all its steps were made, and
-    otherwise for a reason that is recorded in the same turn (T)."""
+    """While a plan is in force, its robots take its steps and no others, each only when the orders
+    allow it. Live, a robot that has taken all its steps may enter regions that no robot in conflict
+    has ahead. A plan ends before the next one begins: as ``reached`` when all its steps were taken,
+    otherwise for a reason recorded in the same turn (T)."""
 
     name, kinds = "follows-plan", ("plan", "plan_end", "move")
 
@@ -45,7 +45,8 @@ class FollowsPlanRule(Rule):
         self._running: _Running | None = None
 
     def left(self) -> Left | None:
-        """Return the rest of the plan in force; None if there is none, or all have arrived."""
+        """Return the rest of the plan in force; None if there is no plan, or all robots have
+        arrived."""
         running = self._running
         if running is None:
             return None
@@ -87,14 +88,15 @@ class FollowsPlanRule(Rule):
 
 @dataclass
 class _Running:
-    """Each robot's progress in a plan: ``at`` is the index of its place."""
+    """A plan in force. ``at``: index of each robot's place; ``bound``: robots in transit to the
+    next one."""
 
     plan: Line
     at: dict[str, int]
     bound: set[str] = field(default_factory=set)
 
     def problem(self, move: Line, now: Situation) -> str:
-        """Return the error of a move, or an empty text; move the robot in either case."""
+        """Return the error of a move, or an empty text; advance the robot in either case."""
         robot, places = move.robot, self.plan.robots[move.robot]
         entered = move.to if move.toward is None else move.toward
         there = [place for place, _ in places[self.at[robot] + 1 :][:1]]
@@ -127,7 +129,7 @@ class _Running:
         return told
 
     def _ahead(self, robot: str, region: int, now: Situation) -> bool:
-        """Return whether a robot in conflict still has a region ahead."""
+        """Return whether a robot in conflict still has to pass a region."""
         rivals = (other for other in self.plan.robots if now.conflict(robot, other))
         left = (self.plan.robots[other][self.at[other] + 1 :] for other in rivals)
         return any(region == place for places in left for place, _ in places)
@@ -171,7 +173,7 @@ def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Itera
 
 
 def _meetings(plan: Line, now: Situation) -> Iterator[Said]:
-    """Yield pairs of robots in conflict that the orders do not keep out of one region at the same
+    """Yield the pairs of robots in conflict that the orders let into one region at the same
     time."""
     order = Precedence({name: len(places) for name, places in plan.robots.items()}, plan.orders)
     if order.has_circle:
@@ -227,7 +229,7 @@ class Precedence:
             self.has_circle = True
 
     def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
-        """Yield the robots of two visits of which none is certainly over before the other."""
+        """Yield the robots of two visits of which neither certainly ends before the other."""
         for (one, i), (other, j) in combinations(visits, 2):
             apart = self._left_before(one, i, other, j) or self._left_before(other, j, one, i)
             if one != other and not apart:

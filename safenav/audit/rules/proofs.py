@@ -1,4 +1,4 @@
-"""Rules on infeasibility: an operator is needed only where a proof shows it."""
+"""Rules on infeasibility: each outcome ``operator_needed`` has a proof."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import FINAL, Status
 
 MOST_SERVED = 20_000
-"""Joint states that are enumerated for a request that is set aside."""
+"""Limit on the joint states enumerated for a request that is set aside."""
 
 
 class ProofRule(Rule):
-    """A run that claims that an operator is needed proves it: from where the robots are, with what
-    they know, no sequence of their moves completes the mission (D 5.6, T). An obstacle that joins
-    the known ones because no robot can ever resolve it also has its proof."""
+    """A run that needs an operator proves it: from the present poses and with the team's knowledge,
+    no sequence of moves completes the mission (D 5.6, T). An obstacle that becomes permanent
+    because no robot can ever resolve it also has its proof."""
 
     name = "proof"
 
@@ -36,9 +36,9 @@ class ProofRule(Rule):
         self._given: set[str] = set()
         """The obstacles that were given up by a proof."""
         self._stale: set[str] = set()
-        """Those of them that were given up before an obstacle disappeared that was in the way."""
+        """Obstacles given up before another known obstacle disappeared."""
         self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
-        """Memory of each robot that had no strategy, by its name and specification."""
+        """Memory of each synthesis, by its robot and specification."""
         self._waited: tuple[str, frozenset[str]] = "", frozenset()
         """The explanation of the last wait, and the robots that had no strategy then."""
 
@@ -98,7 +98,8 @@ class ProofRule(Rule):
 
     def _unrealizable(self, record: Line, now: Situation) -> bool:
         """Return whether some robot has permanently lost its objective, as a synthesis states:
-        alone, and without any obstacle that may yet be resolved, it cannot continue forever."""
+        alone, and without any obstacle that may yet be resolved, it cannot continue forever. True
+        also if this check cannot read some robot's formulas."""
         team, told = team_of(now), _lost(record, now)
         return any(
             team is None or not _continues(name, now, team, self._memory.get((name, spec)))
@@ -107,8 +108,8 @@ class ProofRule(Rule):
         )
 
     def _aside(self, record: Line, now: Situation) -> Iterator[Said]:
-        """A request is set aside where no order of moves completes the mission with its obstacle
-        resolved, and those of the requests that are not set aside."""
+        """Judge a request that is set aside: no order of moves completes the mission with its
+        obstacle and those of the served requests resolved."""
         case, name = case_of(now), record.obstacle
         served = {name, *now.requests} - (now.aside - {name})
         can_be = None if case is None else can_be_served(served, case, MOST_SERVED)
@@ -122,8 +123,8 @@ class ProofRule(Rule):
             yield self.not_judged(record, record.requester, what)
 
     def _given_up(self, record: Line, now: Situation) -> Iterator[Said]:
-        """An obstacle that can never be resolved, even if every robot is back in service, is
-        permanently closed to the robots that it blocks."""
+        """Judge an obstacle that is given up: it can never be resolved, even if every robot is back
+        in service."""
         case = case_of(now, hopeful=True)
         proof = proof_of(record)
         if proof is not None:
@@ -136,8 +137,8 @@ class ProofRule(Rule):
 
 
 def _numbers(told: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str:
-    """Return the number of what the formulas of each robot remember as a proof tells it, or why
-    they cannot."""
+    """Return the number of each robot's formula memory in a proof, or the reason why it is
+    impossible."""
     found = dict[str, int]()
     for name, memory in told.items():
         names = remembered(name, now) if name in now.own else None
@@ -158,9 +159,9 @@ def _lost(record: Line, now: Situation) -> Mapping[str, str]:
 
 
 def _is_a_game(name: str, now: Situation) -> bool:
-    """Return whether a robot must keep formulas, or a strict objective by the letter, on a shared
-    floor or in zones of ``never_together``, or formulas with inputs: whether it has a strategy is a
-    game against the others and the inputs, which this check does not solve."""
+    """Return whether this check cannot judge that a robot has no strategy, because it is a game
+    against other robots or inputs: the robot has formulas, or a literal strict objective, on a
+    shared floor or in zones of ``never_together``, or formulas with inputs."""
     own = now.own.get(name)
     if own is None or not (own.kind == "ltl" or (own.literal and shape_of(own.kind).strict)):
         return False
@@ -170,8 +171,8 @@ def _is_a_game(name: str, now: Situation) -> bool:
 
 
 def _must_leave(name: str, now: Situation) -> bool:
-    """Return whether the formulas of a robot forbid it to stay where it is: it cannot wait there
-    for what others could still resolve."""
+    """Return whether a robot's formulas forbid it to stay where it is, so that it cannot wait there
+    for a resolution by others."""
     own = now.own.get(name)
     if own is None or not (own.kind == "ltl" or own.always):
         return False
@@ -179,7 +180,7 @@ def _must_leave(name: str, now: Situation) -> bool:
 
 
 def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str]:
-    """Yield the open obstacles whose next need, as a closure shows, can never be met."""
+    """Yield the open obstacles whose next need can never be met, as a closure shows."""
     if proof.get("kind") != "closure" or now.out:
         return
     regions = {name: {r for r, _ in reach["poses"]} for name, reach in proof["robots"].items()}
@@ -196,8 +197,8 @@ def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str
 
 
 def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] | None) -> bool:
-    """Return whether a robot alone can continue forever from where it is, with the ``memory`` of
-    its formulas if that is known."""
+    """Return whether a robot alone can continue forever from its pose, with the ``memory`` of its
+    formulas if that is known."""
     own, here = now.own[name], frozenset([now.pose(name)])
     if shape_of(own.kind).ends and name not in now.out:
         for target in own.targets[min(now.progress[name].ahead, len(own.targets) - 1) :]:
@@ -221,16 +222,16 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
 
 
 def _comes_back(name: str, pose: Pose, team: Team) -> bool:
-    """Return whether a robot alone can leave the region of a pose and get back to that pose."""
+    """Return whether a robot alone can leave the region of a pose and return to that pose."""
     steps = team.members[name].steps.get(pose, ())
     away = frozenset(to for to in steps if to[0] != pose[0])
     return pose in team.reach(name, away, ())
 
 
 def _keeps_order(name: str, now: Situation, team: Team, turn: int) -> bool:
-    """Return whether a robot alone can meet its targets in turn forever from where it is, target
-    number ``turn`` being next, and touch none out of turn: whether it gets to a cycle on which it
-    meets the first one."""
+    """Return whether a robot alone can meet its targets in turn forever from its pose, from target
+    number ``turn`` on, without touching one out of turn: whether it reaches a cycle on which it
+    meets the first target."""
     targets, walkable = now.own[name].targets, team.reach(name, frozenset([now.pose(name)]), ())
     steps = team.members[name].steps
 
@@ -246,7 +247,7 @@ def _keeps_order(name: str, now: Situation, team: Team, turn: int) -> bool:
 
 
 def problems_of(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
-    """Yield why this proof does not show that nothing can be completed in that case."""
+    """Yield why this proof does not show that the mission cannot be completed in that case."""
     closures = partial(closure_problems, lame=True)
     problems: Mapping[str, Callable[..., Iterator[str]]]
     problems = {"closure": closures, "tree": tree_problems, "joint": joint_problems}

@@ -28,12 +28,12 @@ Serving = Mapping[str, frozenset[str]]
 
 
 class RequestRule(Rule):
-    """A robot that encounters an obstacle requests help in the same turn, for the need that is next
-    and the regions where that is met. The request is recorded again only when another robot has
-    encountered the obstacle, other robots serve it now, it joins O, it is set aside (judged by the
-    rule on proofs), or a robot that would serve it still has no strategy for that. Each request has
-    its entry on the stack, one for each robot that made it, unless the obstacle joins O; there is
-    no other (D 5.2, T Time)."""
+    """A robot that encounters an obstacle requests help in the same turn, for the next need and its
+    regions. The request is recorded again only when another robot has encountered the obstacle,
+    other robots serve it now, it joins O, it is set aside (judged by the rule on proofs), or a
+    robot that would serve it still has no strategy for that. Each request has its entries on the
+    stack, one for each requester, unless the obstacle joins O; there are no others (D 5.2, T Time).
+    """
 
     name = "request"
     kinds = ("request", "push", "violation", "resolved", "gone", "appeared", "blocked")
@@ -86,7 +86,7 @@ class RequestRule(Rule):
             return
         asked = {record.obstacle for record in turn.all("request")}
         if now.waits is not None or turn.first("waiting") is not None:
-            violations = []  # the request follows what the operator does
+            violations = []  # the request follows after the wait
             self._owed = Postponed()
         missing = []
         for violation in violations:
@@ -100,7 +100,7 @@ class RequestRule(Rule):
         again = {record.obstacle: record.line for record in turn.all("reopened")}
         for request in turn.all("request"):
             if again.get(request.obstacle, 0) > request.line:
-                continue  # it was given up meanwhile, and is to be decided again
+                continue  # it was given up and reopened, and is decided again
             ordered = [None] if request.obstacle in now.orders & now.requests.keys() else []
             for requester in (*ordered, *now.requests.get(request.obstacle, ())):
                 if (request.obstacle, requester) not in pushed:
@@ -109,7 +109,8 @@ class RequestRule(Rule):
                     yield requester, problem, request
 
     def _is_answered(self, violation: Line, now: Situation) -> bool:
-        """Whether a request has followed, be it that another robot has met the obstacle since."""
+        """Return whether a request has followed, possibly of another robot that has encountered the
+        obstacle since."""
         name = violation.obstacle
         return self._latest.get(name, 0) > violation.line or name not in now.requests
 
@@ -129,9 +130,9 @@ class RequestRule(Rule):
 
 @judges("line", "request")
 def bids(record: Line, now: Situation) -> Iterator[Said]:
-    """Exactly the robots with the action of the next need bid, in ticks at their slowest step to
-    the nearest region where it is met, null where they cannot reach one: around walls, permanent
-    obstacles, and open ones that they may not enter. A robot out of service reaches none (D 5.2).
+    """Exactly the robots with the action of the next need bid: the ticks at their slowest step to
+    the nearest region of the need, null if they cannot reach one. Walls, permanent obstacles, and
+    open obstacles that they may not enter are closed. A robot out of service reaches none (D 5.2).
     """
     name = record.obstacle
     if name not in now.requests:
@@ -154,13 +155,11 @@ def bids(record: Line, now: Situation) -> Iterator[Said]:
 
 class HelperRule(Rule):
     """Helpers are the robots to which the rules of docs/coordination.md (Who helps) give a duty,
-    recomputed from the positions of all robots and the known state: among robots that lose
-    nothing by it those that serve the obstacle already, then the lowest bid, then the order of the
-    team. A robot without a strategy for it is passed over. The other objectives are recomputed
-    likewise: the helper goes to where it can meet the need, a robot of a later act to where it
-    acts, a requester that is going to be helped waits (with free mobility, in no helper's way if it
-    can) or pursues its objective for that time, the others have their own objective or wait (D
-    5.2)."""
+    recomputed from all poses and the known state. A robot without a strategy for the duty is passed
+    over. The other objectives are recomputed likewise: a helper goes to the regions where it can
+    meet the need; a robot of a later act goes to its place; a requester that is served waits (with
+    free mobility, in no helper's way if possible) or pursues its objective for that time; the
+    others have their own objective or wait (D 5.2)."""
 
     name = "helper"
 
@@ -200,8 +199,8 @@ class HelperRule(Rule):
         yield from self._judged(now)
 
     def _serving(self, now: Situation, **reading: bool) -> Serving:
-        """The robots that serve each obstacle: no line says that one that has helped has no duty
-        any longer, but that follows from the last settlement if that was judged."""
+        """Return the robots that serve each obstacle. No line records the end of a duty, so it
+        follows from the last settlement, if that was judged."""
         found, duties = serving(now, **reading), self._duties
         if duties is None:
             return found
@@ -211,7 +210,7 @@ class HelperRule(Rule):
         }
 
     def _judged(self, now: Situation) -> Iterator[Said]:
-        """Yield what is wrong with the last settlement, whose lines have taken effect."""
+        """Yield the errors of the last settlement, whose lines have taken effect."""
         lines, self._lines, self._duties = self._lines, [], None
         said = [line for line in lines if line.type in ("request", "push", "pop", "told", "acts")]
         if not said or now.is_cut_short() or now.external:
@@ -228,7 +227,8 @@ class HelperRule(Rule):
     def _problems(
         self, lines: list[Line], said: list[Line], present: Serving, now: Situation
     ) -> Iterator[Said]:
-        """Yield what is wrong with a settlement before which the robots served as ``present``."""
+        """Yield the errors of a settlement. ``present``: the robots that served each obstacle
+        before it."""
         try:
             found = self._derived(lines, present, now)
         except TrappedError:
@@ -279,7 +279,7 @@ class HelperRule(Rule):
 
     def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Said]:
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}
-        # One out of service acts where it stands, without an objective for that.
+        # A robot out of service acts where it stands, without an objective for it.
         told, truth = {*helpers_of(line)} - now.out, truth - now.out
         if told != truth:
             wrong = [name for name in now.header.robots if name in truth - told]
@@ -318,7 +318,7 @@ class HelperRule(Rule):
             if robot not in now.requests.get(obstacle, ()):
                 continue
             if objective == self._before[robot] and is_stop(robot, objective.targets, now):
-                return ""  # it makes way once it has charged
+                return ""  # it moves aside once it has charged
             if objective not in (own_wait, None) and objective.kind != STAYING:
                 return f"{robot} waits for {obstacle}, but gets {objective}"
             return "" if objective == own_wait else self._hinders(robot, objective, found, now)
@@ -328,7 +328,8 @@ class HelperRule(Rule):
         return ""
 
     def _hinders(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
-        """Return whose way a robot waits in although it need not, or an empty text."""
+        """Return the error of a robot that waits in a helper's way without need, or an empty
+        text."""
         team = team_of(now)
         turns = now.has_heading(robot) or now.own[robot].kind == "ltl"
         if team is None or turns or not team.members[robot].rivals & {*found.duties}:
@@ -347,7 +348,7 @@ class HelperRule(Rule):
 
 
 def _possible(acts: Iterable[Act], obstacles: OpenObstacles) -> Iterator[Act]:
-    """Yield the acts before the first for which no need is open: another rule judges that one."""
+    """Yield the acts up to the first without an open need: another rule judges that one."""
     left = {obstacle.name: obstacle for obstacle in obstacles}
     for act in acts:
         if act.obstacle not in left or not left[act.obstacle].left:
@@ -357,7 +358,7 @@ def _possible(acts: Iterable[Act], obstacles: OpenObstacles) -> Iterator[Act]:
 
 
 def _other_syntheses(lines: list[Line]) -> Iterator[Said]:
-    """Yield strategies that are installed for something other than the stack states."""
+    """Yield installed strategies whose objective differs from that on the stack."""
     said: Mapping[str, Objective] = {}
     for line in lines:
         if line.type in ("push", "pop"):

@@ -13,9 +13,9 @@ from safenav.audit.run.situation import Situation
 @dataclass(frozen=True)
 class Finding:
     """A broken rule: its tick, the robot (None: no robot in particular), the line of the trace that
-    shows it, and what is wrong in the words of the scenario. ``unknown``: what cannot be judged,
-    since it is larger than this check accepts. ``note``: no rule is broken as far as is known, but
-    this part of the line was not judged."""
+    shows it, and an explanation in the words of the scenario. ``unknown``: the condition cannot be
+    judged, because it exceeds the limits of this check. ``note``: no rule is known to be broken,
+    but a part of the line was not judged."""
 
     rule: str
     tick: int
@@ -31,16 +31,16 @@ class Finding:
 
 
 Wrong = tuple[str | None, str, Line]
-"""The robot, what is wrong, and the line (or turn) that shows it."""
+"""The robot, the error, and the line (or turn) that shows it."""
 Said = str | tuple[str | None, str] | Wrong | Finding
-"""Words of a rule: what is wrong, with a robot or a line if not those that it judges."""
+"""Result of a rule: the error, with a robot or a line if they differ from those it judges."""
 
 
 class Postponed:
-    """Lines missing in a turn of a live run, which may follow when the strategies for them arrive:
-    they are missing permanently if no robot waits for a strategy, or acts. A robot that was busy
-    as they were due may wait for one as well: it shows that once it stands still, and has not
-    waited if it departs again."""
+    """Lines missing in a turn of a live run that may follow when their strategies arrive. They are
+    missing permanently once no robot waits for a strategy or acts. A robot that was busy when they
+    were due may also wait for one: this shows only when it stands still; if it departs again, it
+    has not waited."""
 
     def __init__(self) -> None:
         self._open: list[tuple[Wrong, Callable[[], bool], dict[str, int | None]]] = []
@@ -53,8 +53,8 @@ class Postponed:
     def judge(
         self, found: Iterable[tuple[Wrong, Callable[[], bool]]], now: Situation
     ) -> Iterator[Wrong]:
-        """Yield what is missing, of what was ``found`` in this turn and before. Each has a function
-        that tells whether that has come."""
+        """Yield the errors of this turn (``found``) and of earlier turns that have become
+        permanent. Each error has a function that returns whether the missing line has followed."""
         if not now.live:
             yield from (wrong for wrong, _ in found)
             return
@@ -66,7 +66,7 @@ class Postponed:
             for name, command in [*waits.items()]:
                 if _has_not_waited(name, command, now):
                     del waits[name]
-        if now.awaiting or now.acting:  # who acts may wait for a strategy as well
+        if now.awaiting or now.acting:  # a robot that acts may also wait for a strategy
             return
         late = [one for one in self._open if not one[2] and now.turn.tick > one[0][2].tick + 1]
         self._open = [one for one in self._open if one not in late]
@@ -74,7 +74,7 @@ class Postponed:
 
 
 def _has_not_waited(name: str, command: int | None, now: Situation) -> bool:
-    """Return whether a robot that was busy, with that command if it was in transit, has begun
+    """Return whether a robot that was busy (``command``: its step, if it was in transit) has begun
     another step since, or stands still without waiting for a strategy."""
     if name in now.under_way:
         return bool(now.under_way[name].command != command)
@@ -85,9 +85,8 @@ def _has_not_waited(name: str, command: int | None, now: Situation) -> bool:
 
 class Rule:
     """A condition that must hold for every run. One object checks one trace, and may keep state.
-
-    ``name`` is the rule's name in reports; ``kinds``: the types of the lines that it judges (none:
-    all). The docstring states its demand and the source (D: the design's section, T:
+    ``name``: name of the rule in reports; ``kinds``: the types of lines that it judges (empty:
+    all). The docstring states the condition and its source (D: section of the design, T:
     docs/trace.md)."""
 
     name: ClassVar[str]
@@ -102,7 +101,7 @@ class Rule:
         return ()
 
     def turn(self, now: Situation) -> Iterable[Said]:
-        """Check a turn that is over (``now.turn``)."""
+        """Check a turn that has ended (``now.turn``)."""
         return ()
 
     def ending(self, now: Situation) -> Iterable[Said]:
@@ -113,7 +112,8 @@ class Rule:
         return Finding(self.name, record.tick, robot, record.line, f"not judged: {what}", note=True)
 
     def finding(self, said: Said, about: Line, robot: str | None) -> Finding:
-        """Words of a rule about a line or turn, and a robot, unless others are named."""
+        """Return the finding of a result about a line or turn and a robot, unless it names
+        others."""
         if isinstance(said, Finding):
             return said
         whom, text, *other = (robot, said) if isinstance(said, str) else said
@@ -122,8 +122,8 @@ class Rule:
 
 
 def judges(moment: str, *kinds: str) -> Callable[[Callable[..., Iterable[Said]]], type[Rule]]:
-    """Make a rule without a state of a function, whose name it has. ``moment``: the method of Rule
-    that the function stands for."""
+    """Return a decorator that turns a function into a rule without state and with its name.
+    ``moment``: the method of Rule that the function implements."""
 
     def made(judge: Callable[..., Iterable[Said]]) -> type[Rule]:
         name = judge.__name__.strip("_").replace("_", "-")

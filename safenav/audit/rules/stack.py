@@ -1,4 +1,4 @@
-"""Rules on the stack of requests; the rule on helpers derives the objectives in its lines."""
+"""Rules on the objective stack; the rule on helpers derives the objectives in its lines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from safenav.audit.run.turn import StackEntry, helpers_of
 @judges("line", "push")
 def push(record: Line, now: Situation) -> Iterator[Said]:
     """A push adds an entry for an open request, with helpers that have its action, and states each
-    robot's objective from now on, which follows from the known state (D 5.2; see ``helper``)."""
+    robot's new objective, which follows from the known state (D 5.2; see ``helper``)."""
     if record.depth != len(now.stack) + 1:
         problem = f"the stack is {len(now.stack) + 1} deep after the push, not {record.depth}"
         yield now.turn.robot, problem
@@ -33,24 +33,24 @@ def push(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "told")
 def told(record: Line, now: Situation) -> Iterator[Said]:
-    """Only a robot driven by command inputs gets another objective without a push or a pop; that
+    """Only a robot driven by command inputs gets another objective without a push or a pop; the
     objective follows from the known state (D 5.2 and 5.5; see ``helper``)."""
     if now.header.coordination == RESYNTHESIS:
         yield f"{record.robot} has no command inputs"
 
 
 class PopRule(Rule):
-    """A pop drops the entry of a request that is over, wherever it is in the stack, and states each
-    robot's objective from now on, which follows from the known state (D 5.2; see ``helper``). A
-    robot that helps again with what it helped with when the entry was pushed gets the objective
-    that the entry stores, as long as it can meet that (for free mobility). A request that was given
-    up while the team waited, and reopened, is over, and another one follows."""
+    """A pop removes the entry of a request that has ended, at any position in the stack, and states
+    each robot's new objective, which follows from the known state (D 5.2; see ``helper``). A robot
+    that helped with an obstacle before the push, and helps with it again, gets the stored objective
+    if it can still meet it (free mobility). A request that was given up during a wait and then
+    reopened has ended, and a new one follows."""
 
     name, kinds = "pop", ("push", "pop", "reopened")
 
     def __init__(self) -> None:
         self._owns = set[tuple[str, Objective]]()
-        self._again: list[tuple[str, str, Wrong]] = []  # robot, obstacle: if it helps with that
+        self._again: list[tuple[str, str, Wrong]] = []  # robot, obstacle it may help with
         self._reopened: dict[str, int] = {}  # the line
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
@@ -84,8 +84,8 @@ class PopRule(Rule):
     def _stored(
         self, robot: str, objective: Objective, now: Situation
     ) -> Iterator[tuple[str, Objective]]:
-        """Yield the objectives that a robot should have got back instead, each with the obstacle
-        that it helped with by it."""
+        """Yield the stored objectives that a robot should have received instead, each with the
+        obstacle that it concerned."""
         own = now.own[robot]
         if objective in (own, now.objectives[robot]) or objective.kind != ALTERNATION:
             return
@@ -106,8 +106,8 @@ class PopRule(Rule):
 
 
 class MissedPopRule(Rule):
-    """The entries of a request that is over are dropped in the same turn, or live, when the
-    strategies for that have come (D 5.2); while the team waits they stay, and are decided after."""
+    """The entries of a request that has ended are removed in the same turn or, live, when the
+    strategies have arrived (D 5.2). While the team waits they stay, and are removed afterwards."""
 
     name = "missed-pop"
 

@@ -1,4 +1,4 @@
-"""Rules on synthesis: which robots need a strategy, and which strategy drives each."""
+"""Rules on synthesis: the robots that need a strategy, and the strategy that drives each."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ _CAUSES: dict[str, tuple[str, ...]] = {
     "round": ("goal",),
 }
 _BEGINS = ("move", "depart", "act", "outcome")
-"""Lines before which the reports and changes of the first tick have been decided."""
+"""Lines that follow all decisions on the reports and changes of the first tick."""
 
 
 class SynthesisRule(Rule):
-    """Before the first move each robot is synthesized for the objective of the header, and in no
-    later tick for that reason; where a run that continues another begins with a wait, a robot may
-    be synthesized to stay instead. A robot that gets another objective is synthesized for it in the
-    same turn, unless it has command inputs or is out of service, or the run is live; the event that
-    the reason names has happened in that turn (D 5.3, T Time). A realizable synthesis yields a
-    strategy, others do not. A strategy begins with a memory that the robot's formulas may have
-    where it begins, after the steps so far."""
+    """Before the first move each robot is synthesized for the objective of the header, and never
+    later with that reason. If a run that continues another begins with a wait, a robot may be
+    synthesized to stay instead. A robot that gets another objective is synthesized for it in the
+    same turn, unless it has command inputs, is out of service, or the run is live; the event that
+    the reason names has happened in that turn (D 5.3, T Time). Only a realizable synthesis yields a
+    strategy. A strategy begins with a memory that the robot's formulas may have at that pose after
+    the steps so far."""
 
     name = "synthesis"
 
@@ -39,11 +39,11 @@ class SynthesisRule(Rule):
         self._happened: set[str] = set()
         self._begun = False
         self._resumed = -1
-        """The tick in which the team decided again because a wait was over."""
+        """The tick in which the team decided again because a wait ended."""
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         self._happened.add(record.type)
-        changed = record.type == "objective" or is_of_user(record)  # before all is decided again
+        changed = record.type == "objective" or is_of_user(record)  # the team then decides again
         if changed or now.ends_wait(record):
             self._resumed = record.tick
         if self._staying and (record.tick > 1 or record.type in _BEGINS):
@@ -64,13 +64,13 @@ class SynthesisRule(Rule):
         for record in turn.all("synthesis"):
             causes = _CAUSES.get(record.reason)
             if record.reason == "request" and any(now.open[name].done for name in now.requests):
-                continue  # a robot has had its part in a need
+                continue  # a robot has done its part of a need
             ends = shape_of(now.own[record.robot].kind).ends and now.has_heading(record.robot)
             if record.reason == "request" and ends and turn.first("goal"):
                 continue  # it serves an obstacle after that target of its own
-            later = now.live and self._resumed >= 0  # when it comes
+            later = now.live and self._resumed >= 0
             if record.reason == "service" and (later or self._resumed == record.tick):
-                continue  # whatever has changed by then
+                continue  # any change may have ended the wait
             if now.live and causes and self._happened & {*causes}:
                 continue  # its strategy may have come later
             if causes and not any(map(turn.first, causes)):
@@ -83,7 +83,7 @@ class SynthesisRule(Rule):
         done = {(s.robot, s.objective) for s in turn.all("synthesis")}
         for robot, objective in now.objectives.items():
             same = _alternating(objective) == _alternating(turn.objectives[robot])
-            owed = not same and robot not in now.out  # else it is owed on its return
+            owed = not same and robot not in now.out  # otherwise it is due on the robot's return
             if owed and (robot, objective) not in done:
                 yield robot, f"{robot} gets {objective} but no strategy for it", turn.records[-1]
 
@@ -113,25 +113,25 @@ class SynthesisRule(Rule):
 
 
 def _stays(robot: str, objective: Objective, now: Situation) -> bool:
-    """Whether an objective is to stay where a robot begins; formulas may say it."""
+    """Return whether an objective is to stay where a robot begins; formulas may require that."""
     here = frozenset({now.header.robots[robot].start})
     return objective.kind == "ltl" or (objective.kind == STAYING and {*objective.targets} == {here})
 
 
 class StrategyRule(Rule):
     """No robot moves without a strategy: the last synthesis for its objective in force exists, was
-    realizable, and its strategy was not refuted (D 1 and 10). One for the same targets in turn also
-    suffices. One that was not realizable beside an obstacle says nothing when that is away, nor
-    where a robot with command inputs is left out of a request: the strategy before it suffices
-    again. Once an assumption was violated a robot may hold without a
-    strategy."""
+    realizable, and its strategy was not refuted (D 1 and 10). A strategy for alternation between
+    the same targets also suffices. A verdict other than realizable does not count once the obstacle
+    that it treats as closed is gone, nor if a robot with command inputs is left out of a request:
+    the earlier strategy suffices again. After an assumption was violated, a robot may hold without
+    a strategy."""
 
     name, kinds = "strategy", ("synthesis", "assumption", "move", "gone", "resolved")
 
     def __init__(self) -> None:
         self._last: dict[tuple[str, Objective], Line] = {}
         self._kept: dict[tuple[str, Objective], Line] = {}
-        """The last realizable one."""
+        """The last realizable synthesis."""
         self._alike: dict[tuple[str, tuple[str, object]], Line] = {}
         self._excused: set[str] = set()
 
@@ -160,7 +160,7 @@ class StrategyRule(Rule):
         if by in ("plan", "stay", "backtrack"):
             return
         if by is None and (now.live or now.toward[robot] is not None):
-            return  # it continues a step, which was judged when it set out
+            return  # it continues a step that was judged at its departure
         objective = now.objectives[robot]
         alike = self._alike.get((robot, _alternating(objective)))
         last = self._last.get((robot, objective), alike)
@@ -174,7 +174,7 @@ class StrategyRule(Rule):
 
 
 class VerdictsRule(Rule):
-    """Equal specifications (by their sha256) are not both realizable and unrealizable."""
+    """No specification (identified by its sha256) is both realizable and unrealizable."""
 
     name, kinds = "verdicts", ("synthesis",)
 
