@@ -108,8 +108,8 @@ def _choices(
 
 
 def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMember]:
-    """Return the guarantees, those that a person would name together in one member, in the order in
-    which they are preferred in a core: first the objective, last the map."""
+    """Return the guarantees, grouped as a person would name them, in the order of preference for a
+    core: the objective first, the map last."""
     together: dict[object, list[Constraint]] = {}
     for constraint in _with_all_edges(spec, task, world):
         if is_guarantee(constraint):
@@ -123,8 +123,8 @@ def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMemb
 def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the constraints, with the map's edge as a part of the mobility.
 
-    A specification leaves out the edge where walls are along it. Without those walls a robot would
-    step from the end of a row to the beginning of the next one, which is never meant."""
+    A specification omits the edge where walls are along it. Without those walls a robot could step
+    from the end of a row to the beginning of the next one."""
     item = f"{task.item}.mobility"
     open_map = replace(world, walls=frozenset())
     rules = list(stepping("region", Section.SYS_TRANS, open_map, item))

@@ -26,7 +26,7 @@ class NoStrategyCause(StrEnum):
     PARKED_ROBOT = "parked_robot"
     """A robot that never moves blocks the only path."""
     HEADING = "heading"
-    """From where it starts it faces the wrong way, and cannot turn on the spot."""
+    """It faces the wrong way at its start, and cannot turn on the spot."""
     ONE_WAY = "one_way"
     """Its mobility allows no path to a target, or none from there to the next one."""
     CROSSING = "crossing"

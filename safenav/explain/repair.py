@@ -289,7 +289,7 @@ def nearest(region: Region, regions: Iterable[Region], world: RegionMap) -> list
 
 
 def with_robots(scenario: Scenario, changed: Iterable[Robot]) -> Scenario:
-    """Return the scenario with robots in place of those with their names."""
+    """Return the scenario with some robots replaced by those of the same name."""
     new = {robot.name: robot for robot in changed}
     robots = tuple(new.get(robot.name, robot) for robot in scenario.robots)
     return replace(scenario, robots=robots)

@@ -20,7 +20,7 @@ def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
 
 
 def _closed_words(found: Diagnosis, world: RegionMap) -> str:
-    """Return the regions that culprits close, those with the same reason together."""
+    """Return in words the regions that culprits close, grouped by reason."""
     by_reason: dict[str, list[str]] = {}
     for known in found.culprits:
         by_reason.setdefault(known.reason, []).append(world.label(known.region))

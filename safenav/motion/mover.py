@@ -107,7 +107,7 @@ _BUILT_IN = {
 def mover(
     robot: str, floor: MetricFloor, region: int, heading: str | None, motion: dict[str, object]
 ) -> Mover:
-    """The mover of a robot whose ``motion`` (kind and parameters) stands in a trace.
+    """The mover of a robot by its ``motion`` in a trace (kind and parameters).
 
     Raises UsageError for an unknown kind, a missing or impossible parameter.
     """

@@ -162,7 +162,7 @@ def judged(recording: MotionRecording, formulas: Mapping[str, str]) -> list[Judg
 
 
 def readable(recording: MotionRecording, text: str) -> Requirement:
-    """The formula in a text, whose robots are those of the motion. Raises UsageError."""
+    """Parse a formula over the robots of the motion. Raises UsageError."""
     try:
         formula = parse_requirement(text)
     except FormulaError as error:

@@ -1,8 +1,7 @@
 """A run as waypoints in metres, for a robot stack to follow: read from the trace alone.
 
-A waypoint is the centre of the region where a robot is at the end of a tick, or, in a run with a
-clock, at the end of each of its steps, in the frame of
-the map as ROS map_server has it: x grows east, y grows north, the origin is the south-western
+A waypoint is the centre of a robot's region at the end of a tick or, in a live run, of each of its
+steps, in the frame of ROS map_server: x grows east, y grows north, the origin is the south-western
 corner (docs/maps.md).
 """
 

@@ -74,7 +74,7 @@ def check_formulas(spec: Specification, file: str = "-") -> None:
     """Read the formulas of a specification that no synthesizer has read.
 
     Raises InputError with those that cannot be used: unknown names, integers in place of Booleans,
-    next values where the section has none.
+    next values where the section allows none.
     """
     problems: list[Diagnostic] = []
     declared = {variable.name: variable.bounds for variable in spec.variables}
@@ -112,7 +112,7 @@ def check_formulas(spec: Specification, file: str = "-") -> None:
 
 
 def _occurrences(formula: syntax.Formula, primed: bool) -> Iterator[tuple[syntax.Name, bool]]:
-    """Yield the names of a formula, each with whether it is about the next state."""
+    """Yield the names of a formula, each with whether it refers to the next state."""
     operands = syntax.operands_of(formula)
     if not operands:
         yield from ((name, primed or name.primed) for name in syntax.names_of(formula))

@@ -1,7 +1,7 @@
 """One robot's GR(1) specification: variables, constraints with their origin, and its text.
 
-The text is structured slugs, one constraint per line, and reads like documentation: sections
-in a fixed order, constraints under a comment that says where they come from.
+The text is structured slugs, one constraint per line, and reads like documentation: sections in a
+fixed order, constraints under a comment with their origin.
 """
 
 from __future__ import annotations

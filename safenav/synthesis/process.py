@@ -31,7 +31,7 @@ _CHUNK = 1 << 16
 _MOST_OUTPUT = 2 << 30
 """Bytes that a command may print where no memory limit is given."""
 _PARENT = "SLUGS_PARENT"
-"""Environment variable of our own synthesizer: the process that it must not outlive."""
+"""Environment variable of safenav's synthesizer: the process that it must not outlive."""
 _GRACE_SECONDS = 2.0
 """Limit for draining the pipes of a killed group, which a stray grandchild may still hold."""
 

@@ -1,7 +1,7 @@
 """The output of a finished synthesizer: its verdict, an exhausted limit, or an error.
 
-The verdict is the RESULT line on standard error, whatever the exit status: upstream's binary
-exits with 0 on both verdicts, ours with 0 and 10.
+The verdict is the RESULT line on standard error, whatever the exit status: upstream's binary exits
+with 0 on both verdicts, safenav's with 0 and 10.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _INTERRUPTED = re.compile(rb"interrupted", re.IGNORECASE)
 
 
 class ExitStatus(IntEnum):
-    """Exit statuses of our binary (``slugs --help``)."""
+    """Exit statuses of safenav's binary (``slugs --help``)."""
 
     REALIZABLE = 0
     UNREALIZABLE = 10

@@ -3,8 +3,8 @@
     result = Synthesizer().synthesize(specification)
     if result.verdict is Verdict.REALIZABLE: drive(result.strategy)
 
-Every answer is one of: a proven verdict (perhaps from the cache), an exhausted limit, or a
-SynthesizerError that says what went wrong with the program.
+Every result is one of: a proven verdict (perhaps from the cache), an exhausted limit, or a
+SynthesizerError with the program's failure.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""The trace: what happens in a run, as data (docs/trace.md)."""
+"""The trace: the events of a run as data (docs/trace.md)."""

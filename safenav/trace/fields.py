@@ -42,7 +42,7 @@ class WrongError(Exception):
 
     @property
     def sentences(self) -> list[str]:
-        """Field, what was expected and what was found, for people."""
+        """One sentence per error: field, expected and found."""
         return [
             f"`{path}` is missing"
             if found is _ABSENT

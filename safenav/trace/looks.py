@@ -24,7 +24,7 @@ GREY = "#7A7F87"
 
 
 class Look(Struct, frozen=True):
-    """Look of one robot: body, the colour of it and of the letters on it.
+    """Look of one robot: body, and the colours of the body and of the letters on it.
 
     ``size`` of the letters and ``drop`` of their baseline are in radii of the body."""
 

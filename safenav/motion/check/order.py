@@ -200,7 +200,7 @@ class _Order:
         self.closed: set[str] = set()
         told = case.trace.header.scenario
         self.external = told.world == "external"
-        """Obstacles of such a world are known from where a robot finds them."""
+        """In such a world an obstacle is known once a robot encounters it."""
         listed = set() if self.external else {obstacle.name for obstacle in told.obstacles}
         self.opened = {
             name: 0.0 for name, found in self.obstacles.items() if found.from_ or name not in listed

@@ -162,8 +162,8 @@ _HERMITE = np.array(
         (0, 0, 0, 0.5, -1, 0.5),
     ]
 )
-"""Rows: what each boundary value of a quintic (position, speed, acceleration; start, goal) adds
-to its coefficients, over a unit of time."""
+"""Rows: contribution of each boundary value of a quintic (position, speed, acceleration; start,
+goal) to its coefficients, over a unit of time."""
 
 
 def _walking(segment: Segment, radius: float, omega: float) -> list[Disc]:

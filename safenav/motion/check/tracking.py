@@ -14,10 +14,10 @@ from safenav.motion.file.records import Flight, FlownTrack
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
 PULL = 1.5
-"""Metres per second squared by which the mean of two samples of the pull may miss the mean
-between them: the attitude turns and the wind changes in a twentieth of a second."""
+"""Tolerance (m/s^2) of the mean acceleration between two samples: attitude and wind change within a
+twentieth of a second."""
 WAY = 0.01
-"""Metres by which the mean speed of two samples may miss the way between them."""
+"""Tolerance (m) of the path between two samples, computed from their mean speed."""
 COLUMNS = 16
 
 

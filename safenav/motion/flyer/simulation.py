@@ -197,7 +197,7 @@ def _row(body: Body, wind: Sequence[float]) -> tuple[float, ...]:
 def _sampled(
     flights: Sequence[Flight], floor: MetricFloor, size: float, count: int
 ) -> SampledReference:
-    """The references at the steps of the tracking; after the end it stays where it is."""
+    """Sample the references at the steps of the tracking; after their end, the last position."""
     times = flights[0].t0 + PERIOD * np.arange(count)
     ends = np.array([flight.t1 for flight in flights])
     which = np.minimum(np.searchsorted(ends, times, side="right"), len(flights) - 1)

@@ -1,4 +1,4 @@
-"""Movers that carry out steps and actions at given times, and the lines of what they have done.
+"""Movers that carry out steps and actions at given times, and the lines of their motion.
 
 A robot that has more time than its step takes glides or drives more slowly; a walker stands first.
 """

@@ -242,8 +242,8 @@ class _Run(Struct):
         self.acted[action.obstacle] = done
 
     def _open(self, record: records.Met | records.Resolved, act: Activity) -> None:
-        """Record whom a region admits: all robots if the obstacle is resolved; if one need is left,
-        those that resolve it by entering."""
+        """Record which robots a region admits: all robots if the obstacle is resolved; if one need
+        is left, those that resolve it by entering."""
         obstacle = self.obstacles[record.obstacle]
         let_in = obstacle.blocks
         if isinstance(record, records.Met):

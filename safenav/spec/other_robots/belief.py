@@ -135,7 +135,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumption that lets the robot get anywhere, if it makes one.
+    """Yield the fairness assumption of the task, if it has one.
 
     Knowledge satisfies it if one of the other's possible regions does. So it holds whenever the
     other's true position satisfies it, and the robot cannot break it by looking away.

@@ -57,7 +57,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumption that lets the robot get anywhere, if it makes one."""
+    """Yield the fairness assumption of the task, if it has one."""
     if task.fairness is Fairness.OUT_OF_MY_WAY:
         yield from out_of_my_way(task, world)
         return

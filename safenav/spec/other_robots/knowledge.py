@@ -3,8 +3,8 @@
 Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strategies via belief
 abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
 each region of the believed cells, the other may stay or step to a neighbour; in a live run it may
-have got anywhere that it can reach, since nothing bounds its steps between two looks. A successor
-in sight remains a region; all successors out of sight fold into one belief: the set of cells that
+be anywhere within reach, since nothing bounds its steps between two observations. A successor in
+sight remains a region; all successors out of sight fold into one belief: the set of cells that
 contain one.
 
 The update of knowledge is defined here once, for the specification and for the runtime, so that a

@@ -74,7 +74,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumption that lets the robot get anywhere, if it makes one.
+    """Yield the fairness assumption of the task, if it has one.
 
     One condition for all sides: joint plans meet it as they would one per side, and it costs one
     fixpoint instead of four.
