@@ -1,4 +1,4 @@
-"""The processes that this one has started and that are still there, running or as zombies."""
+"""The child processes of this one that still exist, running or as zombies."""
 
 import os
 from collections.abc import Iterator
@@ -10,8 +10,8 @@ TASKS = Path("/proc/self/task")
 
 @contextmanager
 def none_left() -> Iterator[None]:
-    """What happens inside leaves no child behind. Children that were there before are another
-    test's, like the browser that a worker keeps; where there is no /proc, nobody may have any."""
+    """Check that the block leaves no child process behind. Earlier children belong to other tests,
+    like the browser of a worker; without /proc, no child at all may exist."""
     before = _children()
     yield
     if before is None:
@@ -25,7 +25,8 @@ def none_left() -> Iterator[None]:
 
 
 def _children() -> frozenset[int] | None:
-    """A thread that ends while its file is read hands its children to another: read all again."""
+    """Return all children. If a thread ends while its file is read, another inherits its children,
+    so all are read again."""
     while (TASKS / str(os.getpid()) / "children").is_file():
         found: set[int] = set()
         try:

@@ -1,7 +1,7 @@
-"""For all tests: interrupts are heard, syntheses are kept for this test run alone, no drawn
-example is timed, and each process has one browser.
+"""Settings of all tests: SIGINT is not ignored, the synthesis cache lasts for this test run, random
+examples have no deadline, and each process has one browser.
 
-A shell starts background jobs with SIGINT ignored, and programs pass that on to theirs.
+A shell starts background jobs with SIGINT ignored, which child processes inherit.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Collect without the garbage collector: nearly everything stays, and searching it for what
-    does not takes two fifths of the time, in each worker."""
+    """Disable the garbage collector during collection: nearly all objects stay, and searching them
+    takes two fifths of the time, in each worker."""
     gc.disable()
     try:
         return (yield)
@@ -55,8 +55,8 @@ def pytest_collection() -> Generator[None, object, object]:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Each worker begins with the slow ones of its share: what it has at its end is short, so
-    that the others can take it over and all end together."""
+    """Run the slow tests of each worker first: its last tests are then short, so that other workers
+    can take them over and all end together."""
     workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0"))
     if not workers:
         return
@@ -77,7 +77,7 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def browser(chromium: Browser) -> Iterator[Browser]:
-    """A browser that shows nothing yet, and nothing when the module has ended."""
+    """Return a browser with an empty page; the page is emptied again when the module ends."""
     chromium.leave()
     yield chromium
     chromium.leave()
@@ -85,8 +85,8 @@ def browser(chromium: Browser) -> Iterator[Browser]:
 
 @pytest.fixture
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a person would wait for in vain is found on a busy machine, too: searches that end
-    after some seconds of a clock get minutes."""
+    """Extend the time limits of searches from seconds to minutes, so that they also succeed on a
+    busy machine."""
     for constant in (
         "safenav.explain.investigation.REPAIR_SECONDS",
         "safenav.runtime.analysis.postmortem.RUN_SECONDS",

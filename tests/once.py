@@ -1,4 +1,4 @@
-"""Dear things are made once in a test run, whichever of its processes needs them first.
+"""Expensive things are made once per test run, by the first process that needs them.
 
 A session fixture of pytest-xdist exists once in each worker; the folder that this module gives
 is the same one for all of them.
@@ -25,9 +25,9 @@ CORPUS = Path(os.environ.get("SAFENAV_CORPUS") or ROOT.parent / "shared" / "corp
 
 
 def made_once(name: str, make: Callable[[Path], object]) -> Path:
-    """The folder ``name`` as ``make`` has filled it: by whoever comes first; the others wait.
+    """Return the folder ``name`` as ``make`` has filled it: in the first process; the others wait.
 
-    What is in it is shared, so nobody changes it.
+    Its content is shared, so tests must not change it.
     """
     shared = Path(os.environ[FOLDER]) / "made"
     folder, done = shared / name, shared / f"{name}.done"
@@ -52,7 +52,7 @@ def trace_of_shipped(name: str) -> Path:
 
 @contextmanager
 def locked(file: Path) -> Iterator[None]:
-    """Among all processes, only one at a time is in here."""
+    """Let only one process at a time execute the block."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

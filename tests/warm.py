@@ -1,6 +1,6 @@
-"""Commands as processes of their own, without the time that their start takes.
+"""Commands as separate processes, without their start-up time.
 
-Most of what a short command costs is the start of Python and the imports. Here a program that
+The start of Python and the imports take most of the time of a short command. Here a program that
 has imported all of safenav forks for each command: the command has its own process, working
 directory, environment, files and exit status, and ends as any Python program does. Tests of the
 start itself, of signals and of limits start safenav anew.
@@ -82,8 +82,8 @@ def program(
 def started(
     *arguments: object, out: int, cwd: Path | None = None, env: Mapping[str, str] | None = None
 ) -> int:
-    """Start ``safenav ARGUMENTS...``, which writes all that it says to ``out``; its process id,
-    which stays its own until the next command, even if it ends."""
+    """Start ``safenav ARGUMENTS...``, which writes its output to ``out``; return its process id,
+    which is not reused until the next command."""
     words = [str(argument) for argument in arguments]
     with Path(os.devnull).open("rb") as nothing:
         return _ask(b"start", [nothing.fileno(), out, out], "safenav.cli", words, cwd, env)
@@ -173,7 +173,7 @@ def serve(number: int, lock: str) -> None:
 
 
 def _serve(connection: socket.socket) -> NoReturn:
-    """Fork for each question, until the connection ends."""
+    """Fork for each request, until the connection ends."""
     while True:
         word, files, _, _ = socket.recv_fds(connection, LONGEST, 4)
         if not word:
@@ -195,7 +195,7 @@ def _serve(connection: socket.socket) -> NoReturn:
 
 
 def _become(files: list[int]) -> NoReturn:
-    """Be the command that is asked for, to its end."""
+    """Run the requested command in this process, to its end."""
     for number, file in enumerate(files[:3]):
         os.dup2(file, number)
     with os.fdopen(files[3], "rb") as question:

@@ -1,4 +1,4 @@
-"""Imports go downwards only, in the order that docs/architecture.md lists; lazy ones, too."""
+"""Imports go downwards only, in the order of docs/architecture.md, including lazy ones."""
 
 import ast
 import re
@@ -17,7 +17,7 @@ FACES = {"safenav", "safenav.cli"}
 
 
 def modules() -> dict[str, Path]:
-    """Every module of the package by its dotted name."""
+    """Return every module of the package by its dotted name."""
     found = {}
     for path in PACKAGE.rglob("*.py"):
         parts = path.relative_to(ROOT).with_suffix("").parts
@@ -35,7 +35,7 @@ def tree(name: str) -> ast.Module:
 
 
 def imports(name: str) -> Iterator[str]:
-    """The modules of safenav that a module imports anywhere in its text."""
+    """Return the modules of safenav that a module imports anywhere in its text."""
     for node in ast.walk(tree(name)):
         if isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
             for alias in node.names:

@@ -1,6 +1,6 @@
-"""The programs beside the package (benchmarks, pictures, wheels) find what they import from it.
+"""The programs beside the package (benchmarks, pictures, wheels) can import what they use of it.
 
-No other test runs them, so a module that moves would leave them behind unseen.
+No other test runs them, so a moved module would break them unnoticed.
 """
 
 import ast

@@ -17,7 +17,7 @@ def in_plan(robot: str, index: int, *place: Any) -> Mutation:
 
 
 def before_any_step(*mutations: Mutation) -> Mutation:
-    """Break a plan, and interrupt the run before anybody follows it."""
+    """Break a plan, and interrupt the run before a robot follows it."""
 
     def mutate(lines: list[Line]) -> None:
         both(*mutations)(lines)
@@ -42,7 +42,7 @@ def fall_on_the_cart(lines: list[Line]) -> None:
 
 
 def list_twice(lines: list[Line]) -> None:
-    """Let the debris reappear, and block nobody then."""
+    """Let the debris reappear, and then block no robot."""
     obstacles = lines[0]["scenario"]["obstacles"]
     obstacles.append(obstacles[0] | {"blocks": []})
 
@@ -60,7 +60,7 @@ def in_proof(*path: Any, to: Any) -> Mutation:
 
 
 def told(robot: str, objective: Any) -> Mutation:
-    """Let a robot be told something else after the first need is met."""
+    """Assign another objective to a robot after the first need is fulfilled."""
     return insert_after("met", {"need": 0}, type="told", robot=robot, objective=objective)
 
 

@@ -1,4 +1,4 @@
-"""Good traces broken on purpose: which rule, by what change, found in which tick, of whom."""
+"""Good traces broken on purpose: rule, change, and tick and robot of the finding."""
 
 from typing import Any
 
@@ -46,7 +46,7 @@ def objectives(kind: str, nth: int, **changed: Line) -> Mutation:
 
 
 def late_moves(kind: str, tick: int) -> Mutation:
-    """Let everything from a tick on be told one tick later."""
+    """Let all lines from a tick on be one tick later."""
 
     def mutate(lines: list[Line]) -> None:
         for line in lines[find(lines, kind, tick=tick) :]:
@@ -58,7 +58,7 @@ def late_moves(kind: str, tick: int) -> Mutation:
 
 
 def cut_after(kind: str, **where: Any) -> Mutation:
-    """Interrupt the run behind a line; the outcome's counts are put right."""
+    """Interrupt the run after a line; correct the outcome's counts."""
 
     def mutate(lines: list[Line]) -> None:
         index = find(lines, kind, **where)
@@ -75,7 +75,7 @@ def cut_after(kind: str, **where: Any) -> Mutation:
 
 
 def retell(name: str, *moves: tuple[int, int, int]) -> Mutation:
-    """Let a robot move otherwise: (tick, from, to) for each of its moves that changes."""
+    """Change moves of a robot: (tick, from, to) for each changed move."""
     edits = [
         edit("move", {"tick": tick, "robot": name}, origin=origin, to=to)
         for tick, origin, to in moves

@@ -79,7 +79,8 @@ def delayed() -> list[Line]:
 
 
 def opened() -> list[Line]:
-    """A robot meets a door that no sensor has shown, another one opens it at the second try."""
+    """A robot encounters a door that no sensor has shown; another one opens it at the second
+    try."""
     quad = robot("air", ["sense"], 8, {"visit": [10]})
     digit = robot("ground", ["push"], 15, {"visit": [15]})
     door = obstacle("door", 9, "push", [9], ["digit", "quad"])
@@ -157,7 +158,7 @@ def lost_around() -> list[Line]:
 
 
 def waits() -> list[Line]:
-    """Nobody can open a gate; an operator says that it is open; the team then gives up."""
+    """No robot can open a gate; an operator marks it as open; the run is then given up."""
     lines = living(given_up())
     outcome = lines[-1]
     told = ("tick", "t", "outcome", "explanation", "cause", "proof")
@@ -172,7 +173,7 @@ def waits() -> list[Line]:
 
 
 def simulated() -> list[Line]:
-    """Whoever can open the door acts on it before it departs."""
+    """A robot that can open the door acts on it before it departs."""
     a = robot("ground", ["push"], 7, {"visit": [9]})
     s = Live({"a": a}, [obstacle("door", 8, "push", [8], ["a"])], "simulated")
     s.at(0).depart("a", 8).at(1).arrive("a").at(1).act("a", on="door@8")

@@ -1,4 +1,4 @@
-"""Traces written by hand, each of a run in which all went as the design says."""
+"""Traces written by hand, each of a correct run."""
 
 from collections.abc import Callable
 
@@ -34,7 +34,7 @@ HOUSE = """
 
 
 def door() -> list[Line]:
-    """The quadcopter meets a door; Digit opens it; both go on."""
+    """The quadcopter encounters a door; Digit opens it; both continue."""
     s = Script(
         ROOM,
         {
@@ -76,7 +76,7 @@ def pressed() -> list[Line]:
 
 
 def untraversable() -> list[Line]:
-    """What Digit was not sure about turns out untraversable; it goes round."""
+    """A region that Digit senses turns out untraversable; Digit takes a detour."""
     s = Script(
         ROOM,
         {
@@ -99,7 +99,7 @@ def untraversable() -> list[Line]:
 
 
 def nested() -> list[Line]:
-    """A helper needs help itself; meanwhile a third robot takes over what was asked for first."""
+    """A helper needs help itself; meanwhile a third robot takes over the first request."""
     s = Script(
         RING,
         {
@@ -144,7 +144,7 @@ def nested() -> list[Line]:
 
 
 def unrequested() -> list[Line]:
-    """Digit opens a door on its way that nobody has asked for; no stack is touched."""
+    """Digit opens a door on its path without a request; the stack is unchanged."""
     s = Script(
         ROOM,
         {
@@ -163,7 +163,7 @@ def unrequested() -> list[Line]:
 
 
 def detour() -> list[Line]:
-    """Nobody can clear the debris: it joins the obstacles, and the rover goes round."""
+    """No robot can clear the debris: it becomes permanent, and the rover takes a detour."""
     s = Script(
         ROOM,
         {"rover": robot("ground", [], 7, {"visit": [10, 7]})},
@@ -195,7 +195,7 @@ def avoiding() -> list[Line]:
 
 
 def operator() -> list[Line]:
-    """Nobody can clear the only way, and there is no way round."""
+    """No robot can clear the only path."""
     s = Script(
         CORRIDOR,
         {"rover": robot("ground", [], 8, {"visit": [8, 12]})},
@@ -322,7 +322,7 @@ def beliefs() -> list[Line]:
 
 
 def unrealizable() -> list[Line]:
-    """One robot cannot do what it is asked to do: nothing begins."""
+    """One robot is unrealizable: the run does not begin."""
     s = Script(CORRIDOR, {"rover": robot("ground", [], 8, {"visit": [8, 12]})}, [])
     s.lines.pop()
     s.synthesize("initial", "rover", verdict="unrealizable")

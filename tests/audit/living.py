@@ -1,4 +1,4 @@
-"""Traces in lockstep, told as those of live runs: a tick is a pass, a second long."""
+"""Lockstep traces converted to those of live runs: a tick becomes a pass of one second."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -8,7 +8,7 @@ RESULT = {True: "done", None: "done", False: "untraversable"}
 
 
 def living(lines: Iterable[Line]) -> list[Line]:
-    """The lines of the same run with commands and their ends instead of moves."""
+    """Return the lines of the same run with commands and their ends instead of moves."""
     header, *rest = lines
     told = [{**header, "clock": "live"}, *_Told(header).all(rest)]
     if told[-1].get("outcome") == "tick_limit":

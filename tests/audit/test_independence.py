@@ -1,4 +1,4 @@
-"""The checker judges the runtime, so it must not lean on it, and its documentation is complete."""
+"""The checker judges the runtime, so it does not import it; its documentation is complete."""
 
 import ast
 import re

@@ -1,4 +1,4 @@
-"""Whatever the bytes are: an audit, or an error that says where the trace is wrong."""
+"""Any bytes give an audit, or an error with the position in the trace."""
 
 import json
 import random

@@ -1,4 +1,4 @@
-"""Each rule is broken on purpose, in a trace that is good otherwise, and nothing else is."""
+"""Each rule is broken on purpose in an otherwise good trace, and only that rule is reported."""
 
 import pytest
 

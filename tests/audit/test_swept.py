@@ -1,4 +1,5 @@
-"""Swept regions in traces of live runs: who enters them is judged, not who was there before."""
+"""Swept regions in traces of live runs: robots that enter them are judged, not robots that were
+already there."""
 
 from collections.abc import Callable
 

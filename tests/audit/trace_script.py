@@ -1,6 +1,6 @@
 """Writing traces by hand: a script follows the robots so that a line needs only what is new.
 
-It knows docs/trace.md and nothing of safenav. It checks nothing: scripts may be wrong.
+It follows docs/trace.md and does not import safenav. Scripts are not checked; they may be wrong.
 """
 
 import copy
@@ -52,7 +52,7 @@ def obstacle(
 
 
 def closure(never: list[str], **robots: tuple[list[int], bool]) -> Line:
-    """A closure proof: for each robot the regions where it gets, and whether it can go on."""
+    """Return a closure proof: for each robot its reachable regions, and whether it can continue."""
     return {
         "kind": "closure",
         "resolved": [],
@@ -145,7 +145,7 @@ class Script:
         return self
 
     def set_out(self, name: str, toward: int) -> Self:
-        """A tick of a step that takes several: still here, on the way there."""
+        """Record a tick of a step of several ticks: the robot is still here, in transit."""
         here = self.position[name]
         heading = self.heading[name]
         return self.add(
@@ -231,7 +231,8 @@ Mutation = Callable[[list[Line]], None]
 
 
 def find(lines: list[Line], kind: str, nth: int = 0, **fields: Any) -> int:
-    """The index of the nth line of a kind with these fields (``origin`` stands for ``from``)."""
+    """Return the index of the nth line of a kind with these fields (``origin`` stands for
+    ``from``)."""
     wanted = {"from" if key == "origin" else key: value for key, value in fields.items()}
     found = [
         index

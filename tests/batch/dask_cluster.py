@@ -1,5 +1,5 @@
-"""A real Dask cluster with worker processes, in a process of its own: it leaves threads, event
-loops and warnings behind that are no business of the tests.
+"""A real Dask cluster with worker processes, in its own process, since it leaves threads, event
+loops and warnings behind.
 
 Prints its address and the processes of its workers; ends when standard input does.
 """

@@ -1,7 +1,7 @@
 """Small scenarios, and a slugs binary that does what the name of a scenario's robot says.
 
-It never finds a strategy: a scenario here passes if it expects to be unrealizable. Thus these
-tests are about batches, and need no synthesizer.
+It never finds a strategy, so a scenario passes if it expects to be unrealizable. So these tests of
+batches need no synthesizer.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ Write = Callable[..., Path]
 
 
 class SlugsLog:
-    """What the slugs binary was asked."""
+    """The requests that the slugs binary has received."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

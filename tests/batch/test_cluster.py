@@ -1,4 +1,4 @@
-"""The same work on a real Dask cluster: nothing is lost when a worker is killed."""
+"""Batches on a real Dask cluster: no result is lost when a worker is killed."""
 
 import json
 import os

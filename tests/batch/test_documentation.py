@@ -1,4 +1,4 @@
-"""The examples of docs/batch.md and docs/ci.md are what they say they are."""
+"""The examples of docs/batch.md and docs/ci.md work as described."""
 
 import re
 import shlex

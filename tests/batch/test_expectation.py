@@ -1,4 +1,4 @@
-"""What a scenario expects is compared with what happened: bounds, rounds, order, never."""
+"""A scenario's expectations are compared with its run: bounds, rounds, order, never."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Matrix files: combinations of settings, and mistakes told at their place."""
+"""Matrix files: combinations of settings, and errors reported at their position."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Cases run in processes of their own: one that misbehaves costs nobody else anything."""
+"""Cases run in separate processes: one that crashes or hangs does not affect the others."""
 
 import os
 import signal
@@ -58,8 +58,8 @@ def test_a_case_that_hangs_is_stopped_with_its_synthesizer(
     slugs: SlugsLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Clock:
-        """It stands still but for 1.5 s when the sleeper's synthesizer begins: on a busy machine
-        the others take longer than the limit."""
+        """It advances only by 1.5 s when the sleeper's synthesizer begins, since on a busy machine
+        the other cases take longer than the limit."""
 
         @staticmethod
         def monotonic() -> float:

@@ -1,4 +1,4 @@
-"""A case is done for good only while the files that its scenario names stay as they are."""
+"""A result of a case is reused only while the files that its scenario names are unchanged."""
 
 import os
 from pathlib import Path

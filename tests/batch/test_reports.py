@@ -1,4 +1,4 @@
-"""What a batch leaves to read: JUnit, JSON, CSV, a table, a comparison with a former batch."""
+"""Reports of a batch: JUnit, JSON, CSV, a table, a comparison with an earlier batch."""
 
 import csv
 import io

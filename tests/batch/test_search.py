@@ -1,4 +1,4 @@
-"""What is named on the command line becomes cases."""
+"""Paths on the command line become cases."""
 
 from pathlib import Path
 

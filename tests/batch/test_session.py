@@ -1,4 +1,4 @@
-"""A batch keeps what is done, tries again only if told to, and stops when it should."""
+"""A batch keeps its results, retries only on request, and stops when it must."""
 
 from collections import deque
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""The ``safenav`` command as users call it, with an end to waiting for it."""
+"""The ``safenav`` command as users call it, with a time limit."""
 
 import importlib
 import os
@@ -15,9 +15,9 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Ended:
-    """How a call ended. ``exit``: its status, None if only SIGKILL ended it. ``interrupted``:
-    SIGINT was sent, because its time was over; ``deaf``: for how many seconds it went on;
-    ``seen``: what ``look`` saw at that moment."""
+    """The end of a call. ``exit``: its status, None if only SIGKILL ended it; ``interrupted``:
+    SIGINT was sent at its time limit; ``deaf``: seconds until it ended after that; ``seen``: result
+    of ``look`` at that moment."""
 
     exit: int | None
     output: str

@@ -9,8 +9,8 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Judged:
-    """One run. ``found``: what is wrong; ``counts``: what the campaign adds up; ``files``: what it
-    keeps of a finding, by their endings."""
+    """One run. ``found``: the finding, if any; ``counts``: numbers that the campaign adds up;
+    ``files``: files of a finding, by their endings."""
 
     found: Sequence[str] = ()
     counts: Mapping[str, int] = field(default_factory=dict)

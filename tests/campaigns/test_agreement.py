@@ -1,4 +1,4 @@
-"""What ``check`` says before a run is what ``run`` begins with: verdict, form and assumptions.
+"""``check`` reports the verdict, form and assumptions with which ``run`` begins.
 
 ``SAFENAV_FUZZ=5000`` compares a thousand teams.
 """

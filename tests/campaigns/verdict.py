@@ -1,9 +1,9 @@
-"""Plays a mission and judges how it ended.
+"""Plays a mission and judges its end.
 
-``completed`` must be accepted by ``check-trace`` and be so by the moves alone;
-``operator_needed`` must be accepted with its proof, and the judge's own search must find, from
-where the run ended and (if nothing was hidden) from its start, that nothing can be done.
-Everything else is a finding.
+``completed`` must be accepted by ``check-trace`` and follow from the moves alone;
+``operator_needed`` must be accepted with its proof, and the judge's own search must find the
+mission infeasible from the run's end and (if nothing was hidden) from its start. Everything else is
+a finding.
 """
 
 import json

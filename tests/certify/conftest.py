@@ -1,4 +1,4 @@
-"""What several tests of certificates share."""
+"""Shared fixtures of the tests of certificates."""
 
 from pathlib import Path
 

@@ -82,7 +82,7 @@ ONE_WAY = 177
 
 @cache
 def negative(name: str) -> Path:
-    """The bundle of a mission that nobody can complete."""
+    """Return the bundle of a mission that no team can complete."""
     if name in NEGATIVES:
         limits = "until: {rounds: 1}\nlimits: {ticks: 40}\n"
         text = f"name: {name}\n{limits}{NEGATIVES[name]}"
@@ -147,7 +147,7 @@ def rewrite(bundle: Path, files: Files, target: Path) -> Path:
 
 
 def certified(text: str) -> str:
-    """What the checker says of the bundle of a scenario's run, which it accepts."""
+    """Return the checker's result for the bundle of a scenario's run, which it accepts."""
     status, said = judged(bundle_at("plan", text))
     assert status == 0, said
     return said

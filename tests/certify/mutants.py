@@ -1,7 +1,7 @@
-"""Bundles that were altered in one place, with every sum repaired, as a forger would.
+"""Bundles altered in one place with all checksums repaired, as a forger would do.
 
-A mutant gets the files of a bundle and a source of chance; it returns None where it has nothing
-to alter. ``harmless`` says why a bundle may still prove its claims after such a change.
+A mutant gets the files of a bundle and a random source; it returns None if it can alter nothing.
+``harmless`` says why a bundle may still prove its claims after such a change.
 """
 
 import hashlib
@@ -78,7 +78,7 @@ def _redirect(nodes: dict[str, Any], source: Random) -> bool:
 
 
 def _redirect_to_a_twin(nodes: dict[str, Any], source: Random) -> bool:
-    """Liveness alone: to a node of the same values that pursues another goal."""
+    """Break liveness only: lead to a node of the same values that pursues another goal."""
     states: dict[tuple[int, ...], list[int]] = {}
     for number, node in nodes.items():
         states.setdefault(tuple(node["state"]), []).append(int(number))
@@ -97,7 +97,7 @@ def _redirect_to_a_twin(nodes: dict[str, Any], source: Random) -> bool:
 
 
 def _stay_for_ever(nodes: dict[str, Any], source: Random) -> bool:
-    """Liveness alone: a node leads to itself where it led on."""
+    """Break liveness only: a node leads to itself instead of to its successor."""
     number = source.choice(sorted(nodes))
     node = nodes[number]
     if int(number) in node["trans"] or len(node["trans"]) != 1:

@@ -1,4 +1,4 @@
-"""The verified checker for tests, and many questions to it at once."""
+"""The verified checker for tests, with many requests in one call."""
 
 import json
 import os
@@ -72,7 +72,7 @@ class Case:
 
 
 def with_measures(name: str, text: str, document: Any) -> Case:
-    """With the best measures there are; where there are none, with some that show nothing."""
+    """Add the best measures; if there are none, add measures that prove nothing."""
     measures: Any = None
     with suppress(checker.RefusedError, NoMeasureError, LookupError):
         measures = strategy_measures(text, json.dumps(document).encode())
@@ -85,7 +85,7 @@ def with_measures(name: str, text: str, document: Any) -> Case:
 
 
 def proved(program: Path, cases: list[Case], folder: Path) -> dict[int, str]:
-    """Of each case why the verified checker refuses it, or ''."""
+    """Return for each case the verified checker's reason for refusing it, or ''."""
     for part in ("specs", "strategies", "measures", "counterstrategies"):
         (folder / part).mkdir(parents=True)
     for k, case in enumerate(cases):
@@ -103,7 +103,7 @@ def proved(program: Path, cases: list[Case], folder: Path) -> dict[int, str]:
 
 
 def disagreements(program: Path, cases: list[Case], folder: Path) -> list[tuple[Case, str, str]]:
-    """Cases of which the two checkers say different things, each with both reasons."""
+    """Return the cases on which both checkers disagree, each with both reasons."""
     verdicts = proved(program, cases, folder)
     both = [(case, case.checked(), verdicts[k]) for k, case in enumerate(cases)]
     return [(case, mine, other) for case, mine, other in both if bool(mine) != bool(other)]

@@ -1,4 +1,4 @@
-"""A robot's task as a bundle of its own: a header, one synthesis, nothing more.
+"""A robot's task as a bundle with only a header and one synthesis.
 
 The specification may be altered before it is synthesized, as an error in the compiler would.
 """

@@ -1,4 +1,4 @@
-"""Runs that somebody changed while they went on are certified from their trace, and not forged."""
+"""Runs that a user changed while they ran are certified from their trace; forgeries are refused."""
 
 from functools import lru_cache
 from pathlib import Path

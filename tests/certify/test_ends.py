@@ -1,5 +1,4 @@
-"""Bundles of runs that do not go as planned: worlds that somebody else makes or changes, ends
-before the end, and the run in metres."""
+"""Bundles of unusual runs: in external or changed worlds, ended early, or in metres."""
 
 import json
 import shutil
@@ -22,7 +21,7 @@ from safenav.world.moves import Pose
 
 
 class Slippery(Driven):
-    """A world in which a robot now and then ends up somewhere else than it was told to go."""
+    """A world in which a robot sometimes ends in another region than commanded."""
 
     def __init__(self, scenario: Scenario, chance: Random) -> None:
         super().__init__(scenario)

@@ -1,5 +1,5 @@
-"""What long campaigns found: runs that were refused although they are honest, and forged lines
-that were accepted."""
+"""Findings of long campaigns: honest runs that were refused, and forged lines that were
+accepted."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The notebook of the documentation runs, and what it shows are drawings."""
+"""The notebook of the documentation runs, and its outputs are drawings."""
 
 import shutil
 import warnings

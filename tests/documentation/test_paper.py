@@ -1,4 +1,4 @@
-"""What docs/paper.md points to is there, and the figures of the paper can be made."""
+"""All files named in docs/paper.md exist, and the figures of the paper can be made."""
 
 import re
 import subprocess

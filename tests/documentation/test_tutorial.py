@@ -1,7 +1,7 @@
 """The tutorial and the how-to pages with commands, followed word for word in an empty folder.
 
-Blocks with a title are files. In a console block each line after ``$`` is typed; what follows must
-be the beginnings of lines of the output, in order, ``...`` standing for any lines in between.
+Blocks with a title are files. In a console block each line after ``$`` is typed; the lines after it
+must be the beginnings of output lines, in order; ``...`` stands for any lines in between.
 """
 
 import os
@@ -62,7 +62,7 @@ def typed(command: str, folder: Path, environment: dict[str, str]) -> list[str]:
 
 
 def compare(command: str, shown: list[str], output: list[str]) -> None:
-    """The lines shown are there, one below the other but where ``...`` stands."""
+    """Check that the output has the lines shown, consecutively except at ``...``."""
     place, anywhere = 0, False
     for line in shown:
         if line == "...":

@@ -1,5 +1,5 @@
-"""Graph search against the synthesizer: what a robot alone can do is one question with two
-ways to answer it, and causes that only arise within a run."""
+"""Graph search against the synthesizer, which must agree on what a robot alone can do; and causes
+that only arise within a run."""
 
 from random import Random
 

@@ -1,4 +1,4 @@
-"""What explain tells of a team whose robots are all realizable, and what check warns of."""
+"""Explanations of teams whose robots are all realizable, and warnings of check."""
 
 import json
 from pathlib import Path

@@ -1,5 +1,5 @@
-"""Every way to be unrealizable that is shipped: the cause is found, the core is minimal, the
-witness obeys the rules, and what is offered as a repair repairs."""
+"""Every shipped unrealizable scenario: the cause is found, the core is minimal, the witness obeys
+the rules, and each proposed repair works."""
 
 from functools import cache
 from itertools import chain, pairwise

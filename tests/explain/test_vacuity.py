@@ -1,4 +1,4 @@
-"""Wins that are none: the environment driven into a dead end, or out of its fairness."""
+"""Vacuous wins: the robot forces the environment into a dead end, or out of its fairness."""
 
 import json
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The safenav command as a process that things happen to, and slugs binaries that fail."""
+"""The safenav command as a process exposed to faults, and slugs binaries that fail."""
 
 import ctypes
 import json
@@ -60,7 +60,7 @@ class Process:
         seconds: float = 120,
         **variables: str,
     ) -> Done:
-        """Run to the end. Whatever happens, nobody ever sees a traceback."""
+        """Run to the end, and check that there is no traceback."""
         environment = {**self.environment, **variables}
         if limit is None:
             done = warm.safenav(*arguments, cwd=self.folder, env=environment)
@@ -127,7 +127,7 @@ def little_memory() -> None:
 
 
 def no_privileges() -> None:
-    """Also for root, what is read-only is read-only."""
+    """Let read-only files be read-only for root as well."""
     if os.geteuid() == 0:
         library = ctypes.CDLL(None)
         for capability in (_CAP_DAC_OVERRIDE, _CAP_DAC_READ_SEARCH):

@@ -1,5 +1,4 @@
-"""Things that go wrong around safenav, one test each: nothing lost, nothing executed, no
-traceback."""
+"""Faults outside safenav, one test each: nothing is lost, nothing is executed, no traceback."""
 
 import json
 import signal

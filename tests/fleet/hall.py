@@ -33,9 +33,9 @@ ENDS = {end.value: end for end in transport.GoalEnd}
 
 
 class Robots:
-    """A transport whose robots do what a script says, goal by goal: how the goal ends, and where
-    the robot is then (in regions east of where it began; None: it says nothing more). Time passes
-    while somebody waits."""
+    """A transport whose robots do what a script says, goal by goal: the end of the goal, and the
+    robot's position then (in regions east of its start; None: no more messages). Time passes during
+    waits."""
 
     def __init__(self, side: float = 1.0) -> None:
         self.side = side

@@ -32,8 +32,8 @@ def lab_at(port: int) -> Any:
 
 
 def follow(lab: Any, name: str, frames: list[Any]) -> None:
-    """Let a robot of a lab follow transforms, velocities and accelerations 0.05 s apart, from now
-    on. Only a body without feet."""
+    """Let a robot without feet follow transforms, velocities and accelerations, 0.05 s apart, from
+    now on."""
     import numpy as np
 
     from safenav.fleet.setpoints import PERIOD, Setpoints

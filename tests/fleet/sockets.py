@@ -1,4 +1,4 @@
-"""The sockets of another process, as Linux tells them."""
+"""The sockets of another process, as Linux lists them."""
 
 import contextlib
 import ctypes

@@ -1,4 +1,4 @@
-"""Actions of several robots: who is asked for what, and what their answers mean."""
+"""Actions of several robots: the services called, and the meaning of their answers."""
 
 import pytest
 from msgspec.structs import replace

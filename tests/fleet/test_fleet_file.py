@@ -1,4 +1,4 @@
-"""Fleet files: what is read, and what each mistake is told."""
+"""Fleet files: their values, and the message of each error."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Robots that follow references: what they are sent, when that ends well, and what ends it."""
+"""Robots that follow references: the references sent, and the end of their goals."""
 
 import json
 import time

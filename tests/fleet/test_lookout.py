@@ -1,4 +1,4 @@
-"""What lidars and reports show of regions, and when it counts."""
+"""Readings of lidars and reports about regions, and when they count."""
 
 import math
 

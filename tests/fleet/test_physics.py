@@ -1,4 +1,4 @@
-"""The simulation in metres: what touches what, and who opens a door."""
+"""The simulation in metres: contacts, and robots that open doors."""
 
 from math import pi
 from typing import Any

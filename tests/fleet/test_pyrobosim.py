@@ -1,4 +1,4 @@
-"""Robots in a simulator that nobody here wrote: its hallways close while robots are under way.
+"""Robots in pyrobosim, an external simulator, whose hallways close during steps.
 
 Its planner, executor and lidar drive and see. The positions that it reports are the judge.
 """

@@ -1,5 +1,5 @@
-"""Two readers of one language: the synthesizer gives a printed formula the meaning that the
-evaluator gives it."""
+"""Two readers of one language: synthesizer and evaluator agree on the meaning of a printed
+formula."""
 
 import subprocess
 from collections.abc import Mapping

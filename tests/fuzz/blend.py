@@ -1,7 +1,7 @@
 """A campaign from the shell: ``python -m fuzz.blend --seeds 0:99 --faults --operator`` (in tests/).
 
-Plays scenarios with many keys in time, in a world in which things fail, with an operator who does
-anything at any moment; each is judged by the world's log, its trace audited, and certified.
+Plays live scenarios with many keys, in a world with faults, with an operator who intervenes at
+random; each run is judged by the world's log, and its trace is audited and certified.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ MOST_PASSES = 20_000
 
 @dataclass
 class Played:
-    """``found``: what is wrong. ``given``: the operator's words, with the pass of each."""
+    """``found``: the finding, if any; ``given``: the operator's interventions, with the pass of
+    each."""
 
     outcome: str = "no outcome"
     found: list[str] = field(default_factory=list)
@@ -62,7 +63,7 @@ class Played:
         return any(word.startswith("input") and " on" in word for _, word in self.given)
 
     def add(self, rest: Rest) -> None:
-        """Count the rest of a run that was cut."""
+        """Count the rest of a run that was cut off."""
         self.cuts += 1
         self.lines, self.outcome = rest.lines or self.lines, rest.outcome
         self.found += rest.found
@@ -216,7 +217,7 @@ def _run(
 
 
 class Hand:
-    """An operator who does anything at any moment. ``attends``: whether the run waits for him."""
+    """An operator who intervenes at random. ``attends``: whether the run waits for the operator."""
 
     def __init__(self, scenario: Scenario, data: Mapping[str, Any], seed: int) -> None:
         self.random = Random(f"operator of {seed}")
@@ -228,7 +229,7 @@ class Hand:
         self.orders = [t for t in data["catalogue"]["obstacles"] if t.startswith("p")]
 
     def words(self, mission: Mission) -> list[str]:
-        """What he does before a pass."""
+        """Return the interventions before a pass."""
         waits = mission.waiting is not None
         if not (waits or (self.left and self.random.random() < self.often)):
             return []

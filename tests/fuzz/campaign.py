@@ -1,7 +1,6 @@
-"""How long the fuzzing goes on: a bounded campaign among the tests, or one as long as wanted.
+"""Size of fuzzing campaigns: bounded among the tests, or as set by the user.
 
-``SAFENAV_FUZZ=5000`` tries 5000 examples of each property, other ones each time, instead of a
-few that are always the same.
+``SAFENAV_FUZZ=5000`` tries 5000 new random examples of each property, instead of a few fixed ones.
 """
 
 import os
@@ -27,7 +26,7 @@ def campaign(bounded: int) -> settings:
 
 @st.composite
 def scenarios(draw: st.DrawFn, robots: int = 4) -> dict[str, Any]:
-    """A random mission, as data, of so many robots at most."""
+    """A random mission, as data, with at most this many robots."""
     mission = random_mission(draw(st.randoms()))
     mission["robots"] = dict([*mission["robots"].items()][:robots])
     return mission | {"deadlock": draw(st.booleans())}

@@ -1,4 +1,4 @@
-"""Runs that are killed and continued: whether the rest is what the whole run would have been."""
+"""Runs that are killed and continued: the rest must equal that of the whole run."""
 
 import json
 from collections.abc import Collection, Mapping, Sequence
@@ -23,7 +23,8 @@ Line = Mapping[str, Any]
 
 @dataclass
 class Rest:
-    """The rest of a run. ``found``: what is wrong; ``excuse``: why it may end otherwise."""
+    """The rest of a run. ``found``: the finding, if any; ``excuse``: the reason why it may end
+    differently."""
 
     lines: list[str] = field(default_factory=list)
     outcome: str = "no outcome"
@@ -43,8 +44,8 @@ def told(scenario: Scenario, patience: int) -> list[str]:
 def rest_of(
     scenario: Scenario, whole: Sequence[str], end: int, patience: int, *, alone: bool
 ) -> Rest:
-    """Continue a run from its first lines; the next one is only half written. ``alone``: nothing
-    but the scenario has changed anything in it."""
+    """Continue a run from its first lines; the next one is incomplete. ``alone``: only the scenario
+    has changed anything in the run."""
     rest = Rest()
     if findings := check_trace(whole[:end]).findings:
         rest.found.append(f"audit of the first {end} lines: {findings[0]}")
@@ -85,10 +86,10 @@ def excuse(
     *,
     in_transit: bool = False,
 ) -> str | None:
-    """Why a rest may end otherwise than the whole run, which ended ``before``; None: it may not.
-    Its plans, and the steps of its strategies, may be others (docs/coordination.md). ``acting``:
-    the robots that act again, since the trace tells no result; ``in_transit``: a step of several
-    ticks is repeated (docs/limits.md)."""
+    """Return why a rest may end differently from the whole run, which ended ``before``; None: it
+    may not. Its plans, and the steps of its strategies, may differ (docs/coordination.md).
+    ``acting``: the robots that act again, since the trace tells no result; ``in_transit``: a step
+    of several ticks is repeated (docs/limits.md)."""
     end = rest[-1]
     if before in LIMITS:
         return "the whole run had not ended"

@@ -1,4 +1,4 @@
-"""Random missions, small enough to run by the hundred: every tracking, timing, both ways of
+"""Random missions, small enough to run by the hundred: every tracking, timing, both kinds of
 coordination, nested obstacles, several needs, obstacles that come and go, tight floors."""
 
 from random import Random

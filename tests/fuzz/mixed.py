@@ -14,8 +14,8 @@ FEATURES = ("zones", "inputs", "orders", "loads", "changes", "avoids", "waiting"
 
 
 def mixed_mission(seed: int, *, live: bool = False) -> Data:
-    """A scenario as data; about half of them are refused by the loader, most for targets that are
-    out of reach."""
+    """A scenario as data; the loader refuses about half of them, mostly because targets are
+    unreachable."""
     random = Random(seed)
     grid, free = _floor(random)
     features = set(random.sample(FEATURES, random.choice([0, 1, 2, 3])))

@@ -1,5 +1,5 @@
-"""Random teams on floors of their own with orders that several robots must fulfil in time, judged
-by every move of all of them (``runtime.deadlines.every_behaviour``).
+"""Random teams, each robot on its own floor, with orders that several robots must fulfil in time,
+judged by every move of all of them (``runtime.deadlines.every_behaviour``).
 
 ``python -m fuzz.needs --seeds 0:1000`` (in ``tests/``) is a campaign.
 """
@@ -87,7 +87,7 @@ def _need(random: Random, skills: list[str], free: list[list[int]]) -> Data:
 
 
 def defects(data: Data) -> list[str] | None:
-    """What is wrong with the run of a mission; None if it has too many states."""
+    """Return the defects of the run of a mission; None if it has too many states."""
     try:
         run = play(data)
     except InputError:

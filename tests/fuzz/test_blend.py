@@ -1,5 +1,4 @@
-"""Runs in which everything happens at once: many keys, a world in which things fail, an operator
-who does anything at any moment.
+"""Runs with many keys, faults of the world, and an operator who intervenes at random.
 
 Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many other seeds.
 """

@@ -1,5 +1,5 @@
-"""Damaged scenarios through the commands: an answer or a message that says where, and never
-exit 4, a traceback or a hang."""
+"""Damaged scenarios through the commands: a result or a message with a position, and never exit 4,
+a traceback or a hang."""
 
 import copy
 import tempfile

@@ -1,4 +1,4 @@
-"""Drives of random missions whose messages come late, judged by the physics alone.
+"""Drives of random missions with late messages, judged by the physics alone.
 
 ``SAFENAV_FUZZ=500`` tries 500 other seeds.
 """

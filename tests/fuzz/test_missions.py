@@ -1,7 +1,7 @@
 """Whole missions on random scenarios: typed endings, clean audits, no broken assumption.
 
-The robots' guarantees are each other's assumptions, so in a simulation no monitor may ever
-find anything; what the trace says is checked by rules that know nothing of the runtime.
+The robots' guarantees are each other's assumptions, so in a simulation no monitor may ever find a
+violation; the trace is checked by rules that are independent of the runtime.
 """
 
 import json
@@ -48,7 +48,7 @@ def play(data: dict[str, Any]) -> tuple[Scenario, list[records.Record], Outcome]
 
 
 def quiet(scenario: Scenario) -> Synthesizer:
-    """The synthesizer of a run, one synthesis at a time and nothing remembered."""
+    """Return a synthesizer that runs one synthesis at a time, without a cache."""
     usual = default_synthesizer(scenario)
     return Synthesizer(
         usual.binary, seconds=usual.seconds, cache=Cache.off(), verifier=first_failure, at_once=1

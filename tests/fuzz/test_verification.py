@@ -1,6 +1,6 @@
-"""Everything that slugs answers is accepted by the check that shares no code with it: 500
-random specifications and 60 random scenarios, strategies and counterstrategies; `make fuzz`
-tries thousands."""
+"""Every result of slugs is accepted by the check that shares no code with it: 500 random
+specifications and 60 random scenarios, strategies and counterstrategies; `make fuzz` tries
+thousands."""
 
 import os
 from collections import Counter

@@ -1,10 +1,9 @@
-"""The simulated world in time, in which what can go wrong does: moves are given up, end elsewhere
-or nowhere, motors fail, actions fail, sensors are late or see what is not there, events come late
-or twice.
+"""The simulated live world with faults: moves are aborted, end elsewhere or never, motors and
+actions fail, sensors are late or see absent obstacles, events come late or twice.
 
-``log`` holds what was so, in order of time, whether or not the team was told: ``start`` and ``end``
-of steps, ``act`` and ``acted``, ``shown`` and ``hidden`` of sensors, ``told``, ``put``, ``there``,
-``resolved`` and ``gone`` of obstacles.
+``log`` holds the true events in order of time, whether or not the team was informed: ``start`` and
+``end`` of steps, ``act`` and ``acted``, ``shown`` and ``hidden`` of sensors, ``told``, ``put``,
+``there``, ``resolved`` and ``gone`` of obstacles.
 """
 
 from __future__ import annotations
@@ -100,7 +99,7 @@ class Troubled:
         self.nature.placed(robot, pose)
 
     def cleared(self, obstacle: Obstacle) -> None:
-        """An operator has taken it away."""
+        """An operator has removed an obstacle."""
         self.nature.clear(obstacle)
 
 
@@ -298,7 +297,7 @@ class Nature(LiveSimulation):
         return next(({e["origin"], e["to"]} for e in steps), set())
 
     def _sliding(self, robot: Robot) -> list[Pose]:
-        """Poses beside it that nobody has, and nobody goes to, as far as the team was told."""
+        """Return adjacent poses that no robot occupies or approaches, as far as the team knows."""
         here, taken = self._poses[robot.name], {*self.truth.standing()}
         taken |= {p.region for n, p in self._poses.items() if n != robot.name}
         taken |= {r for n, two in self._bound.items() if n != robot.name for r in two}
@@ -315,7 +314,7 @@ class Nature(LiveSimulation):
         return [pose for pose in poses if pose.region not in taken]
 
     def _ghost(self, region: Region) -> Obstacle | None:
-        """A sighting of nothing: of what stood here once, or of what stands elsewhere."""
+        """Return a false sighting: of an obstacle that was here before, or that is elsewhere."""
         taken = {p.region for p in self._poses.values()}.union(*self._bound.values())
         if region in taken:
             return None

@@ -1,8 +1,8 @@
 """Judges a run by the log of its world (``troubles``) and the scenario's data alone, in seconds.
 
-A robot has the region that it leaves and the one that it enters from the command to its end; one
-that is lost has both until an operator puts it down. It knows the scenarios of ``mixed`` only, and
-shares nothing with safenav.
+A robot occupies the region that it leaves and the one that it enters from the command to its end; a
+lost robot occupies both until an operator puts it back. It knows the scenarios of ``mixed`` only,
+and shares nothing with safenav.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ CLOSE = 1e-5
 
 
 class Watch:
-    """A log, followed to its end. ``defects``: what must not be. ``told``: robots whose objective
-    somebody changes, so that its rules are not those of the data; ``back``: of which somebody says
-    that they work again."""
+    """A log, followed to its end. ``defects``: violated requirements; ``told``: robots whose
+    objective a user changes, so that its rules are not those of the data; ``back``: robots that a
+    user puts back in service."""
 
     def __init__(
         self,
@@ -145,7 +145,7 @@ class Watch:
                     self._found(line, f"{name} enters the zone where {other} is")
 
     def _swept(self, line: Line, name: str, on: Collection[str], only: str | None = None) -> None:
-        """Nobody else is where an action sweeps while it lasts."""
+        """Check that no other robot is in the swept regions during an action."""
         grid = "".join(self.data["map"]["grid"])
         cols = len(self.data["map"]["grid"][0])
         for entry in self.data["obstacles"]:

@@ -1,4 +1,4 @@
-"""The wheel that users get: one for every Python, and no compiler, cache or checkout needed."""
+"""The wheel for users: one for every Python, which needs no compiler, cache or checkout."""
 
 import os
 import runpy
@@ -53,8 +53,8 @@ def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, word
 
 @pytest.fixture(scope="module")
 def wheel() -> Path:
-    """The wheel, with a program that is not optimized and compiled in one piece: that is faster.
-    `make install` demands that the optimized one gives no warning."""
+    """Return the wheel, with a program compiled in one piece without optimization, which is faster.
+    `make install` requires that the optimized build gives no warning."""
 
     def make(folder: Path) -> None:
         kept = ROOT / "build" / "wheel"

@@ -42,8 +42,8 @@ MOST = {
 
 @dataclass(frozen=True)
 class Played:
-    """``found``: what is wrong, empty for nothing, ``?`` if the search was too large; ``trace``:
-    its lines, without what depends on the machine."""
+    """``found``: the finding, empty if there is none, ``?`` if the search was too large; ``trace``:
+    its lines, without values that depend on the machine."""
 
     outcome: str
     found: str
@@ -61,7 +61,7 @@ class SlowError(Exception):
 
 
 def crash_of(error: Exception) -> str:
-    """What a crash is, and where."""
+    """Return a crash and its position in words."""
     where = traceback.extract_tb(error.__traceback__)[-3:]
     way = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
     return f"{type(error).__name__}: {error} ({way})"
@@ -79,7 +79,7 @@ def scenario_of(data: Mapping[str, Any], clock: Clock) -> Scenario:
 
 
 def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int = 120) -> Played:
-    """One live run, judged. ``patience``: seconds of the processor that it may take."""
+    """One live run, judged. ``patience``: limit in seconds of CPU time."""
     data = timed(seed)
     about: dict[str, Any] = {"seed": seed, "faults": faults_of(seed) if faults else {}}
     place = closing(Wired(data, **about)) if wired else nullcontext(Floor(data, **about))
@@ -143,7 +143,7 @@ def serially(seed: int) -> Played:
 
 @contextmanager
 def limited(seconds: int) -> Iterator[None]:
-    """Raise SlowError after so many seconds of the processor, or six times as many on the wall."""
+    """Raise SlowError after this many seconds of CPU time, or six times as many of wall time."""
 
     def over(*_: object) -> None:
         raise SlowError
@@ -161,7 +161,7 @@ def limited(seconds: int) -> Iterator[None]:
 
 
 def judged(seed: int, options: argparse.Namespace) -> Judged:
-    """The run of one seed: every fourth with faults, if there are to be some."""
+    """Judge the run of one seed: every fourth with faults, if faults are wanted."""
     faults = options.faults and seed % 4 == 3
     one = play(seed, faults=faults, wired=seed % 10 == 7, patience=options.patience)
     counts = {one.outcome: 1, "with faults": faults, "undecided": one.found == "?"}

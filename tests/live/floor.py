@@ -1,7 +1,7 @@
-"""A floor with robots on it, in continuous virtual time: moves last, stop at obstacles, and fail.
+"""A floor with robots in continuous virtual time: moves take time, stop at obstacles, and fail.
 
-It knows the mission as the campaigns' judge reads it, and nothing of safenav. Commands and events
-are plain data. Its ``log`` holds what was so, in order of time, whether or not anybody was told:
+It reads the mission like the campaigns' judge, and does not use safenav. Commands and events are
+plain data. Its ``log`` holds the true events in order of time, whether or not they were reported:
 
 - ``start``: ``robot`` sets out ``from`` a region ``to`` another by a ``command``; ``stops``: the
   obstacle that will stop it
@@ -82,7 +82,7 @@ class Floor:
         return self.time
 
     def sense(self, robot: str, region: int) -> str | None:
-        """What stands in a region, as a sensor has it."""
+        """Return the obstacle in a region, as sensed."""
         there = next((n for n, o in self._standing().items() if o.region == region), None)
         ghost = next((n for n, o in self.ghosts.items() if o.region == region), None)
         if there is not None and self._strikes("late"):
@@ -129,8 +129,8 @@ class Floor:
         self._plan(self.time + after * took, "end", name, end, told)
 
     def act(self, name: str, believed: Sequence[str], command: int) -> Line | None:
-        """Let a robot perform its actions where it stands. Answered at once if there is nothing to
-        do, and always about each obstacle that it is believed to stand at."""
+        """Let a robot perform its actions at its pose. The answer is immediate if there is nothing
+        to do, and always covers each obstacle at which the team believes it to be."""
         if name in self.moving:
             self._write("wrong", robot=name, act=True, busy=True)
         if name in self.dead or not any(self._can(name, one, believed) for one in self.stage):
@@ -142,11 +142,11 @@ class Floor:
         return None
 
     def cancel(self, name: str) -> None:
-        """Best effort: none, but that it was asked."""
+        """Record the request; the step continues."""
         self._write("cancel", robot=name)
 
     def wait(self, timeout: float | None) -> list[Line]:
-        """The events of the next instant that has some, or none after the time."""
+        """Return the events of the next instant that has any; none after the time limit."""
         until = float("inf") if timeout is None else self.time + timeout
         told: list[Line] = []
         while self._heap and self._heap[0][0] <= until:
@@ -217,7 +217,7 @@ class Floor:
         )
 
     def _ghost(self, region: int) -> str | None:
-        """A sighting of nothing: of what stood here once, or of what stands elsewhere."""
+        """Return a false sighting: of an obstacle that was here before, or that is elsewhere."""
         taken = {p[0] for p in self.pose.values()} | {*self.bound.values()}
         kinds = sorted(
             {n.split("@")[0] for n, o in self.mission.obstacles.items() if not o.has_truth}
@@ -254,7 +254,7 @@ class Floor:
         self._reserved[name] = self._tell(told), had
 
     def _sliding(self, name: str) -> list[tuple[int, int]]:
-        """Poses beside it that nobody has, and nobody goes to, as far as the team was told."""
+        """Return adjacent poses that no robot occupies or approaches, as far as the team knows."""
         taken = {p[0] for n, p in self.pose.items() if n != name} | {
             r for n, r in self.bound.items() if n != name
         }
@@ -278,8 +278,8 @@ class Floor:
         return due
 
     def _can(self, name: str, obstacle: str, on: Sequence[str]) -> bool:
-        """Whether a robot can do what an obstacle needs next, with the others as they stand. What
-        sweeps regions is left alone unless the command names it."""
+        """Return whether a robot can fulfil the next need of an obstacle, with the other robots at
+        their poses. Obstacles that sweep regions are skipped unless the command names them."""
         if self.mission.obstacles[obstacle].sweeps and obstacle not in on:
             return False
         index, done = self.stage[obstacle]

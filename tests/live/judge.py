@@ -1,8 +1,8 @@
-"""Judges a run by the log of its world alone, in seconds: who was where, and what stood there.
+"""Judges a run only by the log of its world, in seconds: positions of robots and obstacles.
 
-A robot has the region that it leaves and the one that it enters from the command to its end; one
-that is lost has both until an operator puts it down. What the run says of its end is compared with
-that, and with an exhaustive search from where the log ends.
+A robot occupies the region that it leaves and the one that it enters from the command to its end; a
+lost robot occupies both until an operator puts it back. The run's outcome is compared with that,
+and with an exhaustive search from the end of the log.
 """
 
 from collections import Counter
@@ -20,7 +20,7 @@ RETRIES, ACTIONS = 3, 2
 
 
 class Walk:
-    """A log, followed to its end. ``defects``: overlaps, entries, commands that cannot be."""
+    """A log, followed to its end. ``defects``: overlaps, entries, impossible commands."""
 
     def __init__(self, mission: Mission, log: Sequence[Line]) -> None:
         self.mission = mission
@@ -191,8 +191,8 @@ class Walk:
         return self.out | self.silent | many
 
     def unknowns(self) -> set[tuple[int, str]]:
-        """Regions into which a robot has failed so often that something may stand there, with the
-        layer of the robot; and those of robots that are lost."""
+        """Return regions that a robot has failed to enter so often that an obstacle may be there,
+        with the robot's layer; and regions of lost robots."""
         found = set()
         for name, failed in self.failures.items():
             layer = self.robots[name].layer
@@ -202,14 +202,14 @@ class Walk:
         return found
 
     def barred(self) -> set[tuple[str, str]]:
-        """Robots with the obstacles on which they have failed so often that they leave them to
-        others."""
+        """Return robots with the obstacles on which they have failed so often that other robots
+        take over."""
         return {pair for pair, failed in self.actions.items() if failed >= ACTIONS}
 
 
 def verdict(data: Mapping[str, Any], log: Sequence[Line], said: Line, budget: int = 20_000) -> str:
-    """What is wrong with a run that ``said`` its ``outcome``; empty: nothing; ``?``: the search
-    that would tell was too large."""
+    """Return the finding on a run with this ``outcome`` and the explanation ``said``; empty: none;
+    ``?``: the search was too large."""
     mission = read_mission(data)
     walk = Walk(mission, log)
     if walk.defects:

@@ -23,7 +23,7 @@ def timed(seed: int) -> Data:
 
 
 def crowd(seed: int, count: int) -> Data:
-    """So many robots in rooms with doors one region wide, some closed; every fifth flies. In
+    """A number of robots in rooms with doors one region wide, some closed; every fifth flies. In
     every third mission the doors sweep what is beside them."""
     random = Random(f"timed crowd {seed} {count}")
     while True:

@@ -1,5 +1,6 @@
-"""Reports that contradict others: robots that say they are lost where others are, again and again,
-and sensors that find nothing where nothing is known. No robot is sent to where another may be.
+"""Contradictory reports: robots repeatedly report that they are lost in regions of other robots,
+and sensors report unknown obstacles as absent. No robot is sent to a region in which another may
+be.
 
 ``SAFENAV_FUZZ=500`` plays as many missions.
 """
@@ -23,8 +24,8 @@ FAILED = (37,)
 
 
 class Contradicting(LiveSimulation):
-    """A simulation that reports what cannot be. ``may``: where each robot may be by the reports
-    so far; ``wrong``: the steps to where another one may be."""
+    """A simulation with impossible reports. ``may``: possible regions of each robot by the reports
+    so far; ``wrong``: steps into a region in which another robot may be."""
 
     def __init__(self, scenario: Scenario, random: Random) -> None:
         super().__init__(scenario)

@@ -1,4 +1,5 @@
-"""A floor as safenav's missions meet it: by the protocol of live runs, and by blocking calls."""
+"""Adapters of a floor for safenav's missions: by the protocol of live runs, and by blocking
+calls."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -19,7 +20,7 @@ from safenav.world.moves import Heading, Pose
 
 
 class HangError(Exception):
-    """Nothing is under way, and the mission waits for ever."""
+    """No command is under way, and the mission waits forever."""
 
 
 class _Seen:
@@ -44,7 +45,8 @@ class _Seen:
 
 
 class Live(_Seen):
-    """The floor by protocol 2. Gives up on a mission that waits though nothing is to come."""
+    """The floor by protocol 2. Raises HangError for a mission that waits although no event can
+    come."""
 
     def __init__(self, scenario: Scenario, floor: Any, most_waits: int = 200) -> None:
         super().__init__(scenario, floor)
@@ -106,7 +108,7 @@ class Live(_Seen):
 
 
 class Serial(_Seen):
-    """A world of blocking calls: everybody else stands still while a robot moves or acts."""
+    """A world of blocking calls: all other robots stand still while a robot moves or acts."""
 
     def __init__(self, scenario: Scenario, floor: Any) -> None:
         super().__init__(scenario, floor)

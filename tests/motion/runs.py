@@ -1,4 +1,4 @@
-"""Real traces to move by: every shipped scenario, run once for all tests that want it."""
+"""Traces of shipped scenarios, each run once for all tests of motion."""
 
 from functools import cache
 from pathlib import Path

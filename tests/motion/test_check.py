@@ -1,4 +1,4 @@
-"""The checker accepts what is right, and refuses each kind of damage with its reason."""
+"""The checker accepts correct motions, and refuses each kind of damage with its reason."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -145,7 +145,7 @@ def test_moves_that_overlap_by_10_ms_are_refused() -> None:
 
 
 def _tight(line: Reserve) -> bool:
-    """Whether somebody else releases the region at the very time."""
+    """Return whether another robot releases the region at exactly this time."""
     return any(
         isinstance(other, Release)
         and other.region == line.region

@@ -1,4 +1,5 @@
-"""The checker judges what robots did apart from their plan: each planted error has its rule."""
+"""The checker judges the robots' execution separately from their plan: each planted error has its
+rule."""
 
 from collections.abc import Callable
 from math import cos, sin

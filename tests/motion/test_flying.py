@@ -1,4 +1,4 @@
-"""Flight in wind: near its reference, in its regions, refused beyond what its tilt can do."""
+"""Flight in wind: near its reference, in its regions, refused if the wind exceeds its tilt."""
 
 from functools import cache
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A run in lockstep, told by the clock of its motion: words and bodies agree at every instant."""
+"""A lockstep run on the clock of its motion: text and bodies agree at every instant."""
 
 import pytest
 

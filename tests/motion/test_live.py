@@ -1,4 +1,4 @@
-"""The motion of a run with a clock is what happened, at the seconds of its trace."""
+"""The motion of a live run shows the run at the seconds of its trace."""
 
 import json
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Blows: the walker stays up, in its regions, within the limits that the file tells.
+"""Pushes: the walker stays upright, in its regions, within the limits in the file.
 
 Among the tests 500 of them; `make fuzz` tries thousands.
 """

@@ -1,4 +1,4 @@
-"""Reservations: whatever moves take, nobody meets, nothing is entered early, and all end."""
+"""Reservations: for any durations no robots meet, no region is entered early, and all moves end."""
 
 import os
 import random

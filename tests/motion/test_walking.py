@@ -1,4 +1,4 @@
-"""What a walker promises on flat ground: exact joins, dynamics, room, feet that stay apart."""
+"""Guarantees of a walker on flat ground: exact joins, dynamics, clearance, feet that stay apart."""
 
 import os
 import random

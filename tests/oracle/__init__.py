@@ -1,9 +1,9 @@
 """A brute-force GR(1) solver on explicit states: the judge of slugs/ in tests, never fast.
 
 `build_game` evaluates a specification on every transition, `solve` runs the textbook fixpoint,
-`extract` gives the one strategy that compatibility with SLUGS fixes to the byte,
-`check_strategy` and `check_counterstrategy` model check any automaton, whoever made it, and share
-nothing with the fixpoint: they judge the judge.
+`extract` gives the one strategy that compatibility with SLUGS fixes to the byte, `check_strategy`
+and `check_counterstrategy` model check any automaton, from any program, and share nothing with the
+fixpoint: they judge the judge.
 """
 
 from oracle.automaton import Automaton, MalformedAutomatonError, Node, from_json, to_json, to_text

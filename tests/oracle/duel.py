@@ -1,8 +1,8 @@
 """Plays one specification against a slugs binary and says in which way the two disagree.
 
 The verdict is read from the RESULT line, so any binary with the command line of SLUGS can be
-judged.  Everything else must be as the oracle has it: the bytes of strategies with every
-combination of the two flags, soundness of strategies and counterstrategies, the translation.
+judged. Everything else must equal the oracle's: the bytes of strategies with every combination of
+the two flags, soundness of strategies and counterstrategies, the translation.
 """
 
 import subprocess
@@ -30,7 +30,7 @@ SECONDS = 300
 
 @dataclass(frozen=True)
 class Answer:
-    """What a binary said: the verdict if it gave one, and its standard output."""
+    """The answer of a binary: its verdict, if any, and its standard output."""
 
     verdict: Verdict | None
     output: str

@@ -1,7 +1,7 @@
 """The explicit game of a specification: states, moves and goals as sets of states.
 
-Sets of states are Python integers, bit s for state s.  A move of the environment from a state is
-the set of states that the system can answer with (empty: the system is stuck).
+Sets of states are Python integers, bit s for state s. A move of the environment from a state is the
+set of states with which the system can answer (empty: the system is deadlocked).
 """
 
 from dataclasses import dataclass

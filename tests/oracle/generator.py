@@ -1,4 +1,4 @@
-"""Random specifications, small enough to solve by hand of the machine, odd enough to matter.
+"""Random specifications, small enough for brute force, and unusual enough to find errors.
 
 Some have no inputs, no outputs, no goals or contradictions; most have a few constraints that
 leave both players some freedom, so that both verdicts are frequent and strategies have loops.
@@ -46,7 +46,7 @@ def random_specification(
 
 
 def deep_formulas(source: Random, integers: bool, depth: int = 5) -> Specification:
-    """Few but deep constraints: what matters is that they are read as they are meant."""
+    """Return few but deep constraints, for tests of the readers."""
     variables = _variables(source, integers, 5)
     everything = Vocabulary(variables, variables)
     inputs = tuple(v for v in variables if v.owner == "input")

@@ -1,4 +1,4 @@
-"""Follows the moves of `slugs --serve` and holds them against the explicit strategy."""
+"""Follows the moves of `slugs --serve` and compares them with the explicit strategy."""
 
 import json
 import subprocess
@@ -13,7 +13,7 @@ Measure = tuple[int, int | None]
 
 @dataclass
 class Server:
-    """The process and the first line that it said."""
+    """The process and its first line of output."""
 
     process: subprocess.Popen[str]
     greeting: dict[str, Any]
@@ -51,7 +51,8 @@ def begin(binary: Path, file: Path, *options: str) -> Server:
 def difference(
     binary: Path, file: Path, *options: str, most: int = 10_000, game: Game | None = None
 ) -> str | None:
-    """Where serve and the explicit strategy differ, on at most so many edges; None if nowhere.
+    """Return the first difference between serve and the explicit strategy on at most this many
+    edges; None if there is none.
 
     Along each edge the measure must fall, too, unless the goal is met or an assumption excuses;
     with the `game`, whether it does is looked up there.

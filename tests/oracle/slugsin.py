@@ -9,7 +9,7 @@ from oracle.specification import SECTIONS, Section, Specification, Variable
 def read_slugsin(text: str) -> Specification:
     """Parse a well-formed file; buffer entries become shared sub-formulas.
 
-    Raises ValueError for what is not slugsin.
+    Raises ValueError for a text that is not slugsin.
     """
     variables: list[Variable] = []
     formulas: dict[Section, list[Formula]] = {section: [] for section in SECTIONS}

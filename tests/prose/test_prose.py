@@ -1,4 +1,4 @@
-"""The prose is plain: no phrase of ``phrases.tsv`` stands in it (CONTRIBUTING.md, "Words")."""
+"""The prose is plain: it contains no phrase of ``phrases.tsv`` (CONTRIBUTING.md, "Words")."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A real headless Chromium for the tests of the page, and what a reader does with it."""
+"""A real headless Chromium for the tests of the page, with the actions of a reader."""
 
 import shutil
 import time
@@ -76,11 +76,11 @@ class Browser:
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
     def leave(self) -> None:
-        """Show nothing, so that nothing moves, asks or is complained of any more."""
+        """Show an empty page, so that nothing moves, sends requests or logs errors."""
         self.driver.get("about:blank")
 
     def errors(self) -> list[str]:
-        """What the console complained of since the page was opened."""
+        """Return the errors of the console since the page was opened."""
         log = self.driver.get_log("browser")
         return [entry["message"] for entry in log if entry["level"] in ("SEVERE", "WARNING")]
 

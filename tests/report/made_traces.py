@@ -77,7 +77,7 @@ def slow() -> Lines:
 
 
 def crowd() -> Lines:
-    """A long run of many robots on a large map: what size and speed are measured on."""
+    """A long run of many robots on a large map, for measuring size and speed."""
     return _played("crowd", crowded())
 
 

@@ -21,7 +21,7 @@ GRID[4] = "#" + "." * 13 + "#"
 
 
 def scenario() -> str:
-    """Eleven robots stay in their layers; the last one meets a gate that nobody can open."""
+    """Eleven robots stay in their layers; the last one encounters a gate that no robot can open."""
     robots = [
         f"  robot_{i}: {{model: layer_{i}, start: [{1 + i % 6}, {1 + i // 6}], "
         f"objective: {{visit: [[{1 + i % 6}, {1 + i // 6}], [{1 + i % 6}, {3 + i // 6}]]}}}}"
@@ -44,7 +44,7 @@ def scenario() -> str:
 
 @pytest.fixture
 def outputs(safenav: Command, tmp_path: Path) -> dict[str, str]:
-    """What each output says, as text."""
+    """Return each output as text."""
     (tmp_path / "s.yaml").write_text(scenario())
     run = safenav("run", "s.yaml", "--no-map", "--trace", "run.jsonl", "--html", "run.html")
     assert run.returncode == 1, run.stdout + run.stderr

@@ -1,4 +1,4 @@
-"""Pictures: all that matters is in them, nothing overlaps, nothing is cut off."""
+"""Pictures: they are complete, nothing overlaps, nothing is cut off."""
 
 import re
 from pathlib import Path

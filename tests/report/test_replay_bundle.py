@@ -1,4 +1,5 @@
-"""The committed program of the page is what its sources give, small, and self-contained."""
+"""The committed program of the page equals the build of its sources, is small and
+self-contained."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""The page of a run with a clock: it plays in seconds, and robots are under way in between."""
+"""The page of a live run: it plays in seconds, and shows robots in transit."""
 
 from pathlib import Path
 

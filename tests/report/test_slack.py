@@ -1,4 +1,4 @@
-"""Deadlines under the timeline: how long each promise has taken, and what was left of its time."""
+"""Deadlines under the timeline: the duration of each, and its remaining time."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The story of a run on the terminal: the sentences of all other tellers, and its own frame."""
+"""The story of a run on the terminal: the sentences of all other outputs, and its own frame."""
 
 import click
 import pytest

@@ -1,4 +1,4 @@
-"""The 3D page: small, self-contained, and what a reader sees in a real browser."""
+"""The 3D page: small, self-contained, and correct in a real browser."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Runs in memory: play a scenario, ask its trace, and ask the audit about it."""
+"""Runs in memory: play a scenario, query its trace, and audit it."""
 
 import json
 import re
@@ -47,7 +47,7 @@ class Run:
         return self.one("outcome")
 
     def path(self, robot: str) -> list[int]:
-        """Where the robot was after each tick."""
+        """Return the robot's region after each tick."""
         return [r["to"] for r in self.all("move", robot=robot)]
 
     def position(self, robot: str, tick: int) -> int:
@@ -85,17 +85,17 @@ class Run:
 
     @property
     def findings(self) -> str:
-        """What the audit finds in the records as they are now, a row each; empty: nothing."""
+        """Return the audit's findings in the present records, one row each."""
         return "\n".join(map(str, self.audit))
 
     @property
     def broken(self) -> set[str]:
-        """The rules that the records break as they are now."""
+        """Return the rules that the present records break."""
         return {finding.rule for finding in self.audit}
 
 
 def whole(text: str) -> str:
-    """A scenario in YAML that may be indented and leave out the version of the format."""
+    """Return the full text of a YAML scenario that may be indented and omit the format version."""
     return ("" if "safenav" in text else "safenav: 1\n") + textwrap.dedent(text)
 
 
@@ -107,7 +107,7 @@ def loaded(text: str) -> Scenario:
 def prepared(
     scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None, attended: bool = False
 ) -> tuple[Mission, Run]:
-    """A mission that has not begun, and its records to come."""
+    """Return a mission that has not begun, and the list of its future records."""
     if isinstance(scenario, Mapping):
         scenario = json.dumps(scenario)
     if isinstance(scenario, str):
@@ -117,14 +117,14 @@ def prepared(
 
 
 def begin(scenario: str | Mapping[str, Any] | Scenario, **options: Any) -> tuple[Mission, Run]:
-    """Such a mission that has begun, to be stepped."""
+    """Return such a mission after its start, to be stepped."""
     mission, run = prepared(scenario, **options)
     mission.start()
     return mission, run
 
 
 def end(mission: Mission, run: Run) -> None:
-    """The rest of its steps; the trace must pass the audit."""
+    """Run the remaining steps; the trace must pass the audit."""
     while mission.result is None:
         mission.step()
     assert not run.findings, run.findings
@@ -132,7 +132,7 @@ def end(mission: Mission, run: Run) -> None:
 
 def play(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:
     """Run a scenario, given as YAML text or as data; its trace must pass the audit. ``world``: a
-    world, or what makes one of the scenario."""
+    world, or a function that makes one from the scenario."""
     mission, run = prepared(scenario, world=world)
     mission.run()
     assert not run.findings, run.findings
@@ -140,7 +140,7 @@ def play(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> 
 
 
 def completed(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:
-    """Such a run, which completes its mission."""
+    """Play a run, which must complete its mission."""
     run = play(scenario, world=world)
     assert run.outcome["outcome"] == "completed", run.outcome["explanation"]
     return run

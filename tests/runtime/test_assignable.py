@@ -1,4 +1,4 @@
-"""The second coordination strategy: goals assigned at runtime, without resynthesis."""
+"""The second kind of coordination: goals assigned at runtime, without resynthesis."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Robots that see only so far: runs with beliefs, judged by the audit of their traces."""
+"""Robots with limited sight: runs with beliefs, judged by the audit of their traces."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""The paper's three case studies, told by their traces in the order that the paper tells them."""
+"""The paper's three case studies, with the events of their traces in the paper's order."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""How runs end from outside: limits, signals, readers that go away, files in each other's way."""
+"""Ends of runs from outside: limits, signals, readers that close, conflicting files."""
 
 import json
 import os

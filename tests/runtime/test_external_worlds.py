@@ -30,7 +30,7 @@ SUSPECTED = "obstacles: [{type: door, region: [2, 7]}, {type: uncertainty, regio
 
 
 class Building:
-    """A door that nobody has told of. It jams for ``jams`` pushes, and falls shut again after
+    """A door that is not in the scenario. It jams for ``jams`` pushes, and falls shut again after
     the walker has gone, ``closings`` times in all."""
 
     def __init__(self, scenario: Scenario, jams: int = 0, closings: int = 1) -> None:
@@ -61,7 +61,7 @@ class Building:
 
 
 def built(text: str = BUILDING, **options: int) -> Run:
-    """A run in the building, which is completed and told as a story."""
+    """Return a run in the building, which must complete, with the door resolved in its story."""
     scenario, run, told = loaded(text), Run(), list[str]()
     story = Story(scenario, lambda line: told.append(str(line)))
     Mission(scenario, world=Building(scenario, **options), listeners=[run, story]).run()

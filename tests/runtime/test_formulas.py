@@ -1,4 +1,4 @@
-"""What raw formulas allow a robot: steps, places of goals, what it remembers."""
+"""Effects of raw formulas on a robot: allowed steps, poses of goals, memory."""
 
 import json
 

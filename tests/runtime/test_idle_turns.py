@@ -1,4 +1,4 @@
-"""Live: turns that are left out, since they would lead to nothing again, change nothing."""
+"""Live: skipping turns that would have no effect changes nothing."""
 
 from collections.abc import Callable
 from unittest.mock import patch

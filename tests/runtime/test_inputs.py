@@ -1,5 +1,5 @@
-"""Inputs of the environment: in formulas, and as what gives robots other objectives. Judged by a
-game and a walk over the trace of this file's own."""
+"""Inputs of the environment: in formulas, and as triggers of other objectives. Judged by a game and
+a walk over the trace of this file's own."""
 
 # ruff: noqa: ARG002, ARG005 (worlds and formulas read some of what they are given)
 

@@ -1,4 +1,4 @@
-"""Live runs: commands and events, delays, failures, and what follows them."""
+"""Live runs: commands and events, delays, failures and their consequences."""
 
 import json
 import os
@@ -60,7 +60,7 @@ Change = Callable[["Faulty", WorldEvent], Sequence[WorldEvent]]
 
 
 class Faulty(LiveSimulation):
-    """A simulation whose events somebody changes on their way to the mission."""
+    """A simulation whose events are changed before the mission receives them."""
 
     def __init__(self, scenario: Scenario, change: Change) -> None:
         super().__init__(scenario)
@@ -103,7 +103,7 @@ def fails(world: Faulty, event: Arrived, *, fatal: bool = False) -> Sequence[Wor
 
 
 def play_faulty(change: Change, text: str = RING, **options: Any) -> Run:
-    """A run in which somebody changes the events; its trace may pass the audit or not."""
+    """Play a run with changed events; its trace may pass the audit or not."""
     scenario, run = replace(loaded(text), **options), Run()
     Mission(scenario, world=Faulty(scenario, change), listeners=[run]).run()
     return run

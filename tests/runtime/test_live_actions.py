@@ -1,4 +1,4 @@
-"""Live runs: what robots do at obstacles where they start, arrive and stand."""
+"""Live runs: actions of robots on obstacles where they start, arrive and stand."""
 
 from collections.abc import Sequence
 from typing import Any

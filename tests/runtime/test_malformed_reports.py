@@ -1,4 +1,4 @@
-"""Live worlds by others whose reports are of wrong types: a run names them, and never breaks."""
+"""External live worlds with reports of wrong types: a run names them, and never crashes."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""An operator in a live run: it waits, is told what would help, and goes on after interventions."""
+"""An operator in a live run: the run waits, proposes repairs, and continues after interventions."""
 
 import json
 import time

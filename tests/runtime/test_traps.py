@@ -1,4 +1,4 @@
-"""Situations that coordination layers fall into, each one played with the real synthesizer."""
+"""Situations in which coordination layers fail, each played with the real synthesizer."""
 
 import pytest
 

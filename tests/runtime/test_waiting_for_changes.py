@@ -1,4 +1,4 @@
-"""A run whose scenario still changes something waits where it would end, on both clocks."""
+"""A run whose scenario still has changes waits instead of ending, on both clocks."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Worlds by others that answer what cannot be: a typed error names the call, and the trace ends."""
+"""External worlds with impossible answers: a typed error names the call, and the trace ends."""
 
 from collections.abc import Callable
 from typing import Any

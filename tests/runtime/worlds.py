@@ -12,8 +12,8 @@ from safenav.world.moves import Pose
 
 
 class Driven:
-    """A world of blocking calls: what the mission wants goes to something else, ``truth``.
-    ``moves``: how often it was told to move a robot."""
+    """A world of blocking calls, which forwards the mission's calls to another one, ``truth``.
+    ``moves``: number of moves commanded."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.truth, self.moves = SimulatedWorld(scenario), 0
@@ -30,8 +30,8 @@ class Driven:
 
 
 class Remote:
-    """A world like any outside: the runtime knows nothing of what is there. ``hidden``: what the
-    simulation behind it can tell, and this world cannot."""
+    """A world like any external one: the runtime does not know its state. ``hidden``: methods of
+    the simulation behind it that this world lacks."""
 
     hidden: tuple[str, ...] = ()
 

@@ -1,4 +1,4 @@
-"""Documents with one mistake each, and whether a loader and a JSON Schema judge them alike."""
+"""Documents with one error each, and whether a loader and a JSON Schema agree on them."""
 
 import json
 import re

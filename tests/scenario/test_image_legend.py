@@ -1,4 +1,4 @@
-"""Images whose colours mean something: walls, floor and areas; labels; what a share removes."""
+"""Images with a legend: colours of walls, floor and areas; labels; effects of a share."""
 
 import re
 from pathlib import Path

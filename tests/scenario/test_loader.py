@@ -1,4 +1,4 @@
-"""Valid scenarios: what the loader makes of each item of the format."""
+"""Valid scenarios: the loader's result for each item of the format."""
 
 import os
 import re

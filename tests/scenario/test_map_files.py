@@ -1,4 +1,4 @@
-"""Maps read from files: the real ones in tests/maps, and what is said of broken ones."""
+"""Maps read from files: the real ones in tests/maps, and messages about broken ones."""
 
 import builtins
 import re

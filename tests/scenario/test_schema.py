@@ -1,8 +1,8 @@
 """The loader and the JSON Schema judge the shape of scenarios alike: every scenario of the project,
 and hundreds with one mistake each.
 
-What the loader accepts the schema accepts. What the loader finds wrong with the shape (a key, a
-type, a word, a limit) the schema refuses. Names, places and formulas only the loader knows."""
+The schema accepts all that the loader accepts, and refuses errors of the shape (a key, a type, a
+word, a limit). Only the loader checks names, regions and formulas."""
 
 import ast
 import json

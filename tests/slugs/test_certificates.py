@@ -1,6 +1,7 @@
 """`--check` accepts sound certificates and rejects unsound ones with the reason.
 
-Certificates damaged by hand, one for each condition; test_broken_certificates.py does it by chance.
+Certificates damaged by hand, one for each condition; test_broken_certificates.py damages them at
+random.
 """
 
 import json

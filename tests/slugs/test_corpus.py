@@ -1,7 +1,7 @@
 """Published specifications with known verdicts and strategies (`expected.csv` of the corpus).
 
 The verdict of every row; where upstream's strategy is known, its bytes; and `--check` on every
-strategy and counterstrategy that is small enough to write down.
+strategy and counterstrategy that is small enough to store.
 """
 
 import csv

@@ -1,4 +1,4 @@
-"""Mistakes in specifications: each is found, in its place, with a hint that helps."""
+"""Errors in specifications: each is reported at its position, with a useful hint."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""A specification said in other words has the same strategy, byte for byte.
+"""A specification in another notation has the same strategy, byte for byte.
 
 The order of the constraints and the names of the variables decide where the solver's variable
 order starts, hence the shapes of all its diagrams, but never a byte of the strategy.  This reaches

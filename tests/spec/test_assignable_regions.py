@@ -1,4 +1,4 @@
-"""Where a robot can be sent from where, without giving up its own objective."""
+"""The regions to which a robot can be sent from a pose without losing its own objective."""
 
 import pytest
 from msgspec.structs import replace

@@ -37,7 +37,8 @@ def live_scenes(draw: st.DrawFn, tracking: Tracking = Tracking.BELIEF) -> Scene:
 
 
 class Oracle:
-    """What a robot can know of one that makes any number of steps between two of its looks."""
+    """A robot's possible knowledge of another one that makes any number of steps between two
+    readings."""
 
     def __init__(self, world: RegionMap, scene: Scene) -> None:
         self.rows = world.grid_rows()

@@ -1,4 +1,4 @@
-"""The forms of an objective: which are tried, why no stronger one, what is said of it.
+"""The forms of an objective: those tried, why stronger ones fail, and their wording.
 
 Whether a robot alone can patrol by the letter is compared with the explicit game of one player.
 """

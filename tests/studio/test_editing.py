@@ -1,4 +1,4 @@
-"""What is drawn changes the text, and nothing else of it."""
+"""An edit of the drawing changes only its own part of the text."""
 
 import difflib
 import os

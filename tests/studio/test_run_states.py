@@ -1,4 +1,4 @@
-"""What pages are told of the state of a run, whoever asks for it."""
+"""The run states that pages receive, whichever page requests them."""
 
 import asyncio
 import os

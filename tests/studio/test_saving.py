@@ -1,4 +1,4 @@
-"""What a run gives to take away, also one that somebody changed and that is not over."""
+"""Files of a run to save, also of a changed run that has not ended."""
 
 import io
 import json

@@ -78,8 +78,8 @@ def automaton() -> bytes:
 
 @pytest.fixture
 def script(tmp_path: Path) -> Script:
-    """Makes a shell script that stands for a slugs binary. As upstream's, it does not know
-    ``--version`` and is asked with a file, unless it says otherwise itself."""
+    """Makes a shell script that stands for a slugs binary. Like upstream's, it does not know
+    ``--version`` and reads its request from a file, unless it handles them itself."""
 
     def make(body: str) -> Binary:
         path = tmp_path / f"slugs-{len(list(tmp_path.iterdir()))}"

@@ -1,4 +1,4 @@
-"""The cache: right answers or none, whatever happens to its directory."""
+"""The cache: correct results or none, whatever happens to its directory."""
 
 import os
 import subprocess

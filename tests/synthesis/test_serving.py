@@ -1,4 +1,4 @@
-"""A strategy that is asked move by move is the one that would be listed."""
+"""A strategy on demand equals the explicit one."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Asking a slugs binary: verdicts, limits, and every way in which a program can fail."""
+"""Requests to a slugs binary: verdicts, limits, and every way in which a program can fail."""
 
 import subprocess
 import sys

@@ -1,7 +1,7 @@
 """The check against the brute-force oracle: random games, and systematic damage.
 
-Whatever the check complains about is confirmed here on the spot, with the plain evaluator: the
-path is one, the constraint is violated, the cycle misses what it is said to miss.
+Every failure that the check reports is confirmed here with the plain evaluator: the path exists,
+the constraint is violated, the cycle misses the goal.
 """
 
 import json

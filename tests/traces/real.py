@@ -1,4 +1,4 @@
-"""Traces of shipped scenarios, run once for all tests that look at real ones."""
+"""Traces of shipped scenarios, each run once for all tests."""
 
 from once import trace_of_shipped
 

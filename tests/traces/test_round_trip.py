@@ -1,4 +1,4 @@
-"""Whatever the runtime can say is read back as it was said."""
+"""Every record that the runtime can write is read back unchanged."""
 
 import json
 from pathlib import Path

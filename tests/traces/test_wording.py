@@ -1,4 +1,4 @@
-"""Every line that tells an event has one sentence, whoever tells it."""
+"""Every trace line of an event has one sentence, the same in all outputs."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Visibility: the definition, held against exact geometry with fractions."""
+"""Visibility: the definition, compared with exact geometry in fractions."""
 
 from collections.abc import Iterator
 from fractions import Fraction

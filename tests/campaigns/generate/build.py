@@ -1,4 +1,4 @@
-"""What all families of missions draw from: maps, models, objectives, obstacles.
+"""Parts of random missions that all families share: maps, models, objectives, obstacles.
 
 Everything follows from a ``Random``; each piece is plain data, as a scenario's YAML holds it.
 """
@@ -73,8 +73,8 @@ class Draft:
     def place(
         self, name: str, model: str, kinds: tuple[str, ...], taken: set[int], **more: Any
     ) -> bool:
-        """A robot at a free start with an objective that it could meet for ever by itself;
-        False if a dozen attempts give none."""
+        """Add a robot at a free start with an objective that it could pursue forever alone; return
+        False if a dozen attempts find none."""
         choice = [region for region in self.free if region not in taken]
         for _ in range(12 if choice else 0):
             start = self.random.choice(choice)
@@ -121,7 +121,7 @@ class Draft:
         return self.random.choice([1, 1, 1, 2, {"least": 1, "most": 3}])
 
     def obstacle(self, kind: str, region: int, **more: Any) -> bool:
-        """An obstacle of the type, unless one is there or it would be on a robot's start."""
+        """Add an obstacle of the type, unless the region has one or is a robot's start."""
         taken = {one["region"] for one in self.obstacles}
         starts = {robot["start"] for robot in self.robots.values()}
         if region in taken or region in starts:
@@ -203,7 +203,7 @@ def scattered(random: Random, rows: int, cols: int, walls: float) -> list[str]:
 
 
 def corridor(random: Random, length: int) -> list[str]:
-    """One region wide, with a bay or two."""
+    """A corridor one region wide, with one or two bays."""
     bays = random.sample(range(length), random.randint(1, 2))
     side = "".join("." if k in bays else "#" for k in range(length))
     wall = "#" * (length + 2)

@@ -1,4 +1,4 @@
-"""Random missions by family and seed: the same seed gives the same mission for ever."""
+"""Random missions by family and seed: the same seed always gives the same mission."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -113,8 +113,8 @@ def _need(random: Random, draft: Draft, region: int) -> Data:
 
 
 def _where(random: Random, draft: Draft, region: int, apart: bool = False) -> Any:
-    """Where an action works; ``apart``: not in the region itself, which none may enter who
-    cannot meet all that is left."""
+    """Where an action is performed; ``apart``: not in the region itself, which only robots that can
+    fulfil all remaining needs may enter."""
     kinds = ["neighbours", "list"] if apart else ["self", "neighbours", "list"]
     kind = random.choice(kinds)
     if kind != "list":
@@ -124,7 +124,7 @@ def _where(random: Random, draft: Draft, region: int, apart: bool = False) -> An
 
 
 def tight(random: Random, name: str, seed: int) -> Data | None:
-    """Two or three robots with headings where there is hardly room, nothing hidden."""
+    """Two or three robots with headings in little space, without hidden obstacles."""
     return _tight(random, name, seed, obstacles=0, needs=0.0)
 
 
@@ -256,7 +256,7 @@ def mirrored(random: Random, name: str, seed: int) -> Data | None:
 
 
 def maps_folder() -> Path | None:
-    """Where the MovingAI maps are, if they are on this machine."""
+    """Return the folder of the MovingAI maps, if this machine has them."""
     here = Path(__file__).resolve()
     found = (parent / "shared" / "maps" for parent in here.parents)
     return next((folder for folder in found if folder.is_dir()), None)

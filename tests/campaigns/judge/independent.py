@@ -1,10 +1,9 @@
-"""Can a mission be completed whose robots never hinder each other? An exact answer.
+"""Exact decision whether a mission can be completed if its robots never hinder each other.
 
-Where nobody collides, a robot's place matters only through the obstacles that stand in its way
-and through what it can undo. So the search runs over the stages of the obstacles and, for each
-robot, the set of poses of which it may still choose to be in any. It tries every obstacle and
-every group of robots at each point. Resolving only ever opens ways: no order of accidental
-resolutions is worse than the same without them.
+Without collisions, a robot's pose matters only through the obstacles in its way and the moves that
+it can undo. So the search runs over the stages of the obstacles and, for each robot, the set of
+poses that it may still choose. It tries every obstacle and every group of robots at each point.
+Resolutions only open paths, so accidental ones never make a mission worse.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,7 +17,8 @@ Sets = tuple[int, ...]
 
 
 def can_complete(mission: Mission, begin: Situation, budget: int = 20_000) -> Answer:
-    """Whether everybody can come to go on for ever; ``budget``: situations looked at."""
+    """Return whether all robots can reach poses from which they continue forever. ``budget``:
+    maximum number of situations examined."""
     return _Search(mission, begin, budget).answer()
 
 

@@ -1,10 +1,10 @@
-"""Can a team that shares its floor complete a mission? The game tree, exhaustively.
+"""Exhaustive search for whether a team that shares its floor can complete a mission.
 
-A state is where every robot is, how far each is with its objective and what is left of each
-obstacle. One robot moves at a time, into a region that nobody in conflict with it is in. Robots
-perform actions wherever they can. The mission is complete when all have met their objectives
-``rounds`` times since the last resolution and each could go on by itself. States that look
-nearer to that come first; the answer ``NO`` means that there is no other state.
+A state has the pose and progress of each robot and the stage of each obstacle. One robot moves at a
+time, into a region without a robot in conflict with it. Robots perform actions wherever they can.
+The mission is complete when all have met their objectives ``rounds`` times since the last
+resolution and each could go on by itself. States that seem nearer to that come first; the answer
+``NO`` means that all states have been visited.
 """
 
 import heapq
@@ -20,7 +20,8 @@ State = tuple[tuple[Pose, ...], tuple[Progress, ...], Stages]
 
 
 def can_complete(mission: Mission, begin: Situation, budget: int = 200_000) -> Answer:
-    """Whether the team can complete the mission; ``budget``: states looked at."""
+    """Return whether the team can complete the mission. ``budget``: maximum number of states
+    examined."""
     return JointState(mission, begin).search(budget)
 
 
@@ -102,7 +103,7 @@ class JointState:
     def _settled(
         self, poses: tuple[Pose, ...], progress: tuple[Progress, ...], stages: Stages
     ) -> State:
-        """With all done that robots do where they stand: actions, then goals."""
+        """Return a state after all that robots do at their poses: actions, then goals."""
         named = dict(stages)
         resolved = False
         for name, stage in stages:
@@ -166,7 +167,7 @@ class JointState:
         return progress[1] // len(robot.targets) if robot.in_order else progress[1]
 
     def _distance(self, state: State) -> float:
-        """An estimate only: goals to meet, steps to the next, obstacles that are left."""
+        """Return an estimate: goals to meet, steps to the next one, remaining obstacles."""
         poses, progress, stages = state
         total = 5.0 * len(stages)
         for k, (robot, (next_, count)) in enumerate(zip(self.robots, progress, strict=True)):

@@ -1,8 +1,8 @@
 """The paper's Patrol read literally, for one robot alone.
 
-A target is left at once, and the one whose turn it is not is never touched. Where that cannot be
-kept a scenario is refused before the start, with a message that offers ``visit``; after a detour
-robots alternate instead.
+A robot leaves a target immediately, and never enters the target whose turn it is not. If that is
+impossible, the scenario is refused before the start, with a message that proposes ``visit``; after
+a detour robots alternate instead.
 """
 
 from campaigns.judge.mission import Mission, Pose, Robot
@@ -12,7 +12,7 @@ State = tuple[Pose, int]
 
 
 def can_patrol(mission: Mission, robot: Robot) -> bool:
-    """Whether the robot can keep the formula for ever, whichever target it begins with."""
+    """Return whether the robot can satisfy the formula forever, whichever target it begins with."""
     return all(lives(mission, robot, (robot.start, first)) for first in range(2))
 
 
@@ -41,7 +41,7 @@ def lives(mission: Mission, robot: Robot, begin: State) -> bool:
 
 
 def _steps(mission: Mission, robot: Robot, state: State) -> list[tuple[State, bool]]:
-    """The states one step on, and whether the step meets the target that is next."""
+    """Yield the states after one step, and whether the step meets the next target."""
     pose, next_ = state
     found = []
     for to in [pose, *mission.steps(robot, pose)]:

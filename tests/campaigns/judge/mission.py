@@ -2,7 +2,7 @@
 
 It reads the part of docs/scenario.md that the campaigns generate (grids in place, regions as
 numbers or row and column, formulas of three shapes) and raises ``NotJudgedError`` for the rest. It
-shares nothing with safenav: a mistake there must not hide here.
+shares nothing with safenav, so that an error there cannot be repeated here.
 """
 
 import re
@@ -38,15 +38,15 @@ ONE_WAY = re.compile(r"^region = (\d+) -> region' != (\d+)$")
 
 
 class NotJudgedError(Exception):
-    """The scenario uses something of which the judge knows nothing."""
+    """The scenario uses a feature that the judge does not know."""
 
 
 @dataclass(frozen=True)
 class Robot:
     """``in_order``: whether its targets are met in turn (``cover``: in any order). ``forbidden``:
     regions that its own formulas exclude, ``closed``: steps between regions that they exclude.
-    ``either_first``: whether it may begin at any target,
-    since a patrol begins with the other one where that is what can be done."""
+    ``either_first``: whether it may begin at any target, since a patrol begins with the other one
+    if only that is possible."""
 
     name: str
     has_heading: bool
@@ -79,9 +79,9 @@ class Need:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """``blocks``: names of the robots that it physically stops, capable or not.
-    ``since``, ``until``: ticks at which it appears and goes by itself. ``sweeps``: regions where no
-    other robot may be while one resolves it."""
+    """``blocks``: names of the robots that it physically stops, capable or not. ``since``,
+    ``until``: ticks at which it appears and disappears. ``sweeps``: regions where no other robot
+    may be while one resolves it."""
 
     name: str
     region: int
@@ -116,7 +116,7 @@ class Mission:
         return to if 0 <= col < self.cols and to in self.free else None
 
     def steps(self, robot: Robot, pose: Pose) -> list[Pose]:
-        """The poses one step away: never backwards with a heading."""
+        """Return the poses one step away: with a heading, never backwards."""
         region, heading = pose
         found = []
         for way in range(4):
@@ -130,8 +130,8 @@ class Mission:
         return found
 
     def blocked(self, robot: Robot, obstacle: Obstacle, need: int) -> bool:
-        """Whether the robot may not enter it: the obstacle blocks it, and to enter does not meet
-        the only need that is left."""
+        """Return whether the robot may not enter: the obstacle blocks it, and entering does not
+        fulfil the only remaining need."""
         left = obstacle.needs[need:]
         enters = (
             len(left) == 1

@@ -1,4 +1,5 @@
-"""The poses of one robot alone, as sets of bits: where it can get to, where it can go on."""
+"""The poses of one robot alone, as sets of bits: reachable ones, and those from which it can
+continue."""
 
 from collections.abc import Iterable
 
@@ -29,7 +30,7 @@ class Poses:
         return sum(1 << k for k, (region, _) in enumerate(self.poses) if region in wanted)
 
     def closure(self, start: int, walls: frozenset[int]) -> int:
-        """What can be reached from ``start`` without entering ``walls``."""
+        """Return the poses reachable from ``start`` without entering ``walls``."""
         return self._spread(start, ~self.at(walls), self.successors)
 
     def live(self, walls: frozenset[int]) -> int:
@@ -48,7 +49,7 @@ class Poses:
                 return inside
 
     def distances(self, target: frozenset[int]) -> dict[Pose, int]:
-        """Steps to the target from each pose, with nothing in the way."""
+        """Return the number of steps to the target from each pose, without obstacles."""
         level = [k for k, (region, _) in enumerate(self.poses) if region in target]
         found = dict.fromkeys(level, 0)
         steps = 0
@@ -60,7 +61,7 @@ class Poses:
 
     @staticmethod
     def _spread(start: int, inside: int, edges: list[list[int]]) -> int:
-        """What the edges lead to from ``start``, entering only ``inside``."""
+        """Return the poses that edges reach from ``start``, entering only ``inside``."""
         found = start
         pending = [k for k in range(start.bit_length()) if start >> k & 1]
         while pending:

@@ -1,8 +1,8 @@
-"""The moment at which a trace ends, worked out from its moves by the rules of docs/scenario.md.
+"""The situation at the end of a trace, computed from its moves by the rules of docs/scenario.md.
 
-Reads lines as plain data. What the robots know are the obstacles that they met; how far each is
-follows from its goal lines since the last resolution; what is left of an obstacle follows from
-where robots stood.
+Reads lines as plain data. Robots know the obstacles that they have encountered; their progress
+follows from their goal lines since the last resolution; the stage of an obstacle follows from the
+poses of robots.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,9 +17,9 @@ Line = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Ending:
-    """``situation``: with what the robots know; ``really``: with what is there. ``visits``: of
-    each robot, the regions it was in since the last resolution. ``problems``: what a trace
-    tells otherwise than its own moves, and robots where an obstacle stands that stops them."""
+    """``situation``: as known to the robots; ``really``: the true one; ``visits``: regions of each
+    robot since the last resolution; ``problems``: contradictions between a trace and its moves, and
+    robots in regions whose obstacle blocks them."""
 
     situation: Situation
     really: Situation

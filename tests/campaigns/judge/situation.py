@@ -1,4 +1,4 @@
-"""From where the judge asks: the question whether a mission can still be completed."""
+"""Situations of a mission, from which the judge decides whether it can still be completed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ and how many goals (otherwise: rounds) it has met since the last resolution."""
 @dataclass(frozen=True)
 class Situation:
     """A moment of a mission. ``stages``: the obstacles that are known and unresolved; those not
-    listed are absent. ``sealed``: those found to be untraversable for good."""
+    listed are absent. ``sealed``: those found to be permanent."""
 
     poses: Mapping[str, Pose]
     progress: Mapping[str, Progress]
@@ -37,7 +37,7 @@ class Situation:
 
 
 def at_start(mission: Mission) -> Situation:
-    """Before the first move, with nothing known: what is hidden is taken for absent."""
+    """Return the situation before the first move: hidden obstacles count as absent."""
     return Situation(
         {robot.name: robot.start for robot in mission.robots},
         {robot.name: (0, 0) for robot in mission.robots},

@@ -1,4 +1,4 @@
-"""Random small scenarios driven in physics with messages that come late, judged by the physics
+"""Random small scenarios driven in the physics simulation with late messages, judged by the physics
 alone.
 """
 
@@ -37,7 +37,7 @@ TOLD_OF_TRANSPORT = ("measured clock", "measured rate")
 
 
 class LateDrive(Struct):
-    """A drive that is over. ``defects``: what must not be."""
+    """A finished drive. ``defects``: violated requirements."""
 
     outcome: str
     explanation: str

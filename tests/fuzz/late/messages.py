@@ -1,7 +1,7 @@
-"""The simulation behind a transport whose messages come late.
+"""The simulation behind a transport with late messages.
 
-Each kind of message of each robot is a channel of its own: it keeps its order and is as late as it
-likes. Robots' clocks differ, run at other speeds, and may be set.
+Each kind of message of each robot has its own channel, which keeps the order and has its own
+delays. Robots' clocks differ in offset and speed, and may be set.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Channel(Struct):
     silent: float = 0.0
 
     def comes(self, now: float, random: Random) -> float | None:
-        """When a message that is sent now comes; None: never."""
+        """Return the arrival time of a message that is sent now; None: never."""
         if self.drops and now >= self.silent and random.random() < 0.02:
             self.silent = now + self.drops
         elif now < self.silent:
@@ -58,8 +58,8 @@ class Channel(Struct):
 
 
 class RobotClock(Struct):
-    """A robot's own clock: ``offset`` seconds ahead, as fast as ``speed``; from ``set_at`` on it is
-    set ``back`` seconds."""
+    """A robot's own clock: ``offset`` seconds ahead, with relative speed ``speed``; at ``set_at``
+    it is set back by ``back`` seconds."""
 
     offset: float = 0.0
     speed: float = 1.0
@@ -71,7 +71,7 @@ class RobotClock(Struct):
 
 
 class Hand(Struct):
-    """A person who carries a robot that stands to a region beside it, ``at`` some time."""
+    """A person who carries a standing robot to an adjacent region at a time (``at``)."""
 
     robot: str
     at: float
@@ -157,7 +157,7 @@ class LateTransport(SimulationTransport):
 
 
 def channels(random: Random, names: list[str]) -> dict[tuple[str, str], Channel]:
-    """The channels of a drive, each as late as it likes."""
+    """Return the channels of a drive, each with random delays."""
     kind = random.choice(["steady", "random", "random", "bursts", "mixed", "mixed", "mixed"])
     found = {}
     for name in names:

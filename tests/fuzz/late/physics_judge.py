@@ -19,8 +19,8 @@ AJAR = 0.9
 
 
 class Moment(Struct):
-    """The physics at a time: where robots are, what stands (a door that is not wide open, or that
-    is shut), what is new in contact, who acts."""
+    """The physics at a time: positions of robots, obstacles that stand (doors not wide open, doors
+    shut), new contacts, acting robots."""
 
     t: float
     at: dict[str, tuple[float, float, float]]
@@ -31,7 +31,7 @@ class Moment(Struct):
 
 
 class PhysicsLog:
-    """What was so, from the physics alone."""
+    """The log of the physics, independent of the run."""
 
     def __init__(self, late: LateTransport) -> None:
         self._late = late
@@ -65,7 +65,7 @@ def close_to(places: Any, region: int, at: tuple[float, float, float]) -> float:
 
 class Judge:
     """Compares a trace with the log of the physics. ``moved``: robots that a person moves by hand,
-    and from when on, in seconds."""
+    and since when, in seconds."""
 
     def __init__(
         self,
@@ -95,7 +95,8 @@ class Judge:
             self._wrong(t, what)
 
     def _known(self, obstacle: str, t: float) -> bool:
-        """Whether it was discovered before: nobody enters then but who is to resolve it there."""
+        """Return whether an obstacle was discovered before: then only a robot that resolves it may
+        enter."""
         return any(
             event.obstacle.name == obstacle and event.at - self._zero < t
             for event in self._sensed
@@ -135,7 +136,7 @@ class Judge:
         return pushed and (seen_from[0] != row if along else seen_from[1] != col)
 
     def _ends(self) -> None:
-        """A step ends where the trace has it end."""
+        """Check that each step ends where the trace says."""
         for line in self._lines:
             if not isinstance(line, records.Arrive) or self._by_hand(line.robot, line.t or 0.0):
                 continue
@@ -163,7 +164,7 @@ class Judge:
         return float(max(self._places.frame.resolution)) / 2 + 0.05
 
     def _carried(self, robot: str, event: Sensed, t: float) -> bool:
-        """Whether a robot that somebody carries may have been taken for an obstacle."""
+        """Return whether a robot that a person carries may have been mistaken for an obstacle."""
         region, reach = event.obstacle.region, max(self._places.frame.resolution) / 2
         ats = (one.at[robot] for one in self._around(t, 3.0))
         return self._by_hand(robot, t) and any(
@@ -174,7 +175,7 @@ class Judge:
         return self._moved.get(name, 1e9) <= t
 
     def _contacts(self) -> None:
-        """No robot touches another one, or an obstacle on which it does not act."""
+        """Check that no robot touches another one, or an obstacle on which it does not act."""
         for one in self._log:
             for pair in one.touches:
                 robots = [name for name in pair if name in one.at]

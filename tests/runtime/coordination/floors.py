@@ -13,8 +13,8 @@ FACING = {"n": Heading.NORTH, "e": Heading.EAST, "s": Heading.SOUTH, "w": Headin
 
 @dataclass(frozen=True)
 class Bot:
-    """A robot: where it stands (``"12"``, or ``"12e"`` with heading mobility), its targets in
-    turn, what it can do."""
+    """A robot: its pose (``"12"``, or ``"12e"`` with heading mobility), its targets in turn, its
+    capabilities."""
 
     at: str
     targets: Sequence[int]

@@ -50,7 +50,7 @@ def decided(team: TeamState, event: Event) -> Decision:
 
 
 def put_in_force(team: TeamState, decision: Decision) -> None:
-    """What ``apply`` does, without strategies."""
+    """Apply a decision like ``apply``, without strategies."""
     for part in ("knowledge", "requests", "lacks", "settled"):
         setattr(team, part, getattr(decision, part) or getattr(team, part))
     for name, draft in decision.drafts.items():

@@ -1,4 +1,4 @@
-"""What ``safenav check`` says of runs that cannot be completed, against the runs."""
+"""Warnings of ``safenav check`` about runs that cannot be completed, compared with the runs."""
 
 import pytest
 

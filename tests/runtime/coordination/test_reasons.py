@@ -1,4 +1,4 @@
-"""What is said where nobody helps: each robot is named."""
+"""The reasons why no robot helps: each robot is named."""
 
 import pytest
 

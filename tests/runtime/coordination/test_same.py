@@ -1,4 +1,4 @@
-"""Needs that the same robots meet, one after the other: SOLVE against every order of acts, and a
+"""Needs that the same robots fulfil, one after the other: SOLVE against every order of acts, and a
 run that a checker of bundles follows. Random runs: ``test_loads``."""
 
 import os

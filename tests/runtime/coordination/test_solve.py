@@ -1,4 +1,4 @@
-"""Duties on small floors: who can do what, and what must not be lost meanwhile."""
+"""Duties on small floors: capable robots, and options that must be preserved meanwhile."""
 
 from runtime.coordination.floors import Block, Bot, Floor
 from safenav.runtime.duties.settlement import Settlement, settle

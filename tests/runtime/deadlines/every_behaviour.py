@@ -1,5 +1,5 @@
 """Every behaviour of a small team, by a program that shares nothing with the product: it is
-compiled once from ``every_behaviour.cpp``, and answers questions that are written as numbers."""
+compiled once from ``every_behaviour.cpp``, and reads its requests as numbers."""
 
 import os
 import subprocess

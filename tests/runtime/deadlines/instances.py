@@ -1,4 +1,4 @@
-"""Random moments of small teams: what lower bounds and searches are asked about."""
+"""Random moments of small teams, for tests of lower bounds and searches."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ class Instance:
 
     @property
     def apart(self) -> Foes:
-        """No robot is in the way of another."""
+        """Whether no robot is in the way of another."""
         return (frozenset(),) * self.moment.count
 
 
 def instance(seed: int) -> Instance:
     """One to three robots and obstacles, in the middle of a run: some robots have had their turns
-    of the present tick, some are on their way, some needs are met."""
+    of the present tick, some are in transit, some needs are fulfilled."""
     random = Random(f"deadlines {seed}")
     world = _map(random)
     size, count = world.size, random.choice((1, 2, 2, 2, 3, 3))

@@ -1,4 +1,4 @@
-"""Promises kept as simulated: what is said to hold forever holds in a run that goes on."""
+"""Deadlines met as simulated: one that is reported to hold forever holds in a continued run."""
 
 import json
 import os

@@ -1,5 +1,5 @@
-"""Runs with tight promises: the audit, which follows them by itself, accepts each; what is said to
-be lost is never kept; damaged lines are refused."""
+"""Runs with tight deadlines: the audit, which follows them independently, accepts each; deadlines
+reported as lost are never met; damaged lines are refused."""
 
 import os
 import re

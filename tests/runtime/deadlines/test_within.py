@@ -64,7 +64,7 @@ Position = tuple[int, int | None, int, int]  # region, heading, next target, tic
 
 
 def moves(asked: Rounds, at: Position, most: int) -> list[Position]:
-    """What can be done in a position of the game with a clock."""
+    """Return the moves in a position of the game with a clock."""
     region, facing, index, clock = at
     world, found = asked.world, []
     steps = [(region, facing, 1)]

@@ -1,4 +1,4 @@
-"""Random missions with tight promises in ticks."""
+"""Random missions with tight deadlines in ticks."""
 
 from random import Random
 

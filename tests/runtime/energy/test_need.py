@@ -1,4 +1,5 @@
-"""The need of each pose against pose x target x charge, and stops: never empty, always done."""
+"""The need of each pose against pose x target x charge, and stops: batteries never become empty,
+and stops always end."""
 
 import os
 from random import Random

@@ -17,8 +17,8 @@ def begun(rest: Scenario) -> Begun:
 
 
 def continued(run: Run, end: int, scenario: Scenario | None = None) -> Run:
-    """The rest of a run that is cut there: the audit derives by its own replay of the run before
-    what the header of the rest tells."""
+    """Return the rest of a run that is cut there. The audit derives the header of the rest by its
+    own replay of the first run."""
     first = read_lines(run.lines[:end])
     mission, rest = prepared(resumed(first, scenario))
     mission.run()

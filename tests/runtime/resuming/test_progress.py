@@ -1,4 +1,4 @@
-"""What robots have done of their objectives counts in the rest of a run, and deadlines stay due."""
+"""Progress of objectives counts in the rest of a run, and deadlines stay due."""
 
 import json
 

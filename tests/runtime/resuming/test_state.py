@@ -1,4 +1,4 @@
-"""What robots know and carry where a run was cut off is so in its rest."""
+"""Knowledge and loads of robots at the cut of a run are kept in its rest."""
 
 import json
 import random

@@ -1,4 +1,4 @@
-"""Robots that can never move again, and what that makes hopeless."""
+"""Robots that can never move again, and the objectives that become infeasible."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""The patience after which a robot that gets no nearer to its target starves."""
+"""The number of ticks after which a robot without progress counts as starving."""
 
 import pytest
 

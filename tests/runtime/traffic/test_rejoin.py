@@ -1,4 +1,5 @@
-"""Back to a plan: what was found for the whole mission does from wherever one can return to it."""
+"""Return to a plan: a plan for the whole mission is valid from every state from which the team can
+return to it."""
 
 import random
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Robots that have done their way of a joint plan may leave it: the mission stays possible in
+"""Robots that have completed their part of a joint plan may leave it: the mission stays possible in
 every order, shown by going through all states of small floors."""
 
 import os

@@ -1,4 +1,4 @@
-"""Ways over poses and what is remembered there."""
+"""Paths over poses and the memory of formulas."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Searches for joint plans while time passes: the mission hears its world meanwhile."""
+"""Searches for joint plans while time passes: the mission receives events meanwhile."""
 
 import threading
 import time
