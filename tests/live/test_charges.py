@@ -76,7 +76,12 @@ def test_a_lone_robot_gets_there_if_its_charge_can_suffice(seed: int) -> None:
 @pytest.mark.parametrize("seed", (*range(500 if LONG else 4), *FAILED))
 def test_no_robot_of_a_team_sets_out_without_charge(seed: int) -> None:
     data = team(seed)
-    play(data, scenario_of(data, Clock.LIVE), seed, faults=seed % 4 == 3)
+    try:
+        scenario = scenario_of(data, Clock.LIVE)
+    except InputError:  # a robot reaches no charger
+        assert seed not in FAILED
+        return
+    play(data, scenario, seed, faults=seed % 4 == 3)
 
 
 def test_a_team_that_goes_on_when_its_rounds_are_completed_is_told() -> None:
