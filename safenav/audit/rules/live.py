@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
-from safenav.audit.run.situation import WITHOUT_EFFECT, Situation
+from safenav.audit.run.actions import WITHOUT_EFFECT
+from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import FINAL, SCENARIO_CHANGES, Status, is_of_user, moment, taken
 
 _ROUNDED = 1e-6

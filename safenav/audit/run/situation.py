@@ -10,9 +10,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from safenav.audit.lines import Line, Objective
+from safenav.audit.run.actions import Actions
 from safenav.audit.run.remembering import Memories
 from safenav.audit.run.robots import DECIMALS
-from safenav.audit.run.state import State
 from safenav.audit.run.turn import (
     StackEntry,
     Status,
@@ -25,14 +25,13 @@ from safenav.audit.run.turn import (
 )
 
 RESYNTHESIS = "resynthesis"
-WITHOUT_EFFECT = ("failed", "nothing")
 _CHANGES = (
     *("violation", "resolved", "gone", "appeared", "blocked", "reopened", "service", "objective"),
 )
 """Records after which a request that was set aside may be served again."""
 
 
-class Situation(State):
+class Situation(Actions):
     """The state after a trace line, and the effects of lines on it."""
 
     def __init__(self, header: Line, records: Iterable[Line]) -> None:
@@ -120,7 +119,7 @@ class Situation(State):
                 acted = self.acting.pop(robot, None)
                 self.barred |= {(robot, one) for one in record.barred or ()}
                 if record.results or not record.reason:  # else it has failed
-                    self._perform(robot, record.results, acted)
+                    self.perform(robot, record.results, acted)
             case "operator" if record.region is not None and robot is not None:
                 self._place(robot, record.region, record.heading, None)
                 self.lost.pop(robot, None)
@@ -138,7 +137,7 @@ class Situation(State):
                 if self.live:
                     self.ended.pop(robot, None)
                 else:
-                    self._perform(robot, {})
+                    self.perform(robot, {})
             case "belief":
                 self.beliefs[robot, record.of] = record
             case "inputs":
@@ -184,8 +183,8 @@ class Situation(State):
                 self.orders.add(name)
             case "met":
                 if self.meets_without_line(robot, name) and self.open[name].stage == record.need:
-                    self._perform_at(robot, name)
-                self._take(record)
+                    self.perform_at(robot, name)
+                self.take(record)
             case "resolved":
                 self._fit_again(obstacle=name)
                 whole = len(self.obstacles[name].all_needs)
@@ -319,63 +318,6 @@ class Situation(State):
         if violation is not None and robot in self.requests.get(violation.obstacle, ()):
             here = self.region[robot] if toward is None else toward
             self.requests[violation.obstacle][robot] = here
-
-    def _perform(self, robot: str, results: Mapping[str, str], act: Line | None = None) -> None:
-        """Apply the robot's action where it stands: its part in the next needs, except where the
-        result names no effect. A failed action has only the effects that it names. After a met need
-        the next one applies. Loads are taken last, by type, region and number; in a live run, those
-        of the ``act``."""
-        failed, found = "failed" in results.values(), list[str]()
-        for name, obstacle in self.obstacles.items():
-            if results.get(name, "failed" if failed else None) in WITHOUT_EFFECT:
-                continue
-            if act is not None and name not in results and self.resolves_alone(name):
-                continue  # it may have appeared after the action began
-            # Needs of an obstacle that the scenario does not list count from its discovery.
-            counted = name in self.introduced or len(obstacle.all_needs) == 1
-            waits = obstacle.sweeps and self.must_not_sweep(robot, name)
-            unmet = self.status[name].unmet
-            if counted and unmet and not waits:
-                found.append(name)
-        for name in found:
-            self._perform_at(robot, name, put_down=True)
-        for name in sorted(filter(self.takes, found), key=lambda name: self.open[name].order):
-            # Robots choose whether to take a load as a whole; the line ``met`` records that.
-            whole = self.need(name).robots == 1 or self.need(name).together
-            asked = self._is_next(robot, name) if act is None else name in act.obstacles
-            if not whole and name in self.requests and asked:
-                self._perform_at(robot, name)
-
-    def _take(self, record: Line) -> None:
-        """Apply the taking of a load as a whole, and the robot's further actions on it there."""
-        name, stage = record.obstacle, record.need
-        if name not in self.open or self.open[name].stage != stage or not self.takes(name):
-            return
-        group = self.takers(record.robot, name)
-        if group is not None:
-            self._meet(name, group)
-            self._perform_at(record.robot, name, put_down=True)
-
-    def _perform_at(self, robot: str, name: str, *, put_down: bool = False) -> None:
-        """``put_down``: no load is taken."""
-        while robot in self.standing(name) and not (put_down and self.takes(name)):
-            done = self.open[name].done | {robot}
-            self.open[name] = self.open[name]._replace(done=done)
-            need = self.need(name)
-            group = frozenset(self.standing(name)) if need.together else done
-            if len(group) < need.robots or not self._meet(name, group):
-                return
-
-    def _meet(self, name: str, group: frozenset[str]) -> bool:
-        """Record that a group meets the next need of an obstacle; return whether another need
-        follows."""
-        one = self.open[name]
-        self.turn.met[name, one.stage] = group
-        if len(one.left) == 1:
-            return False
-        self.open[name] = one._replace(done=frozenset()).advanced(group)
-        self.turn.advanced.add(name)
-        return True
 
     def restarts(self, resolved: Line) -> bool:
         """Return whether a resolution restarts the count of rounds; that of an empty battery does

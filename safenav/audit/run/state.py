@@ -11,7 +11,7 @@ from safenav.audit.run.turn import StackEntry, Status, Turn, helpers_of
 
 
 class State(Robots):
-    """The state at a trace line. Only ``situation`` changes it."""
+    """The state at a trace line. Only ``actions`` and ``situation`` change it."""
 
     def __init__(self, header: Line, records: Iterable[Line]) -> None:
         super().__init__(header)
@@ -215,20 +215,6 @@ class State(Robots):
         unresolved = {name for name, is_ in self.status.items() if is_ is Status.UNRESOLVED}
         acts = [act for act in self.acts if act.obstacle in unresolved and self.plan is None]
         return [act for act in acts if self.open[act.obstacle].stage <= act.need]
-
-    def _is_next(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot's acts allow its part in a load now: it performs no earlier act
-        elsewhere."""
-        mine = [act for act in self._acts_to_come() if robot in act.robots]
-        if not mine:
-            return True
-        for act in mine:
-            need = self.obstacles[act.obstacle].all_needs[act.need]
-            if self.region[robot] not in need.regions:
-                return False
-            if act.obstacle == obstacle:
-                return True
-        return False
 
     def takers(self, robot: str, obstacle: str) -> frozenset[str] | None:
         """Return all robots that take a load with this one in its turn; None if it cannot take
