@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from safenav.audit.judging import findings
+from safenav.audit.judging import findings, findings_before
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.lines import Line
-from safenav.audit.rules.deadlines import MISSION, DeadlineRule
+from safenav.audit.rules.deadlines import DeadlineRule
 from safenav.audit.rules.plans import FollowsPlanRule, Left
 from safenav.audit.rules.rule import Rule
 from safenav.audit.run.situation import Situation
@@ -69,6 +69,9 @@ def continuation_problems(
         yield "it continues another trace than this one"
         return
     now, deadlines = Situation(first, records), DeadlineRule()
+    if any(findings_before(now)):
+        yield "the header of the first run breaks a rule"
+        return
     plan, standing = FollowsPlanRule(), _Standing()
     for _ in findings(now, records, [deadlines, plan, standing]):
         pass
@@ -104,7 +107,9 @@ def continuation_problems(
         yield f"the waiting times {begun.waited or 'none'}; in the first run: {waited or 'none'}"
     charging = {name for name in now.header.robots if name in robots and _charges(name, now)}
     yield from _others(begun.charging, charging, "robot", "charges at first; in the first run")
-    due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
+    known = {obstacle.name for obstacle in rest.scenario.obstacles}  # some go with the next lines
+    known |= {name for name, one in now.obstacles.items() if one.type == now.header.flat}
+    due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of in known}
     told = dict(begun.due or {})
     if not now.live and told != due:
         yield f"{told or 'nothing'} is due, but the first run leaves {due or 'nothing'}"
@@ -123,7 +128,7 @@ def _plan_problems(told: Line | None, left: Left | None) -> Iterator[str]:
         yield f"{'no' if told is None else 'a'} joint plan must be continued"
     elif told is not None:
         for robot, way in ways.items():
-            if len(way) > 1 and told.robots[robot] != way:
+            if len(way) > 1 and told.robots.get(robot) != way:
                 yield f"{robot} has a joint plan other than the rest of that of the first run"
         if {*told.orders} != orders:
             yield "the orders of the joint plan differ from those of the first run"
@@ -212,7 +217,7 @@ def _waits(requests: Mapping[str, Mapping[str, int]], now: Situation) -> dict[st
     """Return the region where each requester waits; None if it is unknown, because the robot's step
     has no end."""
     return {
-        name: {robot: at if now.toward[robot] is None else None for robot, at in waits.items()}
+        name: {robot: at if now.toward.get(robot) is None else None for robot, at in waits.items()}
         for name, waits in requests.items()
     }
 
@@ -257,6 +262,7 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
         before = (now.begun.met or {}).get(name, ((),))[-1]  # it appears again in tick 1
         carriers = now.open[name].carriers() if name in now.open else frozenset()
         carriers = carriers or frozenset(before)
-        if {*groups[-1]} != carriers:
+        last = groups[-1] if groups else ()
+        if {*last} != carriers:
             robots = ", ".join(sorted(carriers)) or "no robot"
-            yield f"{', '.join(groups[-1])} carries {name}, but it was {robots}"
+            yield f"{', '.join(last)} carries {name}, but it was {robots}"

@@ -7,8 +7,9 @@ format (docs/trace.md) and computes everything else from the header.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from itertools import chain
 
-from safenav.audit.lines import Line
+from safenav.audit.lines import Line, Made
 from safenav.audit.rules import (
     batteries,
     beliefs,
@@ -26,6 +27,7 @@ from safenav.audit.rules import (
     stack,
     synthesis,
 )
+from safenav.audit.rules.deadlines import MISSION
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.run.passes import Passes
 from safenav.audit.run.situation import Situation
@@ -60,9 +62,9 @@ def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> 
     announced = {obstacle.name for obstacle in now.header.obstacles}
     ends = [rule for rule in rules if _judges(rule, "turn")]
     judges: dict[str, list[Rule]] = {}  # for each type of line
-    if strangers := _strangers_before(now):
-        yield from (_of_run(opening, f"{name!r} is not in the scenario") for name in strangers)
-        return  # the initial state would contain unknown names
+    if faults := [*findings_before(now)]:
+        yield from faults
+        return  # the initial state would contain them
     for rule in rules:
         for said in rule.opening(now):
             yield rule.finding(said, opening, None)
@@ -117,16 +119,29 @@ def _turn_over(rules: Iterable[Rule], now: Situation, *, last: bool) -> Iterator
             yield rule.finding(said, now.turn, now.turn.robot)
 
 
-def _strangers_before(now: Situation) -> list[str]:
-    """Return the robots and obstacles of the earlier run that this header does not have."""
-    begun, asked = now.begun, now.begun.asked or {}
-    robots = {*now.done}.union(*asked.values()) - now.header.robots.keys()
-    obstacles = {*asked, *(begun.met or ()), *(begun.stays or ())} - now.obstacles.keys()
-    return sorted(robots | obstacles)
+def findings_before(now: Situation) -> Iterator[Finding]:
+    """Yield the robots and obstacles of the earlier run that this header does not have, and the
+    obstacles of which it cannot have met so many needs."""
+    begun = now.begun
+    asked, met, plan = begun.asked or {}, begun.met or {}, begun.plan or Made()
+    orders = [(first, then) for first, _, then, _ in plan.orders or ()]
+    robots = {*now.done, *(begun.had or ()), *(begun.charging or ()), *(begun.waited or ())}
+    robots = robots.union(plan.robots or (), *orders, *asked.values(), *chain(*met.values()))
+    obstacles = {*asked, *met, *(begun.stays or ()), *(begun.closed or ())}
+    obstacles |= {*(begun.due or ()), *(begun.late or ())} - {MISSION}
+    strangers = (robots - now.header.robots.keys()) | (obstacles - now.obstacles.keys())
+    for name in sorted(strangers):
+        yield _of_run(now.turn, f"{name!r} is not in the scenario")
+    for name, groups in met.items():
+        needs = 0 if name in strangers else len(now.obstacles[name].all_needs)
+        if needs and not 0 < len(groups) < needs:
+            problem = f"{len(groups)} of the {needs} needs of {name} were met before"
+            yield _of_run(now.turn, problem, "header")
 
 
 def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -> str | None:
-    """Return a robot or obstacle that the line names but no earlier line has announced, if any."""
+    """Return a robot or obstacle that the line names but no earlier line has announced, if any;
+    of several robots, the first in alphabetical order."""
     if record.type == "move":
         return None if record.robot in team else str(record.robot)
     obstacle = getattr(record, "obstacle", None)
@@ -141,7 +156,7 @@ def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -
         robots += record.obstacle.blocks
     elif obstacle is not None and obstacle not in announced:
         return str(obstacle)  # even if it is the name of a robot
-    return next((name for name in robots if name not in team), None)
+    return min((name for name in robots if name not in team), default=None)
 
 
 def _listed(value: object) -> list[str]:

@@ -17,7 +17,7 @@ Line = Any
 _NAMED = (
     *("again", "asked", "beliefs", "bids", "due", "inputs", "knowledge", "memory", "met", "nodes"),
     *("objectives", "others_targets", "refused", "results", "robots", "rounds", "unrealizable"),
-    *("values", "within"),
+    *("values", "waited", "within"),
 )
 """Fields whose value may be a mapping from names."""
 _SETS = ("blocks", "capabilities", "conflicts")

@@ -1,11 +1,16 @@
-"""Progress of an objective that a robot resumes after an input, or from the run before."""
+"""Progress of an objective that a robot resumes after an input, and the header's account of the run
+before."""
+
+from collections.abc import Iterator
 
 import pytest
 
 from audit.good_traces import GOOD
 from audit.trace_script import Line, text
 from runtime.played import play
-from safenav.audit.check import check_trace
+from safenav.audit.check import audit, check_trace
+from safenav.audit.rules.rule import Finding
+from safenav.trace.reading import read_lines
 
 SCENARIO = """
 safenav: 1
@@ -26,19 +31,55 @@ def test_a_round_is_lost_by_the_target_with_which_it_continues() -> None:
     assert not run.findings
 
 
-@pytest.mark.parametrize(
-    ("begun", "stranger"),
-    [
-        ({"robots": {"mule": {"rounds": 1}}}, "mule"),
-        ({"asked": {"door@9": {"mule": 7}}}, "mule"),
-        ({"asked": {"gate@9": {"quad": 7}}}, "gate@9"),
-        ({"met": {"gate@9": [["quad"]]}}, "gate@9"),
-        ({"stays": ["gate@9"]}, "gate@9"),
-    ],
-)
+def continued(lines: list[Line]) -> Iterator[Finding]:
+    """The findings on a trace that continues one without such a header, and one with it."""
+    trace, plain = read_lines(text(lines)), read_lines(text(GOOD["door"]()))
+    for after in (plain, trace):
+        yield from audit(trace, after=after).findings
+
+
+STRANGERS = [
+    ({"robots": {"mule": {"rounds": 1}}}, "mule"),
+    ({"asked": {"door@9": {"mule": 7}}}, "mule"),
+    ({"had": ["quad", "mule"]}, "mule"),
+    ({"charging": ["mule"]}, "mule"),
+    ({"waited": {"mule": 2}}, "mule"),
+    ({"met": {"door@9": [["mule"]]}}, "mule"),
+    ({"plan": {"robots": {"mule": [[7, None]]}, "orders": [], "reason": "waiting"}}, "mule"),
+    ({"plan": {"robots": {}, "orders": [["quad", 1, "mule", 1]], "reason": "waiting"}}, "mule"),
+    ({"asked": {"gate@9": {"quad": 7}}}, "gate@9"),
+    ({"met": {"gate@9": [["quad"]]}}, "gate@9"),
+    ({"stays": ["gate@9"]}, "gate@9"),
+    ({"closed": ["gate@9"]}, "gate@9"),
+    ({"due": {"gate@9": 3}}, "gate@9"),
+    ({"late": ["gate@9"]}, "gate@9"),
+]
+
+
+@pytest.mark.parametrize(("begun", "stranger"), STRANGERS)
 def test_the_run_before_has_no_robots_and_obstacles_of_its_own(begun: Line, stranger: str) -> None:
     lines = GOOD["door"]()
     lines[0]["scenario"]["begun"] = begun
-    (finding,) = check_trace(text(lines)).findings
+    first = check_trace(text(lines)).findings[0]
     told = f"'{stranger}' is not in the scenario"
-    assert (finding.rule, finding.line, finding.explanation) == ("names", 1, told)
+    assert (first.rule, first.line, first.explanation) == ("names", 1, told)
+    assert {f.rule for f in continued(lines)} >= {"names", "continuation"}
+
+
+@pytest.mark.parametrize("groups", [[], [["quad"]], [["quad"], ["digit"]]])
+def test_the_run_before_has_not_met_all_needs_of_an_obstacle(groups: list[list[str]]) -> None:
+    lines = GOOD["door"]()
+    lines[0]["scenario"]["begun"] = {"met": {"door@9": groups}}
+    first = check_trace(text(lines)).findings[0]
+    told = f"{len(groups)} of the 1 needs of door@9 were met before"
+    assert (first.rule, first.line, first.explanation) == ("header", 1, told)
+    assert {f.rule for f in continued(lines)} == {"header", "continuation"}
+
+
+@pytest.mark.parametrize("line", ["request", "push"])
+def test_of_several_strangers_the_first_by_name_is_reported(line: str) -> None:
+    lines = GOOD["door"]()
+    at = next(i for i, each in enumerate(lines) if each["type"] == line)
+    lines[at]["helpers"] = ["zebra", "mule", "yak"]
+    (finding, *_) = [f for f in check_trace(text(lines)).findings if f.rule == "names"]
+    assert finding.explanation == "'mule' is not in the scenario"

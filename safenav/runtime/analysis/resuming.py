@@ -80,6 +80,7 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     obstacles = [*_obstacles(listed, trace, state, {*charges.flat})]
     left = {obstacle.name for obstacle in obstacles}
     there = {obstacle.name for obstacle in obstacles if obstacle.appears is None}
+    open_ = left.union(charges.flat)
     begun = state.begun(trace, timed=timed)
     met = _met(listed, state)
     team = tuple(_robot(robot, state, charges) for robot in base.robots)
@@ -102,6 +103,9 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
                 for name, done in begun.robots.items()
                 if name not in anew
             },
+            due={name: ticks for name, ticks in begun.due.items() if name in open_},
+            late=tuple(name for name in begun.late if name in open_),
+            closed=tuple(name for name in begun.closed if name in left),
             met={name: groups for name, groups in met.items() if name in left},
             asked={name: waits for name, waits in begun.asked.items() if name in there},
             stays=tuple(name for name in begun.stays if name in there),

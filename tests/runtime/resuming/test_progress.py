@@ -73,6 +73,31 @@ def test_deadlines_keep_their_ages() -> None:
         assert tick + rest.outcome["ticks"] <= whole.outcome["ticks"]
 
 
+LEAVE_TOGETHER = """
+map: {grid: [".....", "####.", "....."]}
+catalogue: {robots: {slow: {mobility: free, layer: ground, capabilities: [push], timing: 7}}}
+robots:
+  p: {model: quadcopter, start: 0, objective: {visit: [2, 0]}}
+  q: {model: quadcopter, start: 10, objective: {visit: [12, 10]}}
+  d: {model: slow, start: 4, objective: {hold: 4}}
+obstacles:
+  - {type: door, region: 1, until: 5, resolve_within: 90}
+  - {type: door, region: 11, until: 5, resolve_within: 90}
+until: {rounds: 1}
+"""
+
+
+def test_what_leaves_with_the_next_lines_is_not_due() -> None:
+    """The trace ends between the lines of two doors that disappear in the same tick."""
+    scenario = loaded(LEAVE_TOGETHER)
+    run = play(scenario)
+    before = resumed(read_lines(run.upto("gone")[:-1]), scenario)
+    assert {*begun(before).due} == {"door@1", "door@11"}
+    rest = continued(run, len(run.upto("gone")), scenario)
+    assert rest.records[0]["scenario"]["begun"].get("due", {}) == {}
+    assert not rest.findings
+
+
 @pytest.mark.parametrize(
     ("by", "late", "tick", "due", "outcome", "broken"),
     [
