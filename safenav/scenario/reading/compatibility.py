@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import repeat
 
 from safenav.errors import Diagnostic
 from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.objective import Ltl, kinds_that, one_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.settings import Clock, Coordination, RobotChange
-from safenav.scenario.yaml.document import Mapping, Node
+from safenav.scenario.yaml.document import Mapping, Node, below, items_of
 from safenav.scenario.yaml.findings import Findings
 
 
@@ -78,11 +79,13 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
         if not reach.reaches(scenario.chargers):
             found = f"{robot.name} has a battery and reaches no charger"
             report("chargers", found, "place a charger in a region that it can reach")
-    swept = next((o for o in scenario.obstacles if o.swept(scenario.map)), None)
+    items = (*items_of(below(item, "obstacles")), *items_of(below(item, "orders")))
+    listed = [*zip(scenario.obstacles, items or repeat(item), strict=False)]
+    swept = next(((o, node) for o, node in listed if o.swept(scenario.map)), None)
     if swept is not None and scenario.promises:
-        found = f"{swept.name} sweeps regions, and the scenario has deadlines"
-        report("obstacles", found, "leave out 'sweeps', or the deadlines")
-    for obstacle in scenario.obstacles:
+        found = f"{swept[0].name} sweeps regions, and the scenario has deadlines"
+        findings.add(swept[1], found, "leave out 'sweeps', or the deadlines")
+    for obstacle, node in listed:
         limit = scenario.limit_of(obstacle)
         for number, need in enumerate(obstacle.needs if limit is not None else ()):
             actions = obstacle.type.actions(number)
@@ -90,7 +93,8 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
             if able < need.robots:
                 found = f"{obstacle.name} must be resolved within {limit} ticks, but "
                 found += f"{able or 'no'} robot{'s' * (able > 1)} can '{need.action}'"
-                report("obstacles", found, "leave out 'resolve_within'")
+                where = below(node, "resolve_within") or node
+                findings.add(where, found, "leave out 'resolve_within'")
                 break
 
 
