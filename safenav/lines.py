@@ -25,7 +25,7 @@ def printable(text: str) -> str:
 
 
 def json_line(data: Any) -> str:
-    """Return data as a line of a JSON Lines file or protocol: compact, in ASCII."""
+    """Return data as a line of JSON, compact and in ASCII."""
     return json.dumps(data, separators=(",", ":")) + "\n"
 
 

@@ -115,7 +115,7 @@ def _server() -> socket.socket:
     """A connection to the program, one for this process."""
     place = Path(os.environ[FOLDER]) / "warm.socket"
     ours = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    with locked(place.with_suffix(".lock")):  # nobody else connects, and the program does not end
+    with locked(place.with_suffix(".lock")):  # the program cannot end before we connect
         try:
             ours.connect(str(place))
         except (FileNotFoundError, ConnectionRefusedError):
@@ -155,7 +155,7 @@ def serve(number: int, lock: str) -> None:
         if not served:
             fcntl.flock(connecting, fcntl.LOCK_EX)
             if not select.select([listening], [], [], 0.0)[0]:
-                listening.close()  # who connects from now on is refused, and starts another one
+                listening.close()  # later connections are refused, and start another program
                 break
             fcntl.flock(connecting, fcntl.LOCK_UN)
         if select.select([listening], [], [], PAUSE)[0]:
@@ -215,7 +215,7 @@ def _become(files: list[int]) -> NoReturn:
     except BaseException:
         traceback.print_exc()
         status = 1
-    # What the interpreter does at its end, but for taking all modules apart.
+    # The interpreter's actions at exit, except for clearing all modules.
     threading._shutdown()  # type: ignore[attr-defined]
     atexit._run_exitfuncs()
     sys.stdout.flush()

@@ -36,7 +36,7 @@ COLUMNS = (
 
 
 def counts(report: Report) -> dict[str, int]:
-    """Return the number of cases by verdict, without verdicts of no case, except ``passed``."""
+    """Return the number of cases by verdict; zeros are omitted, except that of ``passed``."""
     found = {CaseVerdict.PASSED.value: 0}
     for result in report.in_order:
         found[result.verdict.value] = found.get(result.verdict.value, 0) + 1

@@ -55,7 +55,7 @@ Exit codes:
 @click.option("--trace", "of_trace", is_flag=True, help="The schema of a line of a trace.")
 @click.option("--fleet", "of_fleet", is_flag=True, help="The schema of a fleet file.")
 def schema(output: Path | None, of_trace: bool, of_fleet: bool) -> int:
-    """Print the JSON Schema (draft 2020-12) of scenario files, or of a trace's lines."""
+    """Print the JSON Schema (draft 2020-12) of scenario files, trace lines or fleet files."""
     if of_trace:
         from safenav.trace.schema import schema_text
     elif of_fleet:

@@ -236,7 +236,7 @@ def _while_heard(listener: Listener) -> Listener:
 
 
 def _not_reached(plan: Scenario, result: RunResult) -> Iterator[str]:
-    """Yield messages on the changes of a scenario before which its run was completed."""
+    """Yield a message for each change that was due only after the run had been completed."""
     live = plan.clock is Clock.LIVE
     end = (result.makespan or 0.0) if live else result.ticks
     for change in plan.changes:

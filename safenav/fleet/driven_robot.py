@@ -106,8 +106,8 @@ class DrivenRobot(Struct):
 
     @property
     def regions(self) -> frozenset[Region]:
-        """Return the regions that it occupies: its own, those of its step, and those into which it
-        reaches while acting."""
+        """Return the regions that the robot occupies: its own, those of its step, and those into
+        which it reaches while acting."""
         task = self.task
         if task is None:
             return self.lost | {self.pose.region}
@@ -117,7 +117,7 @@ class DrivenRobot(Struct):
 
     @property
     def stands(self) -> Region | None:
-        """Return the region in which it stands; None if it moves, or its arrival is not
+        """Return the region in which the robot stands; None if it moves, or its arrival is not
         confirmed."""
         task = self.task
         if task is None or task.phase is Phase.INSPECTING:
@@ -127,8 +127,8 @@ class DrivenRobot(Struct):
         return (task.start if task.back else task.to).region
 
     def stood(self, stamp: float) -> Located | None:
-        """Return where it stood at a time of its own clock; None if it moved then, or that is
-        unknown: odometry from before and after that time must agree."""
+        """Return the robot's position at rest at a stamp of its clock; None if it moved then, or if
+        no odometry from before and after that time agrees on it."""
         newer: Located | None = None
         for point in reversed(self.trail):
             at = point.place

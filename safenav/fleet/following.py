@@ -170,7 +170,7 @@ class Following:
     # References
 
     def begins(self, robot: str) -> tuple[float, float, float]:
-        """Return x, y and yaw where a follower rests until its first step."""
+        """Return x, y and yaw at which a follower rests until its first step."""
         return resting_place(self.followers[robot].mover, self._places)
 
     def start_error(self, robot: str) -> str | None:
@@ -204,7 +204,7 @@ class Following:
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
-        """Return the motion to its own or an adjacent region; empty if there is no such motion."""
+        """Return a follower's motion to its own or an adjacent region; empty if there is none."""
         self._rest(follower)
         body = follower.mover
         if to == body.region:
@@ -371,7 +371,7 @@ def mover_of(robot: Robot, places: Places) -> Mover:
 
 
 def resting_place(body: Mover, places: Places) -> tuple[float, float, float]:
-    """Return x, y and yaw in the world where an idle robot rests."""
+    """Return the resting pose of an idle robot: x, y and yaw in the world's frame."""
     probe = copy(body)
     row = sampled(probe.rest(0, probe.time + 1.0), probe.limits(), places.frame).at(probe.time)
     return float(row[0]), float(row[1]), float(row[YAW])

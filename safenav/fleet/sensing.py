@@ -53,7 +53,7 @@ class View(Enum):
     ROBOT = auto()
     """A ray has hit something that may be another robot."""
     UNSEEN = auto()
-    """No ray reaches it."""
+    """No ray reaches the region."""
 
 
 class ScanResult(Struct, frozen=True):

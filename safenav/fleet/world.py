@@ -180,7 +180,7 @@ class FleetWorld(FleetSteps):
             pause = min([end, *dues]) - self.now()
             self._take_next(min(max(pause, 0.0), 0.25))
 
-    # Life
+    # Connection
 
     def open(self, patience: float = 10.0) -> None:
         """Connect, wait until each robot answers and odometry confirms its start pose, then for the

@@ -17,7 +17,7 @@ def test_a_belief_must_grow_by_the_steps_out_of_sight() -> None:
     lines[0]["scenario"]["partition"] = [[7, 8, 13, 14], [9], [10], [15], [16]]
     lines[find(lines, "belief", tick=2)]["regions"] = [10, 15]
     assert find(lines, "move", tick=2, robot="flyer") == 8
-    lines[8]["to"] = 10  # it stays, and may have come to 16 in tick 3 for all the watcher knows
+    lines[8]["to"] = 10  # it stays; as far as the watcher knows, it may have reached 16 in tick 3
     lines[10].update({"from": 10, "to": 10})
     del lines[11:]
     assert found(lines) == {("missed-belief", 3)}

@@ -20,7 +20,7 @@ def _compare(rng: random.Random) -> None:
     graph = PoseGraph(
         (p, tuple(rng.sample(poses, min(len(poses), rng.randint(0, 2))))) for p in poses
     )
-    for _ in range(4):  # later questions are answered from earlier ones
+    for _ in range(4):  # later queries use the results of earlier ones
         walls = frozenset(k for k, _ in poses if rng.random() < 0.2)
         starts = frozenset(rng.sample(poses, rng.randint(1, len(poses))))
         aims = tuple(

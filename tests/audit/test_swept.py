@@ -65,5 +65,5 @@ def test_no_robot_enters_or_acts_where_others_are_and_those_there_may_leave(
     story: Callable[[Live], Live], culprits: list[str]
 ) -> None:
     findings = check_trace(text(story(noticed()).end("interrupted", {"a": 0, "b": 0}))).findings
-    told = [(f.rule, f.robot) for f in findings if f.rule != "request"]  # nobody is asked here
+    told = [(f.rule, f.robot) for f in findings if f.rule != "request"]  # none is made
     assert told == [("swept", culprit) for culprit in culprits]

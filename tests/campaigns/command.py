@@ -76,7 +76,7 @@ class Command:
     def _start(self, words: list[str], out: int, err: int) -> int:
         sys.stdout.flush()
         sys.stderr.flush()
-        # Python forgets signals that come while it forks: an interrupt waits for its handler.
+        # Python loses signals during a fork: an interrupt waits for its handler.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         child = os.fork()
         if child:

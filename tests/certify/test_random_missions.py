@@ -27,7 +27,7 @@ def test_the_run_of_a_random_mission_is_certified(seed: int, tmp_path: Path) -> 
     scenario.write_text(yaml.safe_dump(random_mission(Random(seed)), sort_keys=False))
     try:
         made = bundle_of_run(scenario, tmp_path / "bundle")
-    except InputError:  # a target that nobody can reach: refused before anything runs
+    except InputError:  # an unreachable target: refused before the run
         return
     except ResourceLimitError as limit:  # by exact tracking on a large map: no verdict
         pytest.skip(str(limit))

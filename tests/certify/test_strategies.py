@@ -99,7 +99,7 @@ def test_the_checker_and_the_oracle_agree_on_sound_and_damaged_strategies(
             for damage in DAMAGES:
                 broken = damage(automaton, [0], source)
                 verdict = refused(text, to_json(specification, broken))
-                if "out of range" in verdict:  # also in a node that nothing leads to
+                if "out of range" in verdict:  # also in an unreachable node
                     continue
                 assert bool(verdict) == bool(check_strategy(game, broken)), (seed, damage.__name__)
 

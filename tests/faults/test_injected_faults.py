@@ -47,7 +47,7 @@ def test_wrong_strategy(safenav: Process, slugs_that: Script) -> None:
     assert done.returncode == 4
     assert "gave a wrong result" in done.stderr
     assert records(safenav.folder / "t.jsonl")[-1]["outcome"] == "error"
-    # What was wrong is not kept: the next run, with the real slugs, asks again.
+    # Wrong results are not cached: the next run, with the real slugs, requests them again.
     assert safenav("run", CASE_STUDY).returncode == 0
 
 
@@ -60,21 +60,21 @@ def test_truncated_json(safenav: Process, slugs_that: Script) -> None:
 
 
 def test_disk_full(safenav: Process) -> None:
-    # The trace: told at once, and what was written is whole lines but for the last one.
+    # The trace: reported immediately, and all written lines but the last are complete.
     done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", limit=small_files)
     assert done.returncode == 2
     assert "cannot write the trace t.jsonl" in done.stderr
     *whole, _ = (safenav.folder / "t.jsonl").read_text(encoding="utf-8").split("\n")
     assert json.loads(whole[0])["type"] == "header"
     assert all(json.loads(line) for line in whole)
-    # The files of a synthesis: all or none, and no folder that was not there.
+    # The files of a synthesis: all or none, and no new folder.
     (safenav.folder / "old").mkdir()
     for folder in ("old", "new/out"):
         done = safenav("synth", CASE_STUDY, "-o", folder, limit=small_files)
         assert done.returncode == 2
         assert "cannot write" in done.stderr
     assert [*(safenav.folder / "old").iterdir()] == [] and not (safenav.folder / "new").exists()
-    # The cache: the run does without.
+    # The cache: the run continues without it.
     assert safenav("run", CASE_STUDY, limit=small_files).returncode == 0
 
 

@@ -80,4 +80,4 @@ def test_a_push_is_recovered_from_by_the_feet(at: float, angle: float) -> None:
 @pytest.mark.parametrize("angle", [0.0, 2.0, 4.0])
 def test_a_hard_push_makes_it_fall(angle: float) -> None:
     assert walked(1.2, 3.1, angle)[2]
-    assert REACH < 0.3 and max(SOLE) < 0.1  # else this says nothing
+    assert REACH < 0.3 and max(SOLE) < 0.1  # otherwise this test proves nothing

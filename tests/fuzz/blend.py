@@ -248,7 +248,7 @@ class Hand:
         match random.randrange(12):
             case 0 | 1 | 2 if known:
                 return f"resolved {random.choice(known)}"
-            case 3 if there:  # nobody says of a load that is carried that it stays
+            case 3 if there:  # a carried load is never declared permanent
                 return f"permanent {random.choice(there)}"
             case 4 | 5:
                 heading = random.choice(["north", "east", "south", "west"])

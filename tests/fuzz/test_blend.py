@@ -212,7 +212,7 @@ CUT = [*((seed, live) for seed in (10049, *range(FIRST, FIRST + COUNT)) for live
 # 92279: it had had its turn in the tick in which the run was cut off, and stays on a target
 # 94052: its charge is used up in the turn in which the run ends
 # 72181: its objective changes while it helps
-# 101831: it holds on while rounds begin anew
+# 101831: it holds on while rounds restart
 # 94188: a joint plan is followed
 KILLED = [
     *CUT,

@@ -132,7 +132,7 @@ class Walk:
             entered = {n for n in able if it.region in need.at and it.region in self.at[n]}
             resolving = entered | {n for n, on in self._acting.items() if obstacle in on}
             swept = {n for n in self.at if n not in resolving and self.at[n] & it.sweeps}
-            if line["log"] == "start":  # whoever was there before may be there
+            if line["log"] == "start":  # robots that were there before may be there
                 begins = name in entered and line["to"] == it.region
                 swept = swept if begins else swept & {name} if line["to"] in it.sweeps else set()
             elif obstacle not in self._acting[name]:

@@ -36,7 +36,7 @@ def test_it_plays_smoothly_to_the_end_and_stops(browser: Browser, pages: dict[st
     for _ in range(3):
         browser.button("Faster").click()
     assert browser.one(".speed select").get_attribute("value") == "32"
-    # Asked within the page two frames later: a slow machine could have played to the end by the
+    # Queried within the page two frames later: a slow machine could have played to the end by the
     # time that the browser hears of the next question.
     playing = browser.run("""
         document.querySelector('button[aria-label="Play"]').click();

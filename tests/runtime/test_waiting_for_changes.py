@@ -58,7 +58,7 @@ def test_a_run_waits_for_what_the_scenario_changes(
     waits = [line["until"] for line in played.all("waiting")]
     assert waits == ([] if scenario.get("until", "").endswith("2000") else [30])
     ends = played.outcome["ticks"] if clock is Clock.LOCKSTEP else played.records[-1]["t"]
-    assert not waits or ends >= 29  # nobody moves in tick 30
+    assert not waits or ends >= 29  # no robot moves in tick 30
     assert ("proof" in played.outcome) == (outcome == "operator_needed")
     assert next(line.get("for_now") for line in played.all("blocked")) == (bool(waits) or None)
 

@@ -43,7 +43,7 @@ def test_reachability_agrees_with_the_moves(
     seen = _poses_from(mobility, start, world)
     successors = {pose: _poses_from(mobility, pose, world) for pose in seen}
     choices = product(*([p for p in seen if p.region in target] for target in targets))
-    # Poses that can all reach each other: the robot can go round them for ever.
+    # Poses that can all reach each other: the robot can circle through them forever.
     recurs = any(all(b in successors[a] for a in tour for b in tour) for tour in choices)
     assert reach.recurs(targets) == recurs
 

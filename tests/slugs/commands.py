@@ -3,7 +3,7 @@
 import subprocess
 from pathlib import Path
 
-# The robot follows a light that comes back again and again.
+# The robot follows a light that returns infinitely often.
 FOLLOW = """
 [INPUT]
 light: 0...2
@@ -24,7 +24,7 @@ at' = light'
 """
 # The same, but the robot cannot move.
 STUCK = FOLLOW.replace("at' <= at + 1", "at' = at").replace("at' = light'", "at' = 1")
-# A counter that takes 2^30 steps to its goal: nobody waits for the end of that.
+# A counter that takes 2^30 steps to its goal, too many to wait for.
 ENDLESS = """
 [OUTPUT]
 count: 0...1073741823

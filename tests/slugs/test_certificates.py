@@ -11,7 +11,7 @@ import pytest
 
 from slugs import commands
 
-# The system must answer a request in the next step, and serve again and again.
+# The system must answer a request in the next step, and serve infinitely often.
 SERVICE = """
 [INPUT]
 r

@@ -116,7 +116,7 @@ class Standing:
             self._waits.remove(one)
             for other in [o for o in self.now.values() if o.touches and one.touches]:
                 if other.obstacle.region == one.obstacle.region:
-                    self.remove(other.obstacle)  # a door that stands open
+                    self.remove(other.obstacle)  # an open door, which the new obstacle replaces
             self.now[one.obstacle.name] = one
             self.stages.pop(one.obstacle.name, None)
             for geom, contype, conaffinity, height, group in self._shapes[one.key]:

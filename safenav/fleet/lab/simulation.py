@@ -55,7 +55,7 @@ class SimulationTransport:
         self._goals: dict[str, int] = {}
         self._acts: dict[str, int] = {}
         self._beside: dict[str, dict[Region, str | None]] = {}
-        self._post: Callable[[transport.Message], None] = print  # until it is open
+        self._post: Callable[[transport.Message], None] = print  # until ``open``
         self._due, self._steps = 0.0, 0
 
     def open(self, post: Callable[[transport.Message], None]) -> None:

@@ -48,7 +48,7 @@ class HostedRobot:
     def __init__(self, robot: Any, world: Any, pace: float, teller: LineWriter) -> None:
         self.robot, self._world, self._pace, self._teller = robot, world, pace, teller
         self._commands: SimpleQueue[Line] = SimpleQueue()
-        self._open_lines: list[Line] = []  # the one under way first
+        self._open_lines: list[Line] = []  # the command under way first
         threading.Thread(target=self._work, daemon=True).start()
 
     def command(self, line: Line) -> None:

@@ -17,7 +17,7 @@ from safenav.audit.proofs.case import Case, RemainingGoals
 from safenav.audit.proofs.joint import can_be_served
 from safenav.audit.rules.proofs import problems_of
 
-# A corridor of regions 1 to 5; nobody may enter 0 or 6.
+# A corridor of regions 1 to 5; no robot may enter 0 or 6.
 FREE = frozenset(range(1, 6))
 
 
@@ -192,7 +192,7 @@ def test_robots_that_keep_apart_do_not_lift_together_on_one_region(
 
 # Trees
 
-# With a heading there is no way back: who senses at 1 can never push at 5, and the other way round.
+# With a heading no robot can return: one that senses at 1 can never push at 5, and vice versa.
 ONE_WAY = moment(
     [robot("a", 3, 3, heading="east", can="push"), robot("b", 3, 1, 5)],
     obstacle("west@2", 2, need("push", 4), blocks="b"),

@@ -51,7 +51,7 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive | None:
     random, data = Random(f"drive {seed}"), late_mission(seed)
     hidden = data["obstacles"]
     if not any("from" in one or "sweeps" in one for one in hidden):
-        data["obstacles"] = []  # nobody has told the team
+        data["obstacles"] = []  # unknown to the team
     text = yaml.safe_dump(data, sort_keys=False)
     try:
         scenario = load_scenario_text(text, "late.yaml")

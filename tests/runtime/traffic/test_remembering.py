@@ -53,7 +53,7 @@ def test_a_goal_about_a_step_is_met_by_that_step_alone() -> None:
     assert graph is not None and not graph.one_way
     left, other = graph.goals
     six, seven, eight = (state(graph, region) for region in (6, 7, 8))
-    assert not left >> six & 1 and other >> six & 1  # nobody knows how it came there
+    assert not left >> six & 1 and other >> six & 1  # its path there is unknown
     after = graph.after(seven, 6) + graph.after(seven, 8)
     assert [left >> s & 1 for s in after] == [1, 1]
     assert [left >> s & 1 for s in graph.after(after[0], 7)] == [0]
