@@ -168,7 +168,7 @@ def _apply(mission: Mission, lines: Lines) -> None:
             raise UsageError(f"{place}: {error}") from error
         try:
             mission.intervene(wanted)
-        except UsageError as error:  # robots are under way: the run continues
+        except UsageError as error:  # robots are in transit: the run continues
             warn(f"{place}: dropped: {error}")
             mission.intervene(wanted, late=True)
 

@@ -164,7 +164,7 @@ def print_findings(
 
 
 def check_robot(name: str | None, scenario: Scenario, file: Path) -> None:
-    """Raises UsageError if the scenario in a file has no robot of this name (None: any)."""
+    """Raises UsageError if a name is given that no robot of the file's scenario has."""
     names = [robot.name for robot in scenario.robots]
     if name is not None and name not in names:
         raise UsageError(f"{file}: there is no robot '{name}'; it has {', '.join(names)}")

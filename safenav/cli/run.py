@@ -213,8 +213,8 @@ def _write_page(trace: Path | None, html: Path | None) -> None:
 def _by_its_ending(
     output: Path, stem: str, trace: Path | None, html: Path | None
 ) -> tuple[Path | None, Path | None]:
-    """Return the files of trace and page with those of ``output``. Raises UsageError if another
-    option gives one of them."""
+    """Return the files of trace and page, where ``output`` sets one or both. Raises UsageError if
+    another option also sets it."""
     writes_trace, writes_page = output.suffix != ".html", output.suffix != ".jsonl"
     for option, given in (("--trace", writes_trace and trace), ("--html", writes_page and html)):
         if given:

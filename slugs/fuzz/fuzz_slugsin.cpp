@@ -1,5 +1,5 @@
-// Fuzzes the reader of slugsin: whatever the bytes, it must end, with a
-// specification or with messages.
+// Fuzzes the reader of slugsin: for any bytes it must end, with a specification
+// or with messages.
 //
 // What it accepts must survive: printed as slugsin it must be read again, with
 // the same variables and as many constraints.

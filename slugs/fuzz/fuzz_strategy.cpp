@@ -1,5 +1,5 @@
-// Fuzzes what --check reads: whatever the bytes, they are not a strategy, or one
-// that is accepted or rejected with a reason.
+// Fuzzes the input of --check: any bytes are not a strategy, or one that is
+// accepted, or rejected with a reason.
 
 #include "fuzz_reading.hpp"
 

@@ -1,7 +1,7 @@
 // The whole test framework: a program is a list of claims, each checked with
-// EXPECT or EXPECT_EQ.  A failed claim is printed with its place and values and
-// the program goes on; it exits with status 1 if any claim failed, and also if
-// none was checked, so that an empty test cannot pass.
+// EXPECT or EXPECT_EQ.  A failed claim is printed with its position and values,
+// and the program continues; it exits with status 1 if any claim failed, and
+// also if none was checked, so that an empty test cannot pass.
 
 #pragma once
 

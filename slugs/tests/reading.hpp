@@ -1,5 +1,5 @@
 // Reading a specification from a literal, and evaluating its formulas on one
-// valuation: what the tests of readers share.
+// valuation: shared by the tests of readers.
 
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace reading {
 
-// Throws with all messages if there is a mistake.
+// Throws with all messages if there is an error.
 inline slugs::Specification read(const std::string &text) {
   const slugs::Source source("test", text);
   slugs::Diagnostics diagnostics(source);
@@ -26,7 +26,7 @@ inline slugs::Specification read(const std::string &text) {
   return specification;
 }
 
-// A formula to be evaluated on one valuation after the other.
+// A formula to be evaluated on successive valuations.
 class Value {
 public:
   Value(const slugs::Specification &specification, slugs::FormulaId formula)

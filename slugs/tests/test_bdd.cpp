@@ -351,7 +351,7 @@ void an_operation_that_outgrows_its_bound_starts_again_in_a_better_order() {
   EXPECT(store.peak_nodes() < (1u << 20)); // more than 2^22 in the start order
   EXPECT(store.size(all) < (1u << 16));
   EXPECT_EQ(store.count(all, std::vector<Var>(2 * n)), std::ldexp(1.0, n));
-  // What was there before is still what it was.
+  // All earlier functions are unchanged.
   EXPECT((all & !even).is_false());
   EXPECT(before == (store.variable(current_var(0)) ^ store.variable(next_var(2 * n - 1))));
 }
@@ -373,8 +373,8 @@ void an_operation_does_not_give_up_while_edges_without_handles_are_held() {
   store.assert_consistent();
 }
 
-// A limit that is met while an operation is given up leaves through it, not as the
-// signal to start again.
+// A limit reached while an operation is aborted ends the operation, instead of
+// restarting it.
 void a_limit_ends_an_operation_that_starts_again() {
   constexpr std::uint32_t n = 22;
   std::vector<std::uint32_t> order(2 * n);

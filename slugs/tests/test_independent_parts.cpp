@@ -1,5 +1,5 @@
-// Which parts of the environment are found to be independent, and products with
-// one relation at a time.
+// Detection of independent parts of the environment, and products with one
+// relation at a time.
 
 #include "bdd/bdd.hpp"
 #include "expect.hpp"

@@ -29,7 +29,7 @@ const Connective connectives[] = {
 };
 
 // a op b op c op d groups by precedence, and to the left among equals.  The
-// value is found by applying the tightest, leftmost connective again and again,
+// value is found by applying the tightest, leftmost connective repeatedly,
 // which is not how the parser works.
 bool grouped(std::vector<bool> values, std::vector<const Connective *> ops) {
   while (!ops.empty()) {

@@ -1,5 +1,5 @@
-// Each internal invariant of the diagrams has an assertion that fires when
-// somebody breaks it: here everybody does, in a process of its own.
+// Each internal invariant of the diagrams has an assertion that fires when it
+// is broken: each is broken here, in its own process.
 
 #include "bdd/bdd.hpp"
 #include "bdd/references.hpp"
@@ -16,7 +16,8 @@ using namespace slugs;
 
 namespace {
 
-// What a child that runs `work` says before it aborts; nothing if it does not.
+// Return the output of a child that runs `work` before it aborts; nothing if it
+// does not.
 template <typename Work> std::string last_words(const Work &work) {
   int ends[2];
   if (::pipe(ends) != 0)
@@ -39,7 +40,7 @@ template <typename Work> std::string last_words(const Work &work) {
   return WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT ? said : "";
 }
 
-// Whether `work` ends in an assertion that says `what`.
+// Whether `work` ends in an assertion with the text `what`.
 template <typename Work> bool asserts(const std::string &what, const Work &work) {
   const std::string said = last_words([&] {
     BddStore store(3, {0, 1, 2}, Budget{});

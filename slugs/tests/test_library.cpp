@@ -1,4 +1,4 @@
-// The public header alone: the example at its top, mistakes, limits, and two
+// The public header alone: the example at its top, errors, limits, and two
 // objects side by side.
 
 #include "slugs.hpp"

@@ -74,7 +74,7 @@ void test_shared_formulas_are_written_once() {
               reading::holds(s, reading::only(s, Section::SysInit), v));
 }
 
-// An integer of one value has no bits, so nothing may be left of a specification.
+// An integer of one value has no bits, so a specification may become empty.
 void test_what_says_nothing_is_read_again() {
   for (const std::string lines : {"", "[SYS_LIVENESS]\none = 4\n"}) {
     std::ostringstream printed;
