@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Collection, Hashable, Iterable
 from contextlib import suppress
 from threading import get_ident
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -148,6 +148,9 @@ class Mission:
         """Whether the run has ended, or is about to record its end."""
         self._started = False
         self._thread: int | None = None
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a Mission is a running program: pickle its scenario or its result")
 
     def refusal(self) -> str | None:
         """Return the reason why this run is unrealizable although each robot has a strategy: a
@@ -294,11 +297,6 @@ class Mission:
             self._close()
             raise
 
-    def first_results(self, names: Collection[str] | None = None) -> dict[str, TaskResult]:
-        """Return the initial synthesis results of the named robots (default: all), in the
-        scenario's order, without running the mission."""
-        return self._algorithm.first_results(self.state.robots if names is None else names)
-
     def _close(self) -> None:
         """End the background searches."""
         self._search.close()
@@ -372,10 +370,11 @@ def first_results(
     progress: SynthesisListener | None = None,
     names: Collection[str] | None = None,
 ) -> dict[str, TaskResult]:
-    """Return the initial synthesis results of a scenario (``Mission.first_results``), within the
-    time limit of a run, without running it."""
+    """Return the initial synthesis results of the named robots (default: all), in the scenario's
+    order, within the time limit of a run, without running the scenario."""
     untimed = replace(scenario, limits=replace(scenario.limits, seconds=None))
-    return Mission(untimed, synthesizer, progress=progress).first_results(names)
+    mission = Mission(untimed, synthesizer, progress=progress)
+    return mission._algorithm.first_results(mission.state.robots if names is None else names)
 
 
 def default_synthesizer(

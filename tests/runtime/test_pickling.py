@@ -39,3 +39,8 @@ def test_scenarios_and_results_are_the_same_after_it() -> None:
     scenario = plan()
     result = Mission(scenario).run()
     assert pickle.loads(pickle.dumps((scenario, result))) == (scenario, result)
+
+
+def test_a_mission_says_what_to_pickle_instead() -> None:
+    with pytest.raises(TypeError, match="pickle its scenario or its result"):
+        pickle.dumps(Mission(plan()))

@@ -12,7 +12,7 @@ import pytest
 from certify.making import certified
 from runtime.played import play
 from safenav.errors import InputError
-from safenav.runtime.mission import Mission
+from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario_text
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
@@ -142,7 +142,8 @@ def test_realizable_iff_a_walk_keeps_the_rules(seed: int) -> None:
         scenario = load_scenario_text(drawn.text(), reachable=False)
     except InputError as error:
         pytest.skip(str(error))
-    assert Mission(scenario).first_results()["r0"].realizable == drawn.can(), drawn.text()
+    (answer,) = first_results(scenario, default_synthesizer(scenario)).values()
+    assert answer.realizable == drawn.can(), drawn.text()
     if drawn.can():
         run, at = play(scenario), drawn.start
         for line in run.all("move"):
