@@ -124,7 +124,7 @@ class World:
         return self._steps(mobility == "free", pose)
 
     def graph(self, mobility: str) -> PoseGraph:
-        """Return the steps from each pose on a free region, made once."""
+        """Return the steps from each pose in a free region (cached)."""
         return self._graphs(mobility == "free")
 
     def _graph_of(self, free: bool) -> PoseGraph:
@@ -144,7 +144,7 @@ class World:
         down, right = row_b - row, col_b - col
         if radius is not None and down * down + right * right > radius * radius:
             return False
-        shut: dict[tuple[int, int], int] = {}  # distance of the segment from what is shut
+        shut: dict[tuple[int, int], int] = {}  # distance of the segment from closed regions
         for r, c in product(*(range(min(0, far), max(0, far) + 1) for far in (down, right))):
             region = (row + r) * self.cols + col + c
             if region not in self.free or (region in closed and region not in (a, b)):
@@ -155,5 +155,5 @@ class World:
 
 
 def opposite(heading: str) -> str:
-    """The heading behind a robot with this one."""
+    """Return the opposite heading."""
     return HEADINGS[HEADINGS.index(heading) - 2]

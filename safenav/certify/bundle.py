@@ -1,4 +1,4 @@
-"""Write a bundle: the files of a run with their evidence, as docs/certificates.md lays it out."""
+"""Writing of a bundle: the files of a run with their evidence (layout: docs/certificates.md)."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def make_bundle(
 
 @contextmanager
 def _disk(target: Path) -> Iterator[None]:
-    """Report a full disk as what cannot be written."""
+    """Report a full disk as an error of the target."""
     try:
         yield
     except OSError as error:
@@ -161,13 +161,13 @@ def files_of_run(
 
 
 def programs() -> dict[str, bytes]:
-    """Return the checker as a bundle has it: its programs, and the rules of a run in
+    """Return the files of the checker in a bundle: its programs, and the rules of a run in
     ``audit``."""
     audit = Path(safenav.audit.__file__).parent
     found = {path.name: path for path in sorted(CHECKER.glob("check*.py"))}
     for path in sorted(audit.rglob("*.py")):
         name = path.relative_to(audit).as_posix()
-        found |= {f"audit/{name}": path} if name != "check.py" else {}  # which reads for safenav
+        found |= {f"audit/{name}": path} if name != "check.py" else {}  # it needs safenav's reader
     own = {"safenav.certify.checker.": "", "safenav.audit": "audit"}
     texts = {name: path.read_text() for name, path in found.items()}
     for before, after in own.items():
@@ -176,8 +176,8 @@ def programs() -> dict[str, bytes]:
 
 
 def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes | None:
-    """Return the proof that a specification is unrealizable; None if the limits do not allow
-    one."""
+    """Return the proof that a specification is unrealizable; None if no proof is possible within
+    the limits."""
     answer = synthesizer.counterstrategy(read_specification(text, robot=robot))
     if answer.strategy_json is None:
         return None
@@ -215,7 +215,7 @@ def _write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
 
 
 def _pack(folder: Path, archive: Path) -> None:
-    """A .zip whose bytes depend on the files alone."""
+    """Write a .zip whose bytes depend only on the files."""
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
         for path in sorted(p for p in folder.rglob("*") if p.is_file()):
             name = zipfile.ZipInfo(path.relative_to(folder).as_posix(), (1980, 1, 1, 0, 0, 0))

@@ -1,4 +1,5 @@
-"""Run the checker as a reviewer would: a program of its own, with nothing but Python's library."""
+"""Running the checker as a reviewer would: a separate program with only Python's standard
+library."""
 
 from __future__ import annotations
 
@@ -49,10 +50,8 @@ _JUDGED = (0, 1, 3)
 
 
 def check_bundle(bundle: Path, *, compare: bool = True) -> BundleVerdict:
-    """Check a bundle with the checker that is installed (not the copy in the bundle).
-
-    ``compare``: the manifest has to claim what the evidence establishes. Raises UsageError if this
-    is not a bundle."""
+    """Check a bundle with the installed checker (not the copy in the bundle). ``compare``: the
+    manifest must claim what the evidence establishes. Raises UsageError if it is not a bundle."""
     command = [sys.executable, "-I", "-S", "-c", PROGRAM, str(bundle), "--json"]
     if not compare:
         command.append("--any-claims")

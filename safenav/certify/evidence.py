@@ -1,7 +1,8 @@
-"""Evidence that goes with a strategy or a counterstrategy: its measures and choices.
+"""Evidence for a strategy or a counterstrategy: its measures and choices.
 
-The formulas are evaluated by the checker's own code: evidence needs no second opinion, it is
-checked."""
+The formulas are evaluated by the checker's own code: evidence need not be independent, because it
+is checked.
+"""
 
 from __future__ import annotations
 
@@ -62,12 +63,13 @@ class RulesEvidence:
     def measures(
         self, line: Mapping[str, Any], text: str, strategy_json: bytes, counter: Any = None
     ) -> list[Measure] | None:
-        """Return a measure for each goal of the robot; with the evidence of a counterstrategy
-        (``counter``) one for each assumption, and one that a goal is missed forever from some point
-        on.
+        """Return a measure for each goal of the robot; for a counterstrategy (``counter``: its
+        evidence), one for each assumption and one that shows that a goal is missed forever from
+        some point on.
 
-        Where there is no measure, one that shows nothing; None where the circumstances are not
-        those of the strategy. The checker reports what is wrong, also with other rules."""
+        If a measure does not exist, a constant one takes its place and the checker reports the
+        error. None if the circumstances do not fit the strategy.
+        """
         strategy = _read(strategy_json, text)
         robot, cells = self._scenario["robots"][line["robot"]], self._scenario.get("partition")
         try:

@@ -44,8 +44,8 @@ def facts_of(
     files: Mapping[str, bytes],
     proofs: Sequence[Proof] = (),
 ) -> dict[str, Any]:
-    """Everything that the assurance page says, for programs. ``proofs``: what the verified checker
-    said, if it was asked."""
+    """Return the contents of the assurance page as data. ``proofs``: verdicts of the verified
+    checker, if it ran."""
     scenario = lines[0]["scenario"]
     trace = read_lines(map(json.dumps, lines))
     told = trace.header.scenario.map
@@ -93,7 +93,7 @@ def facts_of(
 def _asked(
     name: str, robot: Mapping[str, Any], claims: Sequence[Claim], world: RegionMap, places: World
 ) -> dict[str, Any]:
-    """A robot as the scenario has it, its objective in the form that was proven."""
+    """Return a robot's data, with its objective in the proven form."""
     forms = [claim for claim in claims if claim["kind"] == "form"]
     objective = Objective(robot["objective"]).proven(name, places, forms)
     return {
@@ -109,7 +109,8 @@ def _asked(
 
 
 def _assumptions(lines: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Each assumption once: what it is, who relies on it, who checks it, whether it failed."""
+    """Return each assumption once: its text, the robots that rely on it, its check and its
+    failures."""
     relied: dict[str, set[str]] = {}
     for line in lines:
         fairness = line.get("fairness") or "none"

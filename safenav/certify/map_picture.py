@@ -12,14 +12,13 @@ from safenav.world.map import RegionMap
 
 SIDE = 24
 _LETTERS = (7.5, 12.0, 55)
-"""Least and largest height of a name's letters, and how many of them are as wide as the map."""
+"""Least and largest height of letters (SVG units), and letters across the width of the map."""
 
 
 def map_svg(scenario: Mapping[str, Any], world: RegionMap) -> str:
-    """The map, with each robot where it starts, a square in its colour around each of its
-    targets, a cross in the region of each hidden obstacle, and the names of regions and areas.
-
-    Colours of the floor come from the page's style, which has a light and a dark one."""
+    """Return the map as SVG: each robot at its start, a square in its colour around each of its
+    targets, a cross in the region of each hidden obstacle, and the names of regions and areas. The
+    page's style sets the colours of the floor, in a light and a dark variant."""
     width, height = world.cols * SIDE, world.rows * SIDE
     parts = [
         f'<svg class="map" viewBox="0 0 {width} {height}" role="img" '
@@ -63,7 +62,7 @@ def map_svg(scenario: Mapping[str, Any], world: RegionMap) -> str:
 
 
 def glyph(look: Look) -> str:
-    """A robot as the replay draws it, around the origin and of radius 1."""
+    """Return a robot's glyph as SVG, as in the replay: radius 1, around the origin."""
     return (
         f'<path d="{look.path}" fill="{look.colour}" class="body"/><text y="{look.drop}" '
         f'font-size="{look.size}" font-weight="bold" fill="{look.ink}" text-anchor="middle">'
@@ -72,7 +71,8 @@ def glyph(look: Look) -> str:
 
 
 def _names(world: RegionMap, marked: set[int]) -> list[str]:
-    """Names where they cover no other name; numbers of marked regions that have none."""
+    """Return names, where they cover no other name, and the numbers of marked regions without a
+    name."""
     subjects = [(name, frozenset({region})) for name, region in world.names.items()]
     subjects += [(name, area) for name, area in world.areas.items() if area]
     unnamed = sorted(marked - {*world.names.values()})
@@ -110,7 +110,7 @@ def _names(world: RegionMap, marked: set[int]) -> list[str]:
 
 
 def regions_of(objective: Mapping[str, Any]) -> set[int]:
-    """All regions that an objective names as targets."""
+    """Return all regions in the targets of an objective."""
     value: Any = next((value for key, value in objective.items() if key in KINDS), [])
     found: set[int] = set()
     for target in value if isinstance(value, list) else [value]:

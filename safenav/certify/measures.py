@@ -1,12 +1,13 @@
-"""Progress measures: why a strategy starves no goal, written down so that a reader can check it.
+"""Progress measures: checkable evidence that a strategy starves no goal.
 
 For a goal each node gets a number ``n`` and perhaps an assumption ``a`` (an index, or None). On
 each edge that misses the goal the number falls, or number and assumption stay and the edge misses
-that assumption. For explicit strategies this simple form is complete: a run that starves a goal
-exists if and only if some strongly connected component of the edges that miss the goal meets every
-assumption. If none does, ``n`` is the depth of the component in the condensation and ``a`` an
+that assumption. This form is complete for explicit strategies: a run that starves a goal exists if
+and only if some strongly connected component of the edges that miss the goal meets every
+assumption. Otherwise ``n`` is the depth of the component in the condensation and ``a`` an
 assumption that the component misses. One pass of Tarjan's algorithm (SIAM J. Comput. 1972) per
-goal."""
+goal.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from safenav.components import components
 
 
 class NoMeasureError(ValueError):
-    """There is none: a run starves the goal although it meets every assumption."""
+    """No measure exists: a run starves the goal although it meets every assumption."""
 
 
 Measure = dict[str, list[Any]]
@@ -30,11 +31,12 @@ def measure(
     met: Sequence[bool],
     excuses: Sequence[Sequence[bool]],
 ) -> Measure:
-    """The measure of a goal.
+    """Return the measure of a goal.
 
-    ``size``: how many nodes there are. ``edges``: the node before each edge and the one after it.
-    ``met`` and each of ``excuses`` (assumptions, for a counterstrategy goals) hold for each edge
-    whether it is met there. Raises NoMeasureError if there is none."""
+    ``size``: number of nodes. ``edges``: the node before each edge, and the node after it. ``met``,
+    and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each edge, whether it
+    is met there. Raises NoMeasureError if no measure exists.
+    """
     missing: list[list[tuple[int, int]]] = [[] for _ in range(size)]
     for edge, (source, target) in enumerate(zip(*edges, strict=True)):
         if not met[edge]:

@@ -43,7 +43,7 @@ _GROUPS = (
         ("changed", "broken"),
     ),
 )
-"""Headings of the claims, what they have in common, and their kinds."""
+"""Groups of claims: heading, common explanation, kinds."""
 
 _MOVES = {"free": "moves in any direction", "heading": "has a heading"}
 
@@ -101,8 +101,8 @@ def page_of(
     files: Mapping[str, bytes],
     proofs: Sequence[Proof] = (),
 ) -> tuple[str, bytes]:
-    """The page of a bundle with these files, and the same facts as JSON. ``proofs``: the verdicts
-    of the verified checker, if it ran."""
+    """Return the page of a bundle with these files, and its facts as JSON. ``proofs``: verdicts of
+    the verified checker, if it ran."""
     facts = facts_of(lines, claims, files, proofs)
     body = [
         f'<section id="summary">{_summary(facts)}</section>',
@@ -122,7 +122,7 @@ def page_of(
 
 
 def _summary(facts: Mapping[str, Any]) -> str:
-    """One page: outcome, guarantees, assumptions and limits."""
+    """Return the first page: outcome, guarantees, assumptions and limits."""
     colour = "good" if facts["outcome"] == "completed" else "bad"
     kinds = Counter(claim["kind"] for claim in facts["claims"])
     assumed = [
@@ -145,7 +145,7 @@ def _summary(facts: Mapping[str, Any]) -> str:
 
 
 def _promises(facts: Mapping[str, Any], kinds: Mapping[str, int]) -> list[str]:
-    """The claims in a few sentences."""
+    """Return the claims in a few sentences."""
     told = [c["text"] for c in facts["claims"] if c["kind"] in ("outcome", "moves")]
     found = [re.sub(r"^Tick \d+: ", "", text) for text in told]
     if kept := kinds.get("keeps"):
@@ -233,7 +233,7 @@ def _guaranteed(facts: Mapping[str, Any]) -> str:
 
 
 def _claim(claim: Claim, facts: Mapping[str, Any]) -> str:
-    """A claim and its evidence; the checker compares the text."""
+    """Return a claim and its evidence; the checker compares the text."""
     links = ", ".join(_link(path, line) for path, line in claim["evidence"])
     return (
         f'<li id="{escape(claim["id"])}">{escape(claim["text"])}<br><details><summary>evidence'
@@ -248,7 +248,7 @@ def _link(path: str, line: int | None) -> str:
 
 
 def _short(path: str) -> str:
-    """A file's name, without the end of a sum in it."""
+    """Return a file's name with its checksum shortened."""
     folder, _, name = path.rpartition("/")
     return f"{folder}/{name[:12]}&hellip;" if len(name) > 40 else escape(path)
 

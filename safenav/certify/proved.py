@@ -37,10 +37,10 @@ _REFUTED = " for the specification; for the rules of the scenario checked by che
 class Proof(Struct, frozen=True):
     """A verdict of the verified checker.
 
-    ``kind``: ``realizes`` and ``alive`` (of ``spec`` and ``strategy``), ``unrealizable`` (of
-    ``spec``), ``moves`` or ``visits`` (moves and targets; of a ``line`` of the trace), ``apart``
-    and ``answers`` (of the team).
-    ``verdict``: ``proved``, ``refused`` or ``not covered``; ``reason``: why not.
+    ``kind``: ``realizes`` or ``alive`` (``spec``, ``strategy``), ``unrealizable`` (``spec``),
+    ``moves`` or ``visits`` (moves and targets of the strategy in a ``line`` of the trace),
+    ``apart`` or ``answers`` (the team). ``verdict``: ``proved``, ``refused`` or ``not covered``;
+    ``reason``: the reason if it is not proved.
     """
 
     kind: str
@@ -66,7 +66,8 @@ TEAM = {
 
 
 def find_program() -> Path | None:
-    """The verified checker: ``SAFENAV_PROVED``, else on the PATH, else as built in a checkout."""
+    """Return the verified checker: ``SAFENAV_PROVED``, else on the PATH, else as built in a
+    checkout; None if there is none."""
     if named := os.environ.get(VARIABLE):
         return Path(named)
     found = shutil.which(PROGRAM)
@@ -76,9 +77,10 @@ def find_program() -> Path | None:
 
 
 def prove(bundle: Path) -> tuple[Proof, ...]:
-    """Run the verified checker on a bundle, a folder or a .zip.
+    """Return the verdicts of the verified checker on a bundle, a folder or a .zip.
 
-    Raises UsageError if it is not installed or cannot check this."""
+    Raises UsageError if it is not installed or cannot check the bundle.
+    """
     program = find_program()
     if program is None:
         hint = "build it with `make proof` (docs/proof.md), or name it in " + VARIABLE
@@ -100,13 +102,13 @@ def prove(bundle: Path) -> tuple[Proof, ...]:
 
 
 def refusals(proofs: Sequence[Proof]) -> list[str]:
-    """The refusals of the verified checker, each with its reason."""
+    """Return the refusals of the verified checker, each with its reason."""
     named = ((p, p.spec[:12] or (f"line {p.line}" if p.line else "the team")) for p in proofs)
     return [f"{p.kind}, {what}: {p.reason}" for p, what in named if p.verdict == "refused"]
 
 
 def rests_on(claim: Mapping[str, Any], proofs: Sequence[Proof]) -> str:
-    """The checkers that have established a claim of the manifest."""
+    """Return the checkers that have established a claim of the manifest, in words."""
     files = [path for path, _ in claim["evidence"]]
     lines = [str(line) for _, line in claim["evidence"] if line is not None]
     for proof in proofs:

@@ -31,10 +31,11 @@ def bundle_of_run(
     motion: bool = False,
     proved: bool = False,
 ) -> Made:
-    """Run a scenario and write the bundle of that run, with its ``motion`` in metres if wanted.
-    ``proved``: also run the verified checker.
+    """Run a scenario and write its bundle, with its ``motion`` in metres if wanted. ``seed``:
+    replaces that of the scenario; ``proved``: also run the verified checker.
 
-    Raises UsageError for bad input, NotCertifiedError if a checker refuses the run."""
+    Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
+    """
     text = scenario_text(scenario)
     plan = load_scenario_text(text, str(scenario))
     if plan.controllers is Controllers.ON_DEMAND:
@@ -52,7 +53,7 @@ def bundle_of_run(
         trace = Path(directory) / "trace.jsonl"
         with TraceWriter(trace) as writer:
             ended = Mission(plan, synthesizer, listeners=[writer], progress=kept).run()
-        if ended.outcome is Outcome.INTERRUPTED:  # by Ctrl-C: no bundle is wanted either
+        if ended.outcome is Outcome.INTERRUPTED:  # by Ctrl-C, so write no bundle
             raise KeyboardInterrupt
         data = trace.read_bytes()
         kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
@@ -64,8 +65,8 @@ def bundle_of_run(
 def bundle_of_trace(
     trace: Path, target: Path, motion: Path | None = None, *, proved: bool = False
 ) -> Made:
-    """Write the bundle of an earlier run, from its trace, what the cache has kept, and the file of
-    its motion if there is one. ``proved``: also run the verified checker.
+    """Write the bundle of an earlier run from its trace, the cache, and its motion file, if any.
+    ``proved``: also run the verified checker.
 
     Raises InputError if it is not a trace, UsageError if a part is missing, NotCertifiedError if
     the run or its motion is refused.
@@ -83,7 +84,7 @@ def bundle_of_trace(
 
 
 def motion_made(trace: bytes) -> bytes:
-    """The motion file of a run that moves as its models say."""
+    """Return the motion file of a run, computed by its robots' models."""
     # Imported here and below: motion needs numpy, which a batch must do without.
     from safenav.motion.file.reading import text_of
     from safenav.motion.making import motion_of
@@ -92,7 +93,7 @@ def motion_made(trace: bytes) -> bytes:
 
 
 def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
-    """A motion file, if no rule of motion is broken. Raises NotCertifiedError if one is."""
+    """Return a motion file. Raises NotCertifiedError if it breaks a rule of motion."""
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file.reading import read_motion
 
@@ -103,12 +104,12 @@ def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
 
 
 def syntheses_of(trace: bytes, name: str) -> list[dict[str, object]]:
-    """The ``synthesis`` lines of a trace."""
+    """Return the ``synthesis`` lines of a trace."""
     return [line for line in read_lines(trace, name) if line["type"] == "synthesis"]
 
 
 def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
-    """The text of a scenario, and the files that it names for its map and its catalogue."""
+    """Return the text of a scenario, and its map and catalogue files, by name."""
     found = {"scenario.yaml" if str(scenario) == STDIN else scenario.name: text.encode()}
     for path in referenced_files(root_of(text), scenario.parent):
         name = path.name

@@ -1,4 +1,4 @@
-"""Results of a run that a bundle needs: its trace, the texts, the strategies."""
+"""Results of a run that a bundle needs: trace lines, specifications, strategies."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from safenav.trace.vocabulary import Verified
 
 
 class Kept(Struct):
-    """Specifications' texts and strategies by sha256, as the trace names them.
+    """Texts of specifications, and strategies, by the sha256 in the trace.
 
-    ``__call__`` listens to the synthesizer and stores its results."""
+    ``__call__`` receives the synthesizer's progress reports and stores its results.
+    """
 
     texts: dict[str, str] = field(default_factory=dict)
     strategies: dict[str, bytes] = field(default_factory=dict)
@@ -36,10 +37,11 @@ class Kept(Struct):
     def complete(
         self, lines: Sequence[Mapping[str, Any]], cache: Cache, synthesizer: Synthesizer
     ) -> None:
-        """Add what a trace's ``synthesis`` lines name and is not here yet: texts from the cache,
-        strategies by repeated synthesis.
+        """Add the missing texts and strategies of a trace's ``synthesis`` lines: texts from the
+        cache, strategies by repeated synthesis.
 
-        Raises UsageError, which states what is missing, if that is not possible."""
+        Raises UsageError, which states what is missing, if that is not possible.
+        """
         for line in lines:
             spec, strategy = line["spec"], line.get("strategy")
             if line.get("verified") == Verified.MOVES:
@@ -77,7 +79,7 @@ class Kept(Struct):
 
 
 def read_lines(trace: bytes, name: str) -> list[dict[str, Any]]:
-    """The lines of a trace, its header first. Raises UsageError if it is not a trace."""
+    """Return the lines of a trace, its header first. Raises UsageError if it is not a trace."""
     try:
         lines = [json.loads(line) for line in trace.splitlines()]
         if lines[0]["type"] != "header" or lines[0]["trace"] != VERSION:

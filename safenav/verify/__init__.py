@@ -1,1 +1,1 @@
-"""An automaton checked against the text of its specification."""
+"""Check of an automaton against the text of its specification."""

@@ -1,7 +1,7 @@
-"""An automaton and its specification, prepared for checking: what both kinds of check share.
+"""An automaton and its specification, prepared for both kinds of check.
 
-Only what can be reached from the given start nodes is visited, in breadth-first order, so that
-the first fault found is also one of the nearest.
+Only the nodes reachable from the given start nodes are visited, in breadth-first order, so the
+first fault found is also one of the nearest.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Alive = Callable[[], None]
 
 
 def quiet() -> None:
-    """Do nothing when a check reports that it is alive."""
+    """Ignore a check's report that it is still running."""
 
 
 Against = list[tuple[Clause, int]]
@@ -42,8 +42,8 @@ _OF_MOVES = (Section.ENV_TRANS, Section.SYS_TRANS, Section.ENV_LIVENESS, Section
 
 
 class Automaton:
-    """The part of ``strategy`` that is reachable from ``starts``. ``alive`` is called now and then
-    by what takes long."""
+    """The part of ``strategy`` that is reachable from ``starts``. ``alive`` is called regularly
+    during long computations; it may raise."""
 
     def __init__(
         self,
@@ -67,14 +67,14 @@ class Automaton:
         return clauses(self.spec, section)
 
     def against(self) -> list[Against]:
-        """The clauses of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS, each with the plane
-        of the edges that do not satisfy it."""
+        """Return the clauses of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS, each with the
+        plane of the edges that do not satisfy it."""
         parts = [self.clauses(section) for section in _OF_MOVES]
         planes = iter(self.violated([clause.formula for part in parts for clause in part]))
         return [[(clause, next(planes)) for clause in part] for part in parts]
 
     def edge_failures(self, assumed: Against, promised: Against) -> Iterator[Failure]:
-        """The first edge against each assumption or guarantee about moves."""
+        """Yield the first edge that violates each assumption or guarantee on transitions."""
         faults = ((Fault.FORBIDDEN_INPUT, assumed), (Fault.BROKEN_GUARANTEE, promised))
         for fault, against in faults:
             for clause, wrong in against:
@@ -85,7 +85,8 @@ class Automaton:
     def cycle_failures(
         self, fault: Fault, allowed: int, unmet: Sequence[int], clause: Clause | None = None
     ) -> Iterator[Failure]:
-        """A cycle of the ``allowed`` edges on which each condition is met (see ``fair_cycle``)."""
+        """Yield a cycle of the ``allowed`` edges on which each condition is met (see
+        ``fair_cycle``), if there is one."""
         self.alive()
         cycle = fair_cycle(self.edges, allowed, unmet, self.numbered(Owner.OUTPUT))
         if cycle is not None:
@@ -93,14 +94,14 @@ class Automaton:
 
     @cached_property
     def values(self) -> dict[int, Row]:
-        """Return all variables of each node, in the specification's order."""
+        """All variables of each node, in the specification's order."""
         columns = self._columns
         rows: Iterable[Row] = zip(*columns, strict=True) if columns else [()] * len(self.nodes)
         return dict(zip(self.nodes, rows, strict=True))
 
     @cached_method
     def part(self, node: int, owner: Owner) -> Row:
-        """The inputs or the outputs of a node, in the specification's order."""
+        """Return the inputs or the outputs of a node, in the specification's order."""
         state = self.strategy.states[node]
         fields = [self._fields[variable.name] for variable in self.spec.owned(owner)]
         return tuple([field.decode(state) for field in fields])
@@ -129,7 +130,7 @@ class Automaton:
         return found
 
     def range_failures(self) -> Iterator[Failure]:
-        """Integers whose bits hold more than their range."""
+        """Yield the first value outside its range, for each integer variable."""
         for place, values in zip(self.current, self._columns, strict=True):
             outside = set(values).difference(place.range)
             if outside:
@@ -160,7 +161,7 @@ class Automaton:
         )
 
     def path(self, node: int) -> tuple[int, ...]:
-        """A shortest path from a start node."""
+        """Return a shortest path from a start node."""
         return path_to(node, self._before)
 
     def in_words(self, node: int) -> str:
@@ -169,7 +170,7 @@ class Automaton:
         return " ".join(filter(None, words))
 
     def move_in_words(self, places: Sequence[Slot], row: Row) -> str:
-        """A valuation of inputs or of outputs."""
+        """Return a valuation of inputs or of outputs in words."""
         if not places:
             return "nothing to choose"
         values = {p.variable.name: v for p, v in zip(places, row, strict=True)}
@@ -205,7 +206,7 @@ class Automaton:
 
     @cached_property
     def _columns(self) -> list[Sequence[int]]:
-        """Return for each variable of the specification its values in the nodes."""
+        """The values of each variable of the specification in the nodes."""
         fields = [self._fields[variable.name] for variable in self.spec.variables]
         return [_decoded(field, self._bits, len(self.nodes)) for field in fields]
 
@@ -216,8 +217,8 @@ class Automaton:
 
 
 def _decoded(field: Field, bits: bytes, count: int) -> Sequence[int]:
-    """The values of a variable in ``count`` states that follow one another. Eight columns at a time
-    are added as two long numbers are, a byte for each state: no carry leaves its byte."""
+    """Return the values of a variable in ``count`` consecutive states. Eight columns at a time are
+    added as two long numbers, with a byte for each state: no carry leaves its byte."""
     width = len(bits) // count if bits else 1
     total: Sequence[int] = bytes(count)
     for first in range(0, len(field.columns), 8):
@@ -230,9 +231,9 @@ def _decoded(field: Field, bits: bytes, count: int) -> Sequence[int]:
 
 
 def clauses(spec: Specification, section: Section) -> list[Clause]:
-    """The parsed constraints of a section.
+    """Return the parsed constraints of a section.
 
-    Raises InputError for one that cannot be read or names something undeclared.
+    Raises InputError for a constraint that cannot be read or names an undeclared variable.
     """
     declared = {variable.name for variable in spec.variables}
     found = []
@@ -250,7 +251,7 @@ def clauses(spec: Specification, section: Section) -> list[Clause]:
 
 def _unreadable(constraint: Constraint, column: int, found: str, hint: str) -> InputError:
     file, _, line = constraint.origin.item.rpartition(":")
-    if line.isdecimal():  # of a file of its own
+    if line.isdecimal():  # a line of a specification file
         return InputError([Diagnostic(file, int(line), column, found, hint, constraint.formula)])
     place = f"{constraint.origin.item}: [{constraint.section}] {constraint.formula}"
     return InputError([Diagnostic(place, 1, column, found, hint)])

@@ -23,7 +23,7 @@ Lookup = Callable[[str, bool], Vector]
 
 
 class Evaluator:
-    """Evaluates formulas on ``count`` rows whose variables ``lookup`` gives."""
+    """Evaluates formulas on ``count`` rows; ``lookup`` returns the planes of a variable."""
 
     def __init__(self, count: int, lookup: Lookup) -> None:
         self.everywhere = (1 << count) - 1
@@ -31,7 +31,8 @@ class Evaluator:
         self._begins = cache(self._prefixed)
 
     def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
-        """The rows in which ``formula`` is true; ``primed`` reads it in the next state."""
+        """Return the rows in which ``formula`` is true; ``primed`` evaluates it in the next
+        state."""
         match formula:
             case syntax.Name(name, own_prime):
                 return self._number(name, primed or own_prime)[0]
@@ -68,8 +69,9 @@ class Evaluator:
         return [self.everywhere if value >> i & 1 else 0 for i in range(value.bit_length())]
 
     def _prefixed(self, name: str, primed: bool, bit: int, high: int) -> int:
-        """The rows in which the bits of a variable from ``bit`` on are those of ``high``. Values
-        share what their highest bits have in common: there are many, of which few occur."""
+        """Return the rows in which the bits of a variable from ``bit`` on are those of ``high``.
+        Values with the same highest bits share this result: there are many values, but few occur.
+        """
         planes = self._number(name, primed)
         if bit >= len(planes):
             return 0 if high else self.everywhere
@@ -117,7 +119,7 @@ class Evaluator:
 
 
 def add(left: Vector, right: Vector) -> Vector:
-    """The sum of two numbers in each row, with as many bits as it needs."""
+    """Return the sum of two numbers in each row, with as many bits as it needs."""
     total = []
     carry = 0
     for i in range(max(len(left), len(right))):
@@ -132,5 +134,5 @@ def add(left: Vector, right: Vector) -> Vector:
 
 
 def first_row(plane: int) -> int:
-    """The number of the first row in a plane that is not empty."""
+    """Return the number of the first row in a plane that is not empty."""
     return (plane & -plane).bit_length() - 1

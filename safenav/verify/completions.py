@@ -61,7 +61,7 @@ class Clause(Struct, frozen=True, dict=True):
 
     @cached_property
     def places(self) -> frozenset[Key]:
-        """The places that it refers to."""
+        """The variables that it refers to, now or next."""
         return frozenset(_keys(self.formula, False))
 
     @cached_property
@@ -70,7 +70,7 @@ class Clause(Struct, frozen=True, dict=True):
 
 
 class Completions:
-    """Completes rows over ``known`` places with values of ``unknown`` ones."""
+    """Completes rows over ``known`` places with values of the ``unknown`` ones."""
 
     def __init__(
         self, known: Sequence[Slot], unknown: Sequence[Slot], clauses: Sequence[Clause]
@@ -78,15 +78,15 @@ class Completions:
         self._known, self._unknown, self._clauses = known, unknown, clauses
 
     def count(self, rows: Sequence[Row]) -> list[int]:
-        """The number of completions of each row.
+        """Return the number of completions of each row.
 
-        Raises ResourceLimitError if the constraints tie too many unknowns together.
+        Raises ResourceLimitError if the constraints connect too many unknowns.
         """
         index = {place.key: i for i, place in enumerate(self._known)}
         return _count(rows, index, self._unknown, self._clauses)
 
     def each(self, row: Row) -> Iterator[Row]:
-        """The completions of one row, in ascending order of values, one by one."""
+        """Yield the completions of one row in ascending order."""
         values: tuple[dict[str, int | bool], dict[str, int | bool]] = ({}, {})
         for place, value in zip(self._known, row, strict=True):
             values[place.primed][place.variable.name] = value
@@ -164,7 +164,7 @@ def _count_component(
 def _components(
     unknown: Sequence[Slot], clauses: Sequence[Clause]
 ) -> Iterator[tuple[list[Slot], list[Clause]]]:
-    """Unknown places that constraints tie together, with those constraints."""
+    """Yield the groups of unknown places that constraints connect, with those constraints."""
     index = {place.key: i for i, place in enumerate(unknown)}
     seen = [[index[key] for key in clause.places if key in index] for clause in clauses]
     graph: list[list[int]] = [[] for _ in unknown]
@@ -183,8 +183,8 @@ def _masks(
     part: Sequence[Slot],
     clauses: Sequence[Clause],
 ) -> list[int]:
-    """For each row, the valuations of ``part`` (bit d: the d-th of their product) that satisfy
-    all clauses. Clauses that see the same known places are computed together."""
+    """Return for each row the valuations of ``part`` (bit d: the d-th of their product) that
+    satisfy all clauses. Clauses that read the same known places are computed together."""
     domain = prod(len(place.range) for place in part)
     masks = [(1 << domain) - 1] * len(rows)
     free = {place.key for place in part}
@@ -205,7 +205,8 @@ def _masks(
 def _projected(
     rows: Sequence[Row], index: Mapping[Key, int], support: frozenset[Key]
 ) -> tuple[list[Key], list[Row], list[Row]]:
-    """The known places of ``support`` in order, their values in each row, and the distinct ones."""
+    """Return the known places of ``support`` in order, their values in each row, and the distinct
+    ones."""
     places = sorted(support & index.keys(), key=index.__getitem__)
     columns = [index[key] for key in places]
     if len(columns) > 1:
@@ -218,9 +219,9 @@ def _projected(
 def _block(
     keys: Sequence[Row], places: Sequence[Key], part: Sequence[Slot], formulas: Sequence[Formula]
 ) -> list[int]:
-    """Evaluate on all pairs of a key and a valuation of ``part``; a mask for each key."""
+    """Evaluate on all pairs of a key and a valuation of ``part``; return a mask for each key."""
     valuations = list(product(*(place.range for place in part)))
-    width = (len(valuations) + 7) // 8  # bytes that a key has in each plane
+    width = (len(valuations) + 7) // 8  # bytes of each key in a plane
     unknown = {place.key: i for i, place in enumerate(part)}
     known = {key: i for i, key in enumerate(places)}
 
@@ -255,7 +256,7 @@ def _block(
 
 
 def _keys(formula: Formula, primed: bool) -> Iterator[Key]:
-    """Occurrences of variables; those inside ``next(...)`` count as primed."""
+    """Yield the occurrences of variables; those inside ``next(...)`` count as primed."""
     if isinstance(formula, Name | Comparison):
         yield from ((name.name, primed or name.primed) for name in names_of(formula))
     for operand in operands_of(formula):

@@ -24,8 +24,8 @@ _SOME = 256
 
 
 def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tuple[int, ...]:
-    """The leading nodes that share the first one's inputs, are all different, and satisfy
-    ENV_INIT and SYS_INIT."""
+    """Return the longest prefix of the nodes that share the first node's inputs, are all different,
+    and satisfy ENV_INIT and SYS_INIT."""
     initial = [*clauses(spec, Section.ENV_INIT), *clauses(spec, Section.SYS_INIT)]
     inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
     first: list[int] | None = None
@@ -80,7 +80,8 @@ def _start_failures(automaton: Automaton) -> Iterator[Failure]:
 def _answer_failures(
     automaton: Automaton, assumed: Sequence[Clause], promised: Sequence[Clause]
 ) -> Iterator[Failure]:
-    """One input chosen, and each answer of the system to it once."""
+    """Yield the faults of the successors: each node has one next input, and each possible reply of
+    the system to it once."""
     choices = Completions(automaton.current, automaton.next_inputs, assumed)
     known = (*automaton.current, *automaton.next_inputs)
     answers = Completions(known, automaton.next_outputs, promised)

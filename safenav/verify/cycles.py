@@ -15,7 +15,7 @@ from operator import and_, eq, ne
 from safenav.components import components, path_to, shortest_paths
 
 _SAMPLE = 1000
-"""Edges that tell whether it is worth it to remove edges together."""
+"""Number of edges sampled to decide whether removing edges together is worthwhile."""
 
 Edge = tuple[int, int]
 
@@ -23,9 +23,8 @@ _BITS = bytes.maketrans(b"01", b"\x00\x01")
 
 
 class Edges:
-    """The edges out of ``nodes``, in the order of these; ``transitions`` has the successors of
-    each node. Millions of them: so the ends are two flat lists, and pairs are made when asked
-    for."""
+    """The edges out of ``nodes``, in their order; ``transitions`` has the successors of each node.
+    There may be millions, so their ends are two flat lists, and pairs are made on demand."""
 
     def __init__(self, nodes: Sequence[int], transitions: Sequence[Sequence[int]]) -> None:
         self._nodes = nodes
@@ -44,7 +43,7 @@ class Edges:
         return zip(self.sources, self.targets, strict=True)
 
     def by_node(self) -> Iterator[tuple[int, Sequence[int], int]]:
-        """Each node with its successors and the place of the first edge out of it."""
+        """Yield each node with its successors and the index of its first edge."""
         first = 0
         for node, targets in zip(self._nodes, self._successors, strict=True):
             yield node, targets, first
@@ -56,11 +55,11 @@ class Edges:
 
 
 def cyclic_parts(edges: Iterable[Edge]) -> dict[int, int]:
-    """The nodes that lie on a cycle of ``edges``, each with the number of its component."""
+    """Return the nodes that lie on a cycle of ``edges``, each with the number of its component."""
     successors = _successors(edges)
     indegree = Counter(chain.from_iterable(successors.values()))
     ready = [node for node in successors if node not in indegree]
-    while ready:  # no cycle leads there: usually everything, and cheaper than a full search
+    while ready:  # no cycle leads there; usually removes all nodes, cheaply
         for target in successors.pop(ready.pop(), ()):
             indegree[target] -= 1
             if not indegree[target]:
@@ -84,8 +83,8 @@ def _successors(edges: Iterable[Edge]) -> dict[int, list[int]]:
 
 
 def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, ...]:
-    """A walk over ``edges`` of one component that takes each ``required`` edge and returns to
-    its first node (which is not repeated at the end)."""
+    """Return a walk over ``edges`` of one component that takes each ``required`` edge and returns
+    to its first node (which is not repeated at the end)."""
     successors = _successors(edges)
     if not required:
         source = next(iter(successors))
@@ -100,12 +99,13 @@ def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, .
 def fair_cycle(
     edges: Edges, allowed: int, unmet: Sequence[int], classes: Mapping[int, int] | None = None
 ) -> tuple[int, ...] | None:
-    """A closed walk over the ``allowed`` edges on which each condition is met by some edge; None
-    if there is none. ``unmet`` are for each condition the edges that do not meet it; all these
+    """Return a closed walk over the ``allowed`` edges on which each condition is met by some edge;
+    None if there is none. ``unmet``: for each condition, the edges that do not meet it. All these
     sets are planes (``verify.bitparallel``).
 
-    ``classes``: any partition of the nodes. A closed walk of nodes is one of classes, too; where
-    few classes stand for many nodes, searching these first usually suffices."""
+    ``classes``: any partition of the nodes. A closed walk of nodes is also a closed walk of
+    classes; if there are few classes, searching them first usually suffices.
+    """
     may = edges.flags(allowed)
     rows = _core(
         *(list(compress(e, may)) for e in (range(len(edges)), edges.sources, edges.targets))
@@ -123,10 +123,10 @@ def fair_cycle(
 
 
 def _core(rows: list[int], sources: list[int], targets: list[int]) -> list[int]:
-    """Those of some edges (``rows``) that may lie on a cycle: without those from nodes that have
-    no predecessor, or to nodes that have no successor, but for loops. Done for all edges together,
-    as long as that removes a tenth of some of them: it costs a tenth of visiting them one by one,
-    and often it leaves few."""
+    """Return the edges (``rows``) that may lie on a cycle: remove edges from nodes without
+    predecessors or to nodes without successors, except loops. This repeats for all edges together
+    while it removes at least a tenth of a sample: it costs a tenth of visiting the edges one by
+    one, and often leaves few."""
     loops = list[int]()
     while rows:
         tails, heads = set(sources), set(targets)
@@ -146,8 +146,8 @@ def _core(rows: list[int], sources: list[int], targets: list[int]) -> list[int]:
 def _recurring(
     rows: list[int], edges: Edges, classes: Mapping[int, int] | None, met: Sequence[bytes]
 ) -> tuple[list[int], dict[int, int]]:
-    """Those of some edges (``rows``) that are inside a component, of classes or of nodes, in which
-    some edge meets each condition, and the component of each end."""
+    """Return the edges (``rows``) inside a component, of classes or of nodes, in which some edge
+    meets each condition, and the component of each end."""
     tails, heads = (list(map(ends.__getitem__, rows)) for ends in (edges.sources, edges.targets))
     pairs: Iterable[Edge] = zip(tails, heads, strict=True)
     if classes is not None:

@@ -10,7 +10,7 @@ from safenav.spec.specification import Constraint
 
 
 class Fault(StrEnum):
-    """The defects of an automaton; the value is the wording."""
+    """Defects of an automaton; the value is the wording."""
 
     NO_START = "no node to start from"
     RANGE = "a value outside its range"
@@ -25,12 +25,12 @@ class Fault(StrEnum):
 
 
 class Failure(Struct, frozen=True):
-    """One fault, and how to get there.
+    """A fault, and a path to it.
 
-    ``node``: where it is, None if it concerns no node; ``state``: that node in words.
-    ``successor``: the other end of a wrong transition. ``constraint``: what is violated, with
-    its origin. ``path``: shortest from an initial node to ``node``. ``cycle``: nodes of a
-    closed walk from ``node``, for faults of liveness. ``detail``: the move in question.
+    ``node``: its node, None if it concerns no node; ``state``: that node in words. ``successor``:
+    the other end of a wrong transition. ``constraint``: the violated constraint, with its origin.
+    ``path``: a shortest one from an initial node to ``node``. ``cycle``: nodes of a closed walk
+    from ``node``, for faults of liveness. ``detail``: the move in question.
     """
 
     fault: Fault
@@ -59,8 +59,8 @@ class Failure(Struct, frozen=True):
 
 
 class Verification(Struct, frozen=True):
-    """The outcome of a check: ``failures`` has the shallowest one of each kind and constraint;
-    ``nodes`` and ``edges`` were reached and checked. ``vacuous``: no initial state satisfies the
+    """Result of a check. ``failures``: the shallowest one of each kind and constraint; ``nodes``,
+    ``edges``: how many were reached and checked. ``vacuous``: no initial state satisfies the
     assumptions, so the strategy guarantees nothing."""
 
     failures: tuple[Failure, ...]

@@ -1,9 +1,9 @@
-"""Moves one at a time against the text of the specification, where no strategy is listed.
+"""Checks of single moves against the text of the specification, for strategies on demand.
 
-The synthesizer says where it goes and how far that is from its goal; whether the move keeps the
-specification is found out here from its text alone. The properties that ``verify_strategy``
-proves for a whole listed strategy then hold for each move made: the guarantees were kept, and
-the robot came closer to its goal or waits for an assumption which did not hold.
+The synthesizer reports its move and the distance to its goal; this module checks the move with the
+text alone. The properties that ``verify_strategy`` proves for an explicit strategy then hold for
+each move made: the guarantees were kept, and the robot came closer to its goal or waits for an
+assumption that did not hold.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ Values = Mapping[str, int]
 
 
 class MoveCheck:
-    """Checks the answers of a synthesizer for one specification.
+    """Checks the replies of a synthesizer for one specification.
 
-    Raises InputError if the specification cannot be read; the methods raise SynthesizerError for
-    an answer that is wrong.
+    Raises InputError if the specification cannot be read; the methods raise SynthesizerError for a
+    wrong reply.
     """
 
     def __init__(self, spec: Specification) -> None:
@@ -31,8 +31,8 @@ class MoveCheck:
         self._inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
 
     def position(self, position: Position) -> None:
-        """A play may continue from here: its values, its goal and its awaited assumption exist.
-        Its moves are checked when they are made."""
+        """Check that a play may continue from here: its values, its goal and its awaited assumption
+        exist. Its moves are checked when they are made."""
         self._ranges(position.values)
         count = max(1, len(self._sections[Section.SYS_LIVENESS]))
         if not 0 <= position.goal < count:
@@ -46,7 +46,7 @@ class MoveCheck:
                 raise self.wrong(f"a start that violates {constraint.origin}", constraint)
 
     def refusal(self, here: Position, inputs: Values) -> None:
-        """No answer to these next inputs: then an assumption excludes them."""
+        """Check a refusal of these next inputs: some assumption must exclude them."""
         if not self._within({name: inputs[name] for name in self._inputs}):
             return
         following = {**here.values, **{name: inputs[name] for name in self._inputs}}
@@ -54,7 +54,8 @@ class MoveCheck:
             raise self.wrong("no move, though every assumption holds")
 
     def move(self, here: Position, inputs: Values, move: ServedMove) -> None:
-        """The answer to these next inputs: allowed, and closer to the goal."""
+        """Check the reply to these next inputs: the move is allowed, and makes progress to the
+        goal."""
         before, after = here.values, move.to.values
         if any(after[name] != inputs[name] for name in self._inputs):
             raise self.wrong("a move for other inputs than requested")
@@ -106,7 +107,7 @@ class MoveCheck:
         )
 
     def wrong(self, said: str, constraint: Constraint | None = None) -> SynthesizerError:
-        """The error about an answer; ``constraint``: what it breaks."""
+        """Return the error about a reply; ``constraint``: the constraint that it violates."""
         formula = f" [{constraint.formula}]" if constraint is not None else ""
         return SynthesizerError(
             f"the synthesizer sent a wrong move for {self._spec.robot}: {said}{formula}"

@@ -39,7 +39,8 @@ def verify_strategy(spec: Specification, strategy: Strategy, alive: Alive = quie
 def verify_counterstrategy(
     spec: Specification, counterstrategy: Strategy, alive: Alive = quiet
 ) -> Verification:
-    """Check a strategy of the environment: the proof that no strategy of the system exists."""
+    """Check a strategy of the environment: the proof that no strategy of the system exists.
+    Arguments and errors as in ``verify_strategy``."""
     starts = counterstrategy_starts(spec, counterstrategy)
     automaton = Automaton(spec, counterstrategy, starts, alive)
     failures = tuple(counterstrategy_failures(automaton))
@@ -52,7 +53,7 @@ def first_failure(
     is_counterstrategy: bool = False,
     alive: Alive = quiet,
 ) -> str | None:
-    """The first defect of an automaton, in words; None if it satisfies the specification.
+    """Return the first defect of an automaton, in words; None if it satisfies the specification.
 
     A synthesizer takes this as its ``verifier``. Raises as ``verify_strategy`` does.
     """
@@ -75,7 +76,8 @@ def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
 
 
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Each initial input of the environment needs a start; the starts satisfy both INITs."""
+    """Yield a missing start: each initial input of the environment needs a node that satisfies both
+    INITs."""
     completions = _starts(automaton)
     unknown = _inputs(automaton)
     covered = {automaton.part(node, Owner.INPUT) for node in automaton.starts}
@@ -95,12 +97,13 @@ def _inputs(automaton: Automaton) -> list[Slot]:
 
 
 def _starts(automaton: Automaton) -> Completions:
-    """Initial inputs that the assumptions allow."""
+    """Return the completions of the empty row: the initial inputs that the assumptions allow."""
     return Completions((), _inputs(automaton), automaton.clauses(Section.ENV_INIT))
 
 
 def _why_no_start(automaton: Automaton) -> Constraint | None:
-    """The violation at the automaton's first node, if that is why it has no start at all."""
+    """Return the constraint that the automaton's first node violates, if the automaton has no
+    start."""
     if automaton.starts or not len(automaton.strategy.states):
         return None
     values = automaton.strategy.values(0)
@@ -111,7 +114,8 @@ def _why_no_start(automaton: Automaton) -> Constraint | None:
 def _successor_failures(
     automaton: Automaton, assumed: Sequence[Clause], forbidden: int
 ) -> Iterator[Failure]:
-    """One successor for each allowed next input: as many different ones as are allowed."""
+    """Yield nodes without exactly one successor for each allowed next input. Counting suffices:
+    there must be as many different inputs as are allowed."""
     completions = Completions(automaton.current, automaton.next_inputs, assumed)
     rows = [automaton.values[node] for node in automaton.nodes]
     allowed = completions.count(rows)

@@ -1,1 +1,1 @@
-"""Possibilities of the team at a line: reachable poses, duties, lower bounds on times."""
+"""The team's possibilities at a line: reachable poses, duties, lower bounds on times."""

@@ -1,4 +1,4 @@
-"""The moment that a proof concerns: the team, the obstacles in its way, the goals left."""
+"""The case of a proof: the team, the known obstacles and the remaining goals at its moment."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from safenav.audit.run.turn import Status
 
 @dataclass(frozen=True)
 class RemainingGoals:
-    """The goals that a robot has still to meet. ``targets``: the poses where each is met,
-    ``in_order`` or not; ``ends``: once, and it stays at the last one. ``awaited``: those that may
-    be next; ``covered``: those met in this round, ``met`` as a number. ``either``: it has two, of
-    which either may come first after a resolution."""
+    """The goals that a robot must still meet. ``targets``: the poses that meet each goal;
+    ``in_order``: in turn, otherwise in any order; ``ends``: each once, then it stays at the last
+    one. ``awaited``: the goals that may be next; ``covered``: those met in this round; ``met``: how
+    many these are. ``either``: after a resolution, either of its two goals may come first."""
 
     targets: tuple[Poses, ...]
     in_order: bool = True
@@ -36,14 +36,14 @@ class RemainingGoals:
 
 
 class Recalled(str):
-    """A robot's ``heading``, with the number of its memory and the goals that its step has met
-    where staying at neither end does: in place of a heading it makes a state of a pose."""
+    """A robot's ``heading``, with the number of its memory and the goals that only its last step
+    has met. In place of the heading it turns a pose into a state."""
 
     heading: str | None
 
     @classmethod
     def of(cls, pose: Pose, memory: int, met: frozenset[int] = frozenset()) -> Pose:
-        """The state of a pose with a memory."""
+        """Return the state of a pose with a memory and met goals."""
         region, heading = pose
         recalled = cls(f"{heading} {memory} {sorted(met)}")
         recalled.heading = heading
@@ -51,18 +51,18 @@ class Recalled(str):
 
 
 def plain(state: Pose) -> Pose:
-    """The pose of a state."""
+    """Return the pose of a state."""
     region, heading = state
     return region, heading.heading if isinstance(heading, Recalled) else heading
 
 
 @dataclass(frozen=True)
 class Case:
-    """``at``: each robot's pose, or where it will arrive. ``obstacles``: known and unresolved ones;
-    ``shut``: obstacles that can never be resolved.
-    ``rounds``: how often an objective is to be met after a resolution. ``zones``: robots of which
-    at most one is in some regions. ``flat``: the type of obstacle whose resolution, that of a
-    battery, resets no rounds."""
+    """The situation that a proof concerns. ``at``: each robot's pose; in transit, the pose where it
+    will arrive. ``obstacles``: the known unresolved ones; ``shut``: obstacles that can never be
+    resolved. ``wishes``: the remaining goals of each robot. ``rounds``: how often an objective must
+    be met after a resolution. ``zones``: sets of robots of which at most one may be in some
+    regions. ``flat``: the obstacle type of an empty battery, whose resolution resets no rounds."""
 
     team: Team
     at: Mapping[str, Pose]
@@ -85,9 +85,9 @@ def case_of(
     memory: Mapping[str, int] | None = None,
 ) -> Case | None:
     """Return the case at a line of the trace; None if this check does not read some robot's
-    formulas. ``hopeful``: as if every robot were in service. ``begins``: the first strategies are
-    found, before the requests of the run before are decided. ``memory``: the number of what the
-    formulas of some robots remember, whose poses are states then."""
+    formulas. ``hopeful``: assume that every robot is in service. ``begins``: the first strategies
+    are computed, before the requests of the earlier run are decided. ``memory``: the number of each
+    robot's formula memory; the poses of these robots are states."""
     out: Collection[str] = () if hopeful else now.out
     team = team_of(now, out)
     if team is None:
@@ -116,7 +116,7 @@ def case_of(
 
 
 def with_memory(member: Member, formulas: Formulas) -> Member:
-    """A robot whose poses are states. It may also stay, and remember something else then."""
+    """Return a robot whose poses are states. It may also stay and change its memory."""
     edges: dict[tuple[Pose, int], set[tuple[Pose, int, frozenset[int]]]] = {}
     for here, to in member.steps.items():
         for there in (here, *to):
@@ -161,8 +161,8 @@ def _remaining_goals(name: str, now: Situation, team: Team) -> RemainingGoals:
 
 
 def _awaited(name: str, objective: Objective, now: Situation) -> tuple[int, ...]:
-    """Return the targets that may be next: a strict objective of which no target is met may begin
-    with any, unless it is literal."""
+    """Return the targets that may be next: with a strict objective without a met target, any of
+    them, unless it is literal."""
     count, progress = len(objective.targets), now.progress[name]
     known, goals = progress.awaited, progress.goals
     if objective.literal and now.objectives[name] == objective and known is not None:

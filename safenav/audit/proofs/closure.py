@@ -1,15 +1,15 @@
-"""Closure tables: a set of poses for each robot that it cannot leave, whatever is resolved.
+"""Closure tables: for each robot a set of poses that it cannot leave, whatever is resolved.
 
-Accepted if each robot begins inside its set, no step leads out of it, every obstacle that the proof
-lists as never resolved has a need for which too few robots reach the regions where it is met, and
-some robot cannot continue forever in its set. By induction over the steps no robot ever leaves its
-set, and no obstacle listed as never resolved is resolved. Collisions are ignored: they only remove
-moves.
+A table is accepted if each robot begins inside its set, no step leads out of it, every obstacle
+listed as never resolved has a need whose regions too few robots reach, and some robot cannot
+continue forever in its set. By induction over the steps no robot ever leaves its set, and no
+obstacle listed as never resolved is resolved. Collisions are ignored: they only remove moves.
 
-Where irreversible choices matter, trees: every possible choice, and a proof after each. A choice is
-the present need of an obstacle and a group of robots that meets it. One from which each robot of
-the group can return to every pose that it could reach before loses nothing, so it stands for all
-others."""
+Trees prove cases with irreversible choices: every possible choice, with a proof after each. A
+choice is the next need of an obstacle and a group of robots that meets it. A lossless choice, after
+which each robot of the group can return to every pose that it could reach before, stands for all
+others.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ Sets = Mapping[str, Poses]
 def closure_problems(
     proof: Mapping[str, Any], case: Case, lame: bool, start: Sets | None = None
 ) -> Iterator[str]:
-    """Yield why a closure table does not hold. ``lame``: some robot must be unable to continue in
-    it. ``start``: where each robot may be (default: where it is)."""
+    """Yield the errors of a closure table. ``lame``: some robot must be unable to continue in it.
+    ``start``: the possible poses of each robot (default: its present pose)."""
     never = [name for name in proof["never"] if name not in case.shut]
     away, tables = proof["resolved"], proof["robots"]
     known = {obstacle.name: obstacle for obstacle in case.obstacles}
@@ -52,14 +52,14 @@ def closure_problems(
     }
     stuck = list[OpenObstacle]()
     carried = [known[name] for name in never]
-    while True:  # robots carry forever what is never brought any further
+    while True:  # loads whose next need is never met are carried forever
         full = case.team.full(carried)
         kept = [one for one in carried if next(_stuck_at(one, case, inside, full), None) == 0]
         if kept == carried:
             break
         carried = kept
     for name in never:
-        # The earlier it is stuck, the more it closes; any stage that the sets agree with will do.
+        # The earlier it is stuck, the more it closes; any stage consistent with the sets suffices.
         stage = next(_stuck_at(known[name], case, inside, full), None)
         if stage is None:
             yield f"{name} can be resolved: enough robots reach its resolution regions"
@@ -75,13 +75,13 @@ def closure_problems(
 def _stuck_at(
     obstacle: OpenObstacle, case: Case, inside: Sets, full: frozenset[str]
 ) -> Iterator[int]:
-    """Yield the open needs for which too few robots can reach the regions of their actions.
-    ``full``: robots that can never take another load."""
+    """Yield the indices of open needs whose regions too few robots can reach. ``full``: robots that
+    can never take another load."""
     left, regions = obstacle.left, {n: {at for at, _ in there} for n, there in inside.items()}
     for number, need in enumerate(left):
         begin = number
         while begin and left[begin].same:
-            begin -= 1  # the same robots must have met it, so they got there, too
+            begin -= 1  # the same robots met it, so they reach its regions too
         able = {
             name: inside[name]
             for name in frozenset.intersection(*(one.able for one in left[begin : number + 1]))
@@ -143,7 +143,7 @@ class _Budget:
 
 
 def tree_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
-    """Yield why a tree does not hold. Raises TooManyError."""
+    """Yield the errors of a tree. Raises TooManyError."""
     sets = {name: frozenset([pose]) for name, pose in case.at.items()}
     yield from _problems(proof, case, sets, _Budget(), 0)
 

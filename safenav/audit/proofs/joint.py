@@ -1,9 +1,10 @@
-"""Joint proofs: robots that share a floor cannot complete, whatever each of them does.
+"""Joint proofs: robots that share a floor cannot complete the mission, whatever each does.
 
-The joint states are enumerated again: each robot's pose, the goals that it has still to meet, the
-stage of each obstacle. One robot moves at a time into a region that no robot in conflict with it
-occupies. Accepted if no reachable state completes the mission, and if the reachable poses are those
-that the proof counts."""
+The joint states are enumerated again: each robot's pose and remaining goals, and the stage of each
+obstacle. One robot moves at a time, into a region that no robot in conflict with it occupies. A
+proof is accepted if no reachable state completes the mission, and the reachable poses are those
+that the proof counts.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +24,11 @@ from safenav.audit.proofs.case import Case, RemainingGoals, plain
 MOST_STATES = 200_000
 
 Left = tuple[int, int]
-"""Remaining work of a robot: in order, the goals left and which is next (``EITHER``: the one that
-it meets first); otherwise the rounds left and the targets covered in this one, bit by bit."""
+"""Remaining work of a robot. In order: the number of goals left, and the next one (``EITHER``: the
+one that it meets first). In any order: the rounds left, and a bit mask of the targets covered."""
 EITHER = -1
 ELSEWHERE = -1
-"""The region of a robot that is where no obstacle has anything to do with it."""
+"""Stands for all regions that are irrelevant to the obstacles."""
 
 
 class _State(NamedTuple):
@@ -37,8 +38,8 @@ class _State(NamedTuple):
 
     @property
     def rank(self) -> int:
-        """Return the rank of a state. States with less left to do are examined first: that refutes
-        a false proof early."""
+        """The number of goals or rounds left. States with fewer are examined first: that refutes a
+        false proof early."""
         return sum(goals for goals, _ in self.left)
 
 
@@ -81,8 +82,8 @@ def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> 
 
 
 def can_be_served(names: Collection[str], case: Case, most: int) -> bool | None:
-    """Whether the robots can complete the mission with these obstacles resolved; None if there are
-    more than ``most`` joint states."""
+    """Return whether the robots can complete the mission with these obstacles resolved; None if
+    there are more than ``most`` joint states."""
     every, served = _Enumeration(case, [*case.at], case.obstacles), {*names}
 
     def serves(state: _State) -> bool:
@@ -93,7 +94,7 @@ def can_be_served(names: Collection[str], case: Case, most: int) -> bool | None:
 
 
 def can_get(robot: str, regions: Collection[int], case: Case, most: int) -> bool | None:
-    """Whether the robots can move so that one of them is in one of the regions; None if there are
+    """Return whether the team's moves can bring a robot to one of the regions; None if there are
     more than ``most`` joint states."""
     every, index = _Enumeration(case, [*case.at], case.obstacles), [*case.at].index(robot)
     return every.reaches(lambda state: state.poses[index][0] in regions, most)
@@ -104,12 +105,13 @@ class _Enumeration:
         self._case, self._team, self._robots = case, case.team, robots
         self._wishes = [case.wishes[name] for name in robots]
         self._obstacles = obstacles
-        # Most moves lead from nowhere of interest to nowhere of interest.
+        # Cached, because most moves concern no relevant region.
         self._relevant_regions = cache(_relevant_regions)
         self._after_acting, self._closed = cache(self._performed), cache(self._closed_to)
 
     def reaches(self, is_wanted: Callable[[_State], bool], most: int) -> bool | None:
-        """Whether a wanted state is reachable; None if there are more than ``most`` states."""
+        """Return whether a wanted state is reachable; None if there are more than ``most``
+        states."""
         for state, seen in self._reached():
             if is_wanted(state):
                 return True
@@ -137,8 +139,8 @@ class _Enumeration:
             yield "the reachable states are not those of the proof (sha256)"
 
     def _reached(self) -> Iterator[tuple[_State, int]]:
-        """Yield the reachable states, those with the least to do first, each with the number of
-        states that were found before it was examined."""
+        """Yield the reachable states, those with the least rank first, each with the number of
+        states found before it was examined."""
         queue, seen, after = list[tuple[int, int, _State]](), set[_State](), iter(self._starts())
         while True:
             for found in after:
@@ -160,7 +162,7 @@ class _Enumeration:
                 choices.append([((count - first) * (wish.rounds_left > 0), first)])
             elif wish.in_order:
                 goals = max(wish.rounds_left * count - wish.met, 0)
-                either = wish.either and len(wish.awaited) == count  # to begin sooner loses nothing
+                either = wish.either and len(wish.awaited) == count  # an early start loses nothing
                 choices.append([(goals, k) for k in ((EITHER,) if either else wish.awaited)])
             else:
                 choices.append([(wish.rounds_left, sum(1 << k for k in wish.covered))])
@@ -189,8 +191,8 @@ class _Enumeration:
         )
 
     def _settled(self, state: _State, moved: int | None = None) -> _State:
-        """Return the state after all that is done where the robots stand: actions, then goals.
-        Only the one that has ``moved`` can meet a goal then, unless something is resolved."""
+        """Return the state after all actions, then all goals, of the robots where they stand. Only
+        the robot that has ``moved`` can meet a goal, unless an obstacle is resolved."""
         after = self._after_acting(state.obstacles, self._places(state))
         obstacles, left = tuple(obstacle for obstacle in after if obstacle.left), state.left
         restarts = any(not each.left and each.order[0] != self._case.flat for each in after)
@@ -210,7 +212,7 @@ class _Enumeration:
     def _closed_to(
         self, name: str, obstacles: OpenObstacles, places: tuple[int, ...]
     ) -> frozenset[int]:
-        """Return the regions that obstacles and their resolution keep a robot out of."""
+        """Return the regions that obstacles and their resolution close to a robot."""
         at, shut = dict(zip(self._robots, places, strict=True)), self._team.walls(name, obstacles)
         for obstacle in obstacles:
             resolving = _resolving(obstacle)
@@ -221,8 +223,8 @@ class _Enumeration:
         return shut
 
     def _performed(self, obstacles: OpenObstacles, places: tuple[int, ...]) -> OpenObstacles:
-        """Return the obstacles after the actions that the robots can perform where they stand:
-        loads are taken last, in their order, by robots that can carry one more."""
+        """Return the obstacles after all actions that the robots can perform where they stand.
+        Loads are taken last, in their order, by robots that can carry one more."""
         at = dict(zip(self._robots, places, strict=True))
         after = [_performed(obstacle, at, None) for obstacle in obstacles]
         loads = [k for k, obstacle in enumerate(after) if obstacle.takes()]
@@ -231,8 +233,8 @@ class _Enumeration:
         return tuple(after)
 
     def _anew(self, wish: RemainingGoals, left: Left) -> Left:
-        """Rounds count from the last resolution; the order of the targets is kept, but of two of a
-        strict objective either may come first."""
+        """Return the remaining work after a resolution: rounds restart. The order of the targets is
+        kept, but either of the two targets of a strict objective may come first."""
         rounds, count = self._case.rounds, len(wish.targets)
         if wish.ends:
             return count - left[1], left[1]
@@ -242,7 +244,8 @@ class _Enumeration:
 
 
 def _relevant_regions(obstacles: OpenObstacles) -> frozenset[int]:
-    """Return the regions in which a robot resolves some obstacle or keeps others from it."""
+    """Return the regions where robots resolve an obstacle, or keep others from entering or
+    resolving it."""
     there = frozenset(obstacle.region for obstacle in obstacles)
     needs = (need.regions for obstacle in obstacles for need in obstacle.left)
     return there.union(*needs, *(obstacle.sweeps for obstacle in obstacles))
@@ -284,7 +287,7 @@ def _clear_of(obstacle: OpenObstacle, robot: str, at: Mapping[str, int]) -> bool
 
 
 def _met(wish: RemainingGoals, pose: Pose, left: Left) -> Left:
-    goals, covered = left  # in order: which is next
+    goals, covered = left  # in order: the next goal
     count = len(wish.targets)
     if wish.in_order:
         if covered == EITHER:

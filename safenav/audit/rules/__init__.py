@@ -1,1 +1,1 @@
-"""The rules of a trace, one module for each concern."""
+"""Rules of a trace, one module per concern."""

@@ -13,7 +13,7 @@ DECIMALS = 6
 
 
 class Robots:
-    """The robots, with the header and its map. Only ``situation`` changes them."""
+    """The robots, with the header and its map. Only ``Situation`` changes them."""
 
     def __init__(self, header: Line) -> None:
         self.header = header.scenario
@@ -30,8 +30,8 @@ class Robots:
         self.base = dict(self.own)
         """The objectives of the header, which robots have while no input gives them another."""
         self.objectives = dict(self.own)
-        """The objectives in force; ``own``: those that the robots have for themselves. Turns keep
-        it, so it is replaced, never changed."""
+        """The objectives in force; ``own``: the robots' own ones. Turns keep the mapping, so it is
+        replaced, never changed."""
         self.begun = self.header.begun or Made()
         """The run that this one continues; without fields if there is none."""
         self.done: dict[str, Line] = dict(self.begun.robots or {})
@@ -48,9 +48,9 @@ class Robots:
         self.inputs = {each.name: False for each in self.header.inputs or ()}
         self.beliefs: dict[tuple[str, str], Line] = {}
         self.charge = {n: float(r.battery.start) for n, r in robots.items() if r.battery}
-        """Of robots with a battery; live, when their last step ended or began."""
+        """Charge of each robot with a battery; live, when its last step ended or began."""
         self.stands = dict.fromkeys(self.charge, 0.0)
-        """Live: when that was, of those that have ended it."""
+        """Live: the time of that charge, in seconds, for robots whose last step has ended."""
         self.out: set[str] = set()
         """The robots that are out of service."""
         self.awaiting: set[str] = set()

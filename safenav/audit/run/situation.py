@@ -61,7 +61,8 @@ class Situation(Actions):
         self.turn = Turn(record.tick, robot, record.line, self.objectives, *origin)
 
     def ends_step(self, move: Line) -> None:
-        """In ticks, before the rules judge a move: note if it ends where it should not."""
+        """In ticks, before the rules judge a move: record whether it ends elsewhere than
+        commanded."""
         if move.result is None:
             self.ended.pop(move.robot, None)
         else:

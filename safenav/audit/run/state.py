@@ -28,7 +28,7 @@ class State(Robots):
         self.given_up: dict[str, dict[str, int]] = {}
         """The requests for obstacles that are given up."""
         self.permanent = stays
-        """The obstacles of which an operator says that they stay."""
+        """The obstacles that an operator has declared permanent."""
         self.aside: set[str] = set()
         """The obstacles that no joint state serves until something changes."""
         self.orders: set[str] = set()
@@ -37,17 +37,17 @@ class State(Robots):
         self.helping: dict[str, frozenset[str]] = {}
         """The helpers of each obstacle that were named last."""
         self.resting = frozenset[str]()
-        """Those that have no duty, since they are out of service."""
+        """The robots without a duty because they are out of service."""
         self.named: dict[str, str] = {}
         """The obstacle for which each robot was named a helper last."""
         self.helped: dict[str, str] = {}
-        """The same as the objectives in force were put in force."""
+        """The same, at the last change of the objectives in force."""
         self.barred: set[tuple[str, str]] = set()
-        """Live: (robot, obstacle) where actions have failed until the robot leaves it to others."""
+        """Live: (robot, obstacle) that the robot leaves to others, because its actions failed."""
         self.acts: tuple[Line, ...] = ()
-        """Who acts where next, by the last line of that kind."""
+        """The acts of the last ``acts`` line."""
         self.plan: Line | None = None
-        """The joint plan in force; robots do not keep to their acts then."""
+        """The joint plan in force; meanwhile robots do not follow their acts."""
         self.waits: Line | None = None
         """The line by which the team waits for an operator, or for a change of the scenario."""
         self.fails_in: int | None = None
@@ -81,7 +81,7 @@ class State(Robots):
             name: self.opened(name) if self.status[name] is Status.UNRESOLVED else obstacle.opened()
             for name, obstacle in self.obstacles.items()
         }
-        """Each obstacle with its needs as far as they are not met; its last need stays."""
+        """Each obstacle with its unmet needs; its last need always stays."""
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Obstacles that the scenario lists, or that a line has described."""
         self.obstacles_at: dict[int, list[Obstacle]] = {}

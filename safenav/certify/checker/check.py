@@ -1,17 +1,18 @@
-"""Check a bundle: the proof that a run of robots did what it should, by strategies that had to.
+"""Check a bundle: the proof that a run of robots followed its rules, by proven strategies.
 
     python3 -I -S check.py BUNDLE [--json]
 
-BUNDLE is a folder or a .zip. Exit status 0: accepted; 1: refused, with the first reason; 2: no
-bundle; 3: larger than this checker takes on. Only Python's standard library is needed.
+BUNDLE is a folder or a .zip. Exit status 0: accepted; 1: refused, with the first reason; 2: not a
+bundle; 3: exceeds the limits of this checker. Only Python's standard library is needed.
 
 The folder ``audit`` has the rules of a run: each move is legal, obstacles are resolved by robots
-that can, negatives are proven, the outcome is what happened. The first broken rule refuses the
-bundle. ``Evidence`` is one rule more: check_strategies.py shows what strategies keep, or that there
-is no strategy, and each move is its strategy's answer, a stay, a step back from an obstacle or a
-step of a joint plan. These stay trusted: this program and Python; the step from the YAML file to
-scenario.json (its grid is compared); that the trace records what happened, and that robots move as
-their mobility states."""
+that can, negatives are proven, the outcome is true. The first broken rule refuses the bundle.
+``Evidence`` is one more rule: check_strategies.py shows the guarantees of each strategy, or that no
+strategy exists, and each move is a successor of its strategy, a stay, a backtrack from an obstacle
+or a step of a joint plan. The following stays trusted: this program and Python; the translation of
+the YAML file to scenario.json (its grid is compared); the truth of the trace; the mobility of the
+robots.
+"""
 
 from __future__ import annotations
 
@@ -29,12 +30,12 @@ if __name__ == "__main__":
     own = Path(__file__).resolve().parent
     parts = [*own.glob("__pycache__"), *own.glob("check_*"), *(own / "audit").rglob("*")]
     unread = [p for p in parts if p.suffix != ".py" and (p.parent == own or not p.is_dir())]
-    if unread:  # compiled, or a package of that name
+    if unread:  # compiled code, or a package with the name of a module
         sys.exit(
             f"refused: Python may run {unread[0]} in place of a part of this checker: remove it"
         )
     sys.dont_write_bytecode = True  # a bundle stays as it is
-    sys.path.append(str(own))  # behind the library: no file of a bundle stands in for a part of it
+    sys.path.append(str(own))  # last, so that no file of a bundle replaces a standard module
 
 try:
     from safenav.audit.language import RefusedError, TooLargeError, require
@@ -51,11 +52,12 @@ KNOWN = re.compile(
     r"(trace|motion)\.jsonl|(scenario|assurance)\.json|index\.html"
     r"|(check|audit/(\w+/)*)\w*\.py|source/(?!\.+$)[^/\\]+"
 )
-"""Files of every bundle. The others are named by the lines of its trace."""
+"""Names of files that need no line. All others are named by the lines of the trace."""
 
 
 def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
-    """Return the files of a bundle, each as its manifest states, and the manifest."""
+    """Return the files of a bundle and the manifest. Refuse unless each file is as the manifest
+    states."""
     if place.is_dir():
         found = [path for path in place.rglob("*") if path.is_file()]
         files: dict[str, Any] = {path.relative_to(place).as_posix(): path for path in found}
@@ -86,7 +88,7 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
 
 
 def check_page(run: Evidence) -> None:
-    """Refuse unless the page and its facts state what is established, and nothing else."""
+    """Refuse unless the page and its facts state exactly the established claims."""
     facts, shown = run.json("assurance.json"), run.text("index.html")
     require(facts["claims"] == run.claims, "assurance.json states other claims")
     texts = [claim["text"] for claim in run.claims]
@@ -104,8 +106,8 @@ def check_page(run: Evidence) -> None:
 
 
 def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
-    """Return the verdict, the reason, the claims that are established (``compare``: the
-    manifest's)."""
+    """Return the verdict, the reason, and the established claims. ``compare``: they must be those
+    of the manifest."""
     run, verdict, reason = None, "refused", ""
     try:
         files, manifest = open_bundle(place)

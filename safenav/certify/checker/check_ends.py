@@ -1,4 +1,4 @@
-"""Claims about the end of a run, and about obstacles and promises that it gives up."""
+"""Claims about the end of a run, permanent obstacles and lost deadlines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from safenav.certify.checker.check_strategies import Json
 
 
 def conclude(run: Any, record: Line, now: Situation) -> None:
-    """Claim what lines of a result say, which the rules have judged. ``run``: its Evidence."""
+    """Add the claims of a line that the rules have judged. ``run``: its Evidence."""
     proof = proof_of(record)
     if proof is not None and team_of(now) is None:
         raise TooLargeError("formulas that this checker does not read; not certified")
@@ -32,13 +32,14 @@ def conclude(run: Any, record: Line, now: Situation) -> None:
 
 
 def outcome(run: Any, record: Line, now: Situation) -> str:
-    """Return the claim about the end of the run."""
+    """Return the claim about the end of the run. Raises RefusedError if the outcome is not
+    proven."""
     what, rounds = record.outcome, now.header.until.rounds or 0
     if what == "completed":
         for name, robot in run.robots.items():
             goals = [line.goal for line in now.progress[name].goals]
             met = min(map(goals.count, robot.own.goals))
-            own = robot.own  # of one that stays, or of mere safety, each tick counts
+            own = robot.own  # without goals, or at its last target, each tick counts
             lasts = own.shape.settles or (own.kind == "ltl" and not own.liveness)
             require(lasts or met >= rounds, f"{name} has met its objective only {met} times")
         often = "once" if rounds == 1 else f"{rounds} times"

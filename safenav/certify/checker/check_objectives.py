@@ -1,4 +1,4 @@
-"""The objective of a robot, as the header of a trace has it: its targets, rules and words."""
+"""A robot's objective in the header of a trace: its targets, rules and wording."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ LOOSELY = "; it may cross a target out of turn"
 
 
 class Objective:
-    """A robot's objective: ``targets``, sets of regions of which any one counts, or formulas.
-    ``goals``: their numbers. ``ranges``: the values of its memory, now and next."""
+    """A robot's objective: ``targets``, sets of regions any of which counts, or formulas.
+    ``goals``: numbers of its goals; ``ranges``: the values of its memory and inputs, now and next.
+    """
 
     def __init__(self, data: Json) -> None:
         told = read_objective(data)
@@ -35,7 +36,7 @@ class Objective:
         require(readable, f"a {self.kind} without targets")
         own: Json = data["ltl"] if self.kind == "ltl" else {}
         memory: Json = own.get("memory", {})
-        self.inputs = [*own.get("inputs", ())]  # of the environment, that its formulas name
+        self.inputs = [*own.get("inputs", ())]  # environment inputs that its formulas name
         bits = (name for name, given in memory.items() if given == "bool")
         truths = frozenset((*bits, *self.inputs))
         texts = (own.get(part, ()) for part in ("init", "safety", "liveness"))
@@ -54,21 +55,21 @@ class Objective:
         self.ranges = both | {f"{name}'": values for name, values in both.items()}
 
     def serves(self, wanted: Objective) -> bool:
-        """Return whether it is the wanted one, or requires its targets in turn."""
+        """Return whether this is the wanted objective, or requires the same targets in turn."""
         weaker = {} if "form" in wanted.data else wanted.alternating()
         return self.data in (wanted.data, weaker)
 
     def alternating(self) -> Json:
-        """Return the data of its weaker form, about the same and under the same rules."""
+        """Return the data of its weaker form, with the same targets and rules."""
         weaker = {self.kind: ALTERNATION} if self.shape.strict else {}
         return {weaker.get(key, key): value for key, value in self.data.items()}
 
     def rules(self) -> tuple[Any, ...]:
-        """Return what holds whatever the robot does."""
+        """Return its safety rules: the regions that it avoids, and ``always``."""
         return self.avoid, self.always
 
     def formed(self, form: str | None) -> Objective:
-        """Return the objective that a strategy for it in this form pursues."""
+        """Return the objective that a strategy synthesized in this form pursues."""
         if not self.shape.strict or form != "alternation":
             return self
         found = f"a {self.kind} with 'form: literal' is made an alternation"
@@ -76,14 +77,14 @@ class Objective:
         return Objective(self.alternating())
 
     def words(self, world: World, form: str = "literal") -> str:
-        """Return it as a sentence without its subject; ``form``: the weakest one that was proven,
-        empty if none was."""
+        """Return the objective as a sentence without its subject. ``form``: the weakest proven
+        form, empty if there is none."""
         never = ", ".join(world.word([region]) for region in sorted(self.avoid))
         rest = f"; never enter {never}" if never else ""
         return self._aims(world, form) + rest + "".join(f"; always {text}" for text in self.always)
 
     def proven(self, robot: str, world: World, claims: Iterable[Json]) -> str:
-        """Return the objective as the sentence that claims use for its proven form."""
+        """Return the objective in the wording of the claim about its proven form."""
         forms = [self.words(world, form) for form in ("literal", "alternation", "")]
         texts = (re.sub(r"^Tick \d+: ", "", claim["text"]) for claim in claims)
         found = (words for text in texts for words in forms if text == f"{robot}: {words}.")
@@ -104,12 +105,12 @@ class Objective:
         return f"be at {' and '.join(listed)}{turns}, infinitely often{how}"
 
     def permits(self, before: Pose, after: Pose) -> bool:
-        """Return whether a step keeps its formulas and what it avoids."""
+        """Return whether a step satisfies its formulas and enters no region that it avoids."""
         return after[0] not in self.avoid and self.allows(self.safety, before, after)
 
     def allows(self, lines: Iterable[Clause], before: Pose, after: Pose) -> bool:
-        """Return whether formulas hold at a step, with some memory of at most MOST_MEMORY
-        values."""
+        """Return whether formulas hold at a step for some memory. If the memory has more than
+        MOST_MEMORY values, formulas that read it are skipped."""
         known, few = named(before, after), prod(map(len, self.memory.values())) <= MOST_MEMORY
         asked = [line for line in lines if few or line.reads <= known.keys()]
         wanted = sorted(set().union(*(line.reads for line in asked)) - known.keys())

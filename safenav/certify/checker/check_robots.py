@@ -1,4 +1,4 @@
-"""A robot in the run of a bundle: where it is, and where in its strategy it may be."""
+"""A robot in the run of a bundle: its pose, and its possible strategy nodes."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from safenav.certify.checker.check_strategies import Json
 
 
 class Robot:
-    """The strategy of a robot at some moment; ``data``: as the header has it."""
+    """A robot and its strategy at a moment of the run. ``data``: its entry in the header."""
 
     def __init__(self, name: str, data: Json, now: Situation) -> None:
         self.name, self.data, self.now = name, data, now
-        self.own = self.objective = Objective(data["objective"])  # its own, and the one in force
+        self.own = self.objective = Objective(data["objective"])  # the latter: in force
         self.task: Any = None
-        self.nodes, self.came_from = set[int](), set[int]()  # where its strategy may be, and was
-        self.answers: set[int] | None = None  # of its strategy, in its last turn
-        self.row: tuple[Any, ...] = ()  # the inputs by which it answered
+        self.nodes, self.came_from = set[int](), set[int]()  # possible nodes, now and before
+        self.answers: set[int] | None = None  # successors in its last turn
+        self.row: tuple[Any, ...] = ()  # the inputs of these successors
         self.knowledge, self.signal = dict[str, int](), dict[str, Any]()  # its last inputs
-        self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
+        self.forms = set[str]()  # forms in which its own objective was proven
 
     @property
     def pose(self) -> Pose:
@@ -29,7 +29,7 @@ class Robot:
 
     @property
     def destination(self) -> Pose:
-        """The end of its step, if it is in transit."""
+        """The pose at the end of its step if it is in transit, otherwise its pose."""
         return self.now.pose(self.name)
 
     @property

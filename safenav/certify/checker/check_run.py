@@ -1,5 +1,5 @@
-"""The run of a bundle: its trace is true by the rules of ``audit``, and each move is what a proven
-strategy answers."""
+"""The run of a bundle: its trace obeys the rules of ``audit``, and each move is the successor of a
+proven strategy."""
 
 from __future__ import annotations
 
@@ -35,22 +35,21 @@ STRAYING = {
     *("always", "backtrack", "belief", "continuity", "follows-plan", "hold", "known-obstacle"),
     *("missed-belief", "missed-goal", "mobility", "out-of-turn", "service", "transit"),
 }
-"""Rules on moves and sightings. In an external world a robot may end up elsewhere than
+"""Rules on moves and sightings that an external world may break: a robot may end elsewhere than
 commanded."""
 APART = {"collision", "never-together"}
-"""Rules that also hold in an external world with a clock: ticks do not show who left first."""
+"""Rules that an external world may break in lockstep only: ticks do not show who left first."""
 
 
 class Evidence(Rule):
-    """The lines of a trace are those of strategies that were shown to be right (docs/bundle.md).
-
-    Raises RefusedError where they are not; ``claims`` holds what is established."""
+    """The strategies in a trace are proven, and its moves follow them (docs/bundle.md). ``claims``:
+    the established claims. Raises RefusedError, TooLargeError."""
 
     name = "evidence"
 
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.claims, self.number = files, list[Json](), 1
-        self.named, self.last = set[str](), ""  # files that lines name; the last one that was read
+        self.named, self.last = set[str](), ""  # files that lines name; the last file that was read
         header, *self.trace = map(json.loads, files["trace.jsonl"].read_bytes().splitlines())
         self.scenario, self.tick = header["scenario"], 0
         same = header["type"] == "header" and self.scenario == self.json("scenario.json")
@@ -60,10 +59,10 @@ class Evidence(Rule):
         self.world = World.of(self.scenario["map"], live=self.live)
         self.robots = dict[str, Robot]()
         self.turns = self.answered = self.strayed = 0
-        self.departed = 0  # the steps of a live run, which has a turn of each robot in every pass
+        self.departed = 0  # steps of a live run, whose turns include stays
         self.astray: Finding | None = None  # why the present move is not as commanded
-        self.shown: dict[Any, Any] = {}  # what files show, each once
-        self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
+        self.shown: dict[Any, Any] = {}  # checked files and their contents
+        self.hopeless: set[tuple[str, str]] = set()  # robots without a strategy, by specification
 
     def file(self, path: str) -> Any:
         require(path in self.files, f"{path} is missing")
@@ -77,13 +76,13 @@ class Evidence(Rule):
         return read_json(self.file(path))
 
     def claim(self, kind: str, text: str, *files: str | None) -> None:
-        """Record a claim that some files establish (None: this line of the trace)."""
+        """Record a claim that some files establish (None: the present line of the trace)."""
         shown = [[path or "trace.jsonl", None if path else self.number] for path in files or [None]]
         name, when = f"{kind}-{len(self.claims) + 1}", f"Tick {self.tick}: " if self.number else ""
         self.claims.append({"id": name, "kind": kind, "text": when + text, "evidence": shown})
 
     def replay(self, rules: Iterable[type[Rule]] = RULES) -> None:
-        """Refuse unless all lines are true by some rules."""
+        """Refuse unless all lines obey the rules."""
         lines = [read_line(data, number) for number, data in enumerate(self.trace, 2)]
         now = Situation(self.header, lines)
         for finding in findings(now, lines, [*(rule() for rule in rules), self]):
@@ -116,8 +115,8 @@ class Evidence(Rule):
         self.claim("moves", what, "trace.jsonl")
 
     def state_form(self, robot: Robot) -> None:
-        """Note the form in which a robot's own objective was proven: the weakest that is in
-        force."""
+        """Claim the weakest form in which a robot's own objective was proven since the last such
+        claim."""
         if robot.forms:
             form = min(robot.forms)  # alternation before literal
             self.claim("form", f"{robot.name}: {robot.own.words(self.world, form)}.", "trace.jsonl")
@@ -158,7 +157,7 @@ class Evidence(Rule):
             case "objective":
                 given = self.robots[record.robot]
                 self.give(given, Objective(record.data["objective"]))
-                if record.data["at_once"]:  # it continues in any node where its step ends
+                if record.data["at_once"]:  # it may continue from any node with that pose
                     given.came_from, given.nodes = set(), given.nodes_in(given.destination)
             case "operator" if record.intervention == "put_back" and robot:
                 robot.nodes = robot.nodes_in((record.region, record.heading))
@@ -172,7 +171,7 @@ class Evidence(Rule):
                 said = f"An assumption of {robot.name} failed ({record.name}); its guarantees"
                 self.claim("broken", f"{said} resume at its next synthesis.")
             case "plan_end":
-                for name, node in (record.nodes or {}).items():  # in which they continue
+                for name, node in (record.nodes or {}).items():  # where they continue
                     each = self.robots[name]
                     if node is not None and each.task and now.toward[name] is None:
                         first = each.task.graph.first[node]
@@ -188,7 +187,7 @@ class Evidence(Rule):
         return ()
 
     def give(self, robot: Robot, given: Objective) -> None:
-        """Record a new objective of a robot's own."""
+        """Replace a robot's own objective."""
         self.state_form(robot)
         robot.objective = given if robot.objective.serves(robot.own) else robot.objective
         robot.own = given
@@ -196,8 +195,9 @@ class Evidence(Rule):
         self.claim("changed", f"{robot.name} receives another objective: {words}.")
 
     def tell(self, robot: Robot, objective: Objective, now: Situation, *, entries: int) -> None:
-        """Refuse unless a robot gets its own objective, the same as before, a stop of one with a
-        battery, or one that serves an open request (``entries``: on the stack after this line)."""
+        """Refuse unless a robot's new objective is its own, its previous one, its
+        ``while_waiting``, a charging stop, or serves an open request. ``entries``: number of
+        entries on the stack after this line."""
         known = [one for name, one in now.obstacles.items() if name in now.discovered]
         wanted = [{*need.regions} for one in known for need in one.all_needs]
         serves = any(aim <= there for aim in objective.targets for there in wanted)
@@ -205,12 +205,12 @@ class Evidence(Rule):
         fits = asked and (objective.kind != ALTERNATION or serves)
         waiting = robot.data.get("while_waiting")
         others = [robot.objective, *([] if waiting is None else [Objective(waiting)])]
-        # under other rules, perhaps: they came with another objective
+        # Their safety rules may differ: they belong to the own objective of that time.
         told = [(one.kind, one.targets) for one in others]
         fits = fits or (objective.kind, objective.targets) in told
         fits = fits or objective.serves(robot.own)
         fits = fits or is_stop(robot.name, objective.targets, now)
-        fits = fits or (robot.name in now.out and objective.kind == STAYING)  # others have its duty
+        fits = fits or (robot.name in now.out and objective.kind == STAYING)  # without a duty
         require(fits, f"{robot.name} receives an objective that serves no request")
         robot.objective = objective
 
@@ -266,18 +266,17 @@ class Evidence(Rule):
         if task.objective.serves(robot.own):
             robot.forms.add("literal" if task.objective == robot.own else "alternation")
         robot.nodes, robot.knowledge = {node}, dict(task.knowledge)
-        robot.came_from = set()  # that was a node of the strategy before
+        robot.came_from = set()  # its nodes were those of the previous strategy
         robot.signal = robot.signal or {"request": 0, "wait": 0, "assigned": record.get("neutral")}
 
     def even_alone(self, task: Task, record: Json) -> str:
-        """Return that a task is without the other robots, if there are any."""
+        """Return the words for a task without other robots, if the team has any."""
         others = {f"robots.{name}" for name in self.robots if name != record["robot"]}
         parked = others & {name for _, name in record.get("closed") or ()}
         return ", even without other robots" if others and not task.moving and not parked else ""
 
     def task(self, record: Json, robot: Robot, graph: Any, rules: str, now: Situation) -> Task:
-        """Return the task that a robot is synthesized for: its circumstances are those of the
-        run."""
+        """Return the task of a synthesis. Refuse unless its circumstances are those of the run."""
         about = self.world, robot.data, record, self.scenario.get("partition"), graph
         task = self.shown.get(rules) or Task(*about)
         require(
@@ -322,8 +321,8 @@ class Evidence(Rule):
         return task
 
     def move(self, record: Line, robot: Robot, now: Situation) -> None:
-        """Note a move. In an external world, or if a step has failed, the robot may be elsewhere
-        than its strategy sent it."""
+        """Judge a move. In an external world, or after a failed step, the robot may be elsewhere
+        than its strategy commanded."""
         self.turns += 1
         failed = now.has_failed(robot.name)
         astray = self.astray is not None and self.astray.line == record.line
@@ -337,9 +336,9 @@ class Evidence(Rule):
             robot.nodes = robot.nodes_in((record.to, record.heading)) if failed else set()
 
     def step(self, record: Line, robot: Robot, now: Situation) -> None:
-        """Refuse unless a move agrees with the strategy. If the node is unknown, all nodes in its
-        pose are possible: from each the strategy keeps its guarantees. One with assignable goals
-        may continue from a node with the same values."""
+        """Refuse unless a move agrees with the strategy. If its node is unknown, all nodes with the
+        robot's pose are possible: the strategy keeps its guarantees from each. With assignable
+        goals it may continue from any node with the same values."""
         name, task, before, by = robot.name, robot.task, robot.pose, record.by or "strategy"
         if record.signal is not None:
             robot.signal = vars(record.signal)
@@ -364,7 +363,7 @@ class Evidence(Rule):
         fits = {n for n in answers if task.poses[n] == after}
         if by == "plan":
             fits = there
-            robot.forms.add("alternation")  # a plan crosses what it must
+            robot.forms.add("alternation")  # a plan may cross targets out of turn
         elif by == "stay" or (by == "backtrack" and node is None):
             require(after == before, f"{name} moves, though it should stay")
             seen = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
@@ -380,7 +379,7 @@ class Evidence(Rule):
             said = sorted({str(task.poses[n]) for n in answers})
             require(fits, f"{name} goes to {after}, but its strategy goes to {said}")
             self.answered += by != "backtrack" and not (self.live and after == before)
-        # On a plan, a robot may remember what it never does on its strategy's moves.
+        # After a plan, its nodes may have memories that no move of its strategy leads to.
         robot.came_from, robot.nodes = set() if by == "plan" else robot.nodes, fits
 
 

@@ -38,17 +38,17 @@ from safenav.audit.language import (
 
 MOST_EDGES = 500_000
 PASSING = re.compile(r"busy_\w+")  # inputs without effect on the next observations
-# Programs disagree on whether a line ends there: a comment to one is a formula to another.
+# Programs disagree on whether these end a line: a comment to one program is a formula to another.
 FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
 SECTIONS = ("ENV_INIT", "SYS_INIT", "ENV_TRANS", "SYS_TRANS", "ENV_LIVENESS", "SYS_LIVENESS")
 
 Json = Mapping[str, Any]
 Edges = tuple[Sequence[int], Sequence[int]]  # the node before each edge, and the one after it
-Met = list[bool]  # of each edge
+Met = list[bool]  # for each edge
 
 
 class Specification:
-    """``ranges``: the values of each variable, now and next."""
+    """A parsed specification. ``ranges``: the values of each variable, now and next."""
 
     def __init__(self, text: str) -> None:
         lines: dict[str, list[str]] = {section: [] for section in ("INPUT", "OUTPUT", *SECTIONS)}
@@ -125,13 +125,14 @@ class Strategy:
         return [*zip(*columns, strict=True)] if columns else [()] * self.count
 
     def reach(self, begin: Iterable[int]) -> list[int]:
-        """Return the nodes that paths from some nodes reach."""
+        """Return the nodes that are reachable from some nodes."""
         firsts, next_ = {self.first[node] for node in begin}, self.next
         return closure(firsts, lambda k: {self.first[target] for target in next_[k]}, MOST_STATES)
 
     def holds(self, clauses: Sequence[Clause], edges: Edges) -> Met:
-        """Return on which edges all clauses hold, for the values before the edge and (primed) after
-        it. Those that read the same are evaluated together, and once for the same values."""
+        """Return for each edge whether all clauses hold, for the values before it and (primed)
+        after it. Clauses that read the same variables are evaluated together, once for equal
+        values."""
         alike: dict[frozenset[Key], list[Clause]] = {}
         for clause in clauses:
             alike.setdefault(clause.reads, []).append(clause)
@@ -149,7 +150,7 @@ class Strategy:
         return sources, [*chain(*(self.next[node] for node in nodes))]
 
     def starts(self) -> set[Row]:
-        """Return the inputs with which a run can begin."""
+        """Return the possible initial inputs."""
         return complete(self.spec.ranges, self.spec.inputs, self.spec.env_init, {})
 
     def openings(self, row: Row) -> set[Any]:
@@ -158,34 +159,34 @@ class Strategy:
         return complete(self.spec.ranges, self.spec.outputs, self.spec.sys_init, known)
 
     def _expected(self, row: Row) -> set[Row]:
-        """Return the inputs that can come next, for an entry of ``asked`` of a node."""
+        """Return the possible next inputs. ``row``: a node's entry in ``asked``."""
         spec, known = self.spec, dict(zip(self.deciding, row, strict=True))
         return complete(spec.ranges, primed(spec.inputs), spec.env_trans, known)
 
     def replies(self, node: int, row: Row) -> set[Any]:
-        """Return the robot's possible replies to an input, as ``done`` of the nodes that follow."""
+        """Return the robot's possible replies to an input, in the form of ``done``."""
         now = {name: column[node] for name, column in self.columns.items()}
         known = now | dict(zip(primed(self.spec.inputs), row, strict=True))
         return complete(self.spec.ranges, primed(self.spec.outputs), self.spec.sys_trans, known)
 
     def allowed(self, edges: Edges) -> Met:
-        """Return which edges are such replies."""
+        """Return for each edge whether ENV_TRANS and SYS_TRANS allow it."""
         return self.holds((*self.spec.env_trans, *self.spec.sys_trans), edges)
 
     def describe(self, node: int, target: int) -> str:
-        """Return why an edge is not allowed."""
+        """Return the first formula that forbids an edge."""
         steps, edge = (*self.spec.env_trans, *self.spec.sys_trans), ([node], [target])
         return next(clause.text for clause in steps if self.holds([clause], edge) == [False])
 
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
-        """Return on which edges each goal is met, and each assumption."""
+        """Return for each goal, and for each assumption, the edges on which it is met."""
         goals = [self.holds([goal], edges) for goal in self.spec.goals]
         return goals, [self.holds([clause], edges) for clause in self.spec.assumptions]
 
 
 def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: Any) -> None:
-    """Refuse unless the part of the strategy in these nodes keeps the rules. ``measures``: one for
-    each goal."""
+    """Refuse unless the strategy keeps the rules in these nodes. ``measures``: one for each
+    goal."""
     for node in nodes:
         inputs = [graph.inputs[target] for target in graph.next[node]]
         missing = sorted(rules.expected(rules.asked[node]) - {*inputs})[:1]

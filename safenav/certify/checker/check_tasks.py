@@ -1,5 +1,5 @@
 """The demands of a scenario on a strategy, computed without the text of its specification: the
-robot, its objective, what it assumes of others and the inputs that can occur."""
+robot, its objective, its assumptions about other robots, and the possible inputs."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ TOLD = ("request", "wait", "assigned")
 
 
 def circumstances(line: Json) -> str:
-    """Return a name for the task of a strategy, and the state where it begins."""
+    """Return a checksum that identifies the task of a strategy and its initial state."""
     passing = ("tick", "t", "reason", "seconds", "cached")
     told = {key: value for key, value in line.items() if key not in passing}
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
 
 class Task:
-    """The rules of the scenario for a robot, whose circumstances ``line`` (a ``synthesis`` line of
-    the trace) records, and the strategy or counterstrategy for it. ``robot``: its entry in the
-    scenario; ``cells``: of which beliefs are made."""
+    """The scenario's rules for a robot, and its strategy or counterstrategy (``graph``). ``robot``:
+    its entry in the scenario; ``line``: the ``synthesis`` line with its circumstances; ``cells``:
+    the partition of the map for beliefs."""
 
     name = "the scenario"
 
@@ -58,16 +58,16 @@ class Task:
         self.heard = self.objective.inputs
         self.inputs = {name: int(on) for name, on in (line.get("inputs") or {}).items()}
         self.closed = {region for region, _ in line.get("closed") or ()}
-        self.leaves = self.closed & {line["region"]}  # where it begins, and never enters again
+        self.leaves = self.closed & {line["region"]}  # its start, if closed: it never returns
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
-        listed = line.get("goal_places") or ()  # where a target is entered while it is next
+        listed = line.get("goal_places") or ()  # poses in which each target may be entered
         self.goal_places = [poses_of(places, robot["mobility"]) for places in listed]
         self.moving = list(line.get("moving") or ())
         slow = world.live and self.moving and robot["tracking"] != "nearby"
         require(not slow, "in a live run it relies on the speed of robots in conflict with it")
         self.places = line.get("places")  # its assignable regions (``assignable``), or None
-        # Knowledge of another robot is a region, or a belief: a set of cells, numbered from the
-        # number of regions on.
+        # Knowledge of another robot is a region, or a belief: a set of cells, with a number above
+        # those of the regions.
         self.cells, listed = [frozenset(cell) for cell in cells or ()], line.get("beliefs") or {}
         self.beliefs = {name: [frozenset(b) for b in known] for name, known in listed.items()}
         known = (line.get("knowledge") or {}).items()
@@ -78,8 +78,8 @@ class Task:
         self.told = TOLD if self.places is not None else ()
         sides = world.sides if self.nearby and self.moving else ()
         self.busy = {f"busy_{side}": side for side in sides}
-        # Values of each node: the pose; the own memory; the target that it remembers, and the one
-        # that it awaits (the one after it if that is reached there).
+        # Values of each node: its pose, its own memory, the target that it remembers, and the
+        # target that it awaits (the next one if the remembered target is reached there).
         targets, nothing, turns = self.targets, [0] * graph.count, robot["mobility"] == "heading"
         self.regions = graph.columns["region"]
         turned = [HEADINGS[h] for h in graph.columns["heading"]] if turns else repeat(None)
@@ -103,9 +103,9 @@ class Task:
         self.memories = cache(self._memories)
 
     def _expected(self, asked: tuple[Pose, Row]) -> set[Row]:
-        """Return the inputs that can come next, after a pose with its command inputs, memory and
+        """Return the possible next inputs, from a pose with its command inputs, memory and
         knowledge."""
-        (pose, row), groups = asked, list[Collection[Row]]()  # that do not depend on each other
+        (pose, row), groups = asked, list[Collection[Row]]()  # independent groups of inputs
         values = dict(zip(self.deciding, row, strict=True))
         if self.told:
             again = values["request"] and not values["wait"]
@@ -125,14 +125,14 @@ class Task:
         return {tuple(chain(*rows)) for rows in product(*groups)}
 
     def is_sent(self, pose: Pose, values: Json, place: int) -> bool:
-        """Return whether the robot may be sent to a place from a pose, with its memory."""
+        """Return whether the robot may be commanded to a region from a pose with its memory."""
         ways = [way for way in self.line.get("places_from") or () if place in way["places"]]
         here = [w for w in ways if pose in poses_of(w["from"], self.robot["mobility"])]
         return not ways or any((way.get("memory") or {}).items() <= values.items() for way in here)
 
     def after(self, name: str, region: int, value: int) -> set[int]:
-        """Return the possible next knowledge of another robot, if ``value`` is known of it now. The
-        other one stays or moves, not onto this robot if they are in conflict; then this robot
+        """Return the possible next knowledge of another robot, given the present ``value``. The
+        other robot stays or moves, but not onto this robot if they are in conflict; then this robot
         looks."""
         reach = self.world.later(self.whereabouts(name, value))
         reach -= {region} if name in self.moving else set()
@@ -152,14 +152,14 @@ class Task:
         return self.world.size + listed.index(belief)
 
     def whereabouts(self, name: str, value: int) -> frozenset[int]:
-        """Return the regions where another robot may be if ``value`` is known of it."""
+        """Return the regions where another robot may be, given the knowledge ``value`` of it."""
         if value < self.world.size:
             return frozenset({value})
         cells = self.beliefs[name][value - self.world.size]
         return frozenset().union(*(self.cells[cell] for cell in cells))
 
     def taken(self, region: int, seen: Json) -> set[int | None]:
-        """Return the regions observed as occupied, from where the robot stands before its move."""
+        """Return the regions that the robot observes as occupied before its move."""
         if not self.nearby:
             return {seen[f"at_{name}"] for name in self.moving}
         return {self.world.step(region, side) for busy, side in self.busy.items() if seen[busy]}
@@ -168,7 +168,7 @@ class Task:
         return self.replies_at(self.before[node], row)
 
     def _replies_at(self, before: tuple[Pose, int, Row, Row], row: Row) -> set[Any]:
-        """Return the replies to an observation: pose, target that was awaited, memory."""
+        """Return the possible replies to an observation: pose, awaited target, memory."""
         (pose, awaited, memory, heard), shape = before, self.objective.shape
         seen = dict(zip(self.graph.spec.inputs, row, strict=True))
         due = not shape.in_turn or awaited == len(self.targets) - 1
@@ -214,8 +214,8 @@ class Task:
         return f"from {self.poses[node]} to {self.poses[target]}, observing {observed}"
 
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
-        """Return where goals and assumptions are met; while the robot is sent somewhere its own
-        goals can wait."""
+        """Return for each goal, and for each assumption, the edges on which it is met. The robot's
+        own goals may wait while it is commanded to a region."""
         graph, regions, targets = self.graph, self.regions, self.targets
         counts = self.objective.goals
         goals = [[regions[node] in target for node in edges[1]] for target in targets]
@@ -235,9 +235,9 @@ class Task:
         return goals, [list(each) for each in zip(*held, strict=True)]
 
     def assumed(self, region: int, row: Row) -> list[bool]:
-        """Return which assumptions are met at a step from a region. A belief counts as meeting one
-        if it allows that; while the robot is commanded to wait, which is assumed to end, none is
-        met."""
+        """Return for each assumption whether it is met at a step from a region. A belief meets an
+        assumption that it allows. While the robot is commanded to wait (assumed to end), no
+        assumption is met."""
         seen = dict(zip(self.graph.spec.inputs, row, strict=True))
         found, fairness = [True] if self.told else [], self.line["fairness"]
         if fairness == "out_of_my_way":
@@ -274,8 +274,9 @@ class Task:
         del self.before, self.done, self.asked, self.expected, self.replies_at, self.memories
 
     def answers(self, robot: Any, robots: Json, shown: Iterable[int], lenient: bool) -> set[int]:
-        """Return the nodes that follow from a robot's present observation in a run; its knowledge
-        is updated. ``shown``: regions that it observes as occupied although no robot is there."""
+        """Return the successors of the robot's nodes for its present observation in a run, and
+        update its knowledge. ``shown``: regions that it observes as occupied although no robot is
+        there; ``lenient``: accept a robot outside every possible belief."""
         here, seen = robot.pose[0], {name: int(robot.signal[name]) for name in self.told}
         taken = {*shown}.union(*(robots[name].near(robot) for name in self.moving))
         for busy, side in self.busy.items():
@@ -293,13 +294,13 @@ class Task:
         return self.following(robot.nodes, robot.row)
 
     def following(self, nodes: Iterable[int], row: Row) -> set[int]:
-        """Return the successors of some nodes, by inputs."""
+        """Return the successors of some nodes for an input."""
         graph = self.graph
         return {n for n in chain(*map(graph.next.__getitem__, nodes)) if graph.inputs[n] == row}
 
     def alike(self, nodes: Iterable[int]) -> set[int]:
-        """Return the nodes that runs reach with all values of some of these: a robot that is sent
-        elsewhere may continue from each, which pursues another goal first."""
+        """Return the reachable nodes with the same values as some of these: a robot with assignable
+        goals may continue from any of them."""
         there = set[int]().union(*(self.of_pose.get(self.poses[node], ()) for node in nodes))
         columns = [*self.graph.columns.values()]
         values = {node: tuple(column[node] for column in columns) for node in there.union(nodes)}
@@ -311,7 +312,8 @@ class Task:
         return all(columns[name][node] == value for name, value in values.items())
 
     def meets(self, goal: int, before: Iterable[int], after: Collection[int]) -> bool:
-        """Return whether a step met one of an objective's formulas, or no such step is known."""
+        """Return whether a step may meet a goal of the objective's formulas: True also if no edge
+        for the step is known."""
         steps = [(node, a) for node in before for a in self.graph.next[node] if a in after]
         edges = [node for node, _ in steps], [node for _, node in steps]
         return not steps or any(self.graph.holds([self.objective.liveness[goal]], edges))

@@ -73,7 +73,7 @@ let first text listed =
     Hashtbl.replace first u.number (Hashtbl.find known key)) listed;
   Hashtbl.find first
 
-(* Of each node its ranks: a number, and perhaps the number of an excuse. *)
+(* Ranks of each node: a number, and perhaps the number of an excuse. *)
 let ranks doc =
   let array f m key = Array.of_list (List.map f (Json.list (Json.field key m))) in
   let each = List.map (fun m -> array Json.int m "n", array (Json.opt Json.int) m "a") (Json.list doc) in
@@ -84,7 +84,7 @@ let ranks doc =
 let made build listed =
   List.fold_left (fun g u -> PositiveMap.add (name u.number) (build u) g) PositiveMap.empty listed
 
-(* How many steps a node is ahead of an edge that meets an assumption: found by going backwards. *)
+(* Number of steps from each node to an edge that meets an assumption, by backward search. *)
 let bounds sp listed =
   let count = List.length listed and node = Hashtbl.create 1000 and before = Hashtbl.create 1000 in
   List.iter (fun u -> Hashtbl.replace node u.number u; List.iter (fun v -> Hashtbl.add before v u.number) u.after) listed;
@@ -112,7 +112,7 @@ let strategy b spec graph =
   let build u = { row = u.values; next = List.map name u.after; rank_of = rank (first u.number); ahead = ahead u.number } in
   { of_text; listed; graph = made build listed }
 
-(* Evidence is about nodes that runs come to: the others are left out. *)
+(* Evidence concerns reachable nodes only; the others are omitted. *)
 let counterstrategy b spec =
   let of_text = text (b / "specs" / (spec ^ ".structuredslugs")) in
   let doc = json (b / "counterstrategies" / (spec ^ ".json")) in
@@ -130,7 +130,7 @@ let counterstrategy b spec =
   List.iter (fun u -> if starts u && begins of_text.meaning (build u).base then visit u.number) listed;
   of_text, List.filter (fun u -> Hashtbl.mem reached u.number) listed, build, start
 
-(* The scenario, and the circumstances of the strategies that a line of the trace tells. *)
+(* The scenario, and the circumstances of a strategy, from its line of the trace. *)
 let world scenario =
   let grid = List.map Json.str (Json.list (Json.field "grid" (Json.field "map" scenario))) in
   let columns = String.length (List.hd grid) in
@@ -144,7 +144,7 @@ let robots scenario =
 let optional key v = try Json.list (Json.field key v) with Json.Bad _ -> []
 let words key v = List.map Json.str (optional key v)
 
-(* Who must not meet whom: either of the two may say so. *)
+(* Pairs of robots in conflict: either robot may list the other. *)
 let pairs robots =
   let index name = match List.find_opt (fun r -> r.name = name) robots with
     | Some r -> r.index | None -> raise (Json.Bad ("no robot " ^ name)) in
@@ -152,7 +152,7 @@ let pairs robots =
 
 let starts robots = List.map (fun r -> num (Json.int (Json.field "start" r.data))) robots
 
-(* [others]: whose position it may not step to, if it knows positions. *)
+(* [others]: robots to whose known positions it must not step. *)
 let circumstances robot line =
   let nearby = Json.str (Json.field "tracking" robot.data) = "nearby" in
   let closed = List.map (fun c -> num (Json.int (List.hd (Json.list c)))) (optional "closed" line) in
