@@ -29,7 +29,7 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
 
     A flyer patrols between two regions that are far apart, and a rover goes back and forth
     between two others. A commented-out door stands where the flyer discovers it. None if the map
-    has no four regions that are connected.
+    has no four connected regions.
     """
     floor = _largest_floor(world)
     if len(floor) < 4:
@@ -45,7 +45,7 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
     body = "\n".join(f"  {line}" for line in lines)
 
     side = 1.0 if world.frame is None else min(world.frame.resolution)
-    flyer = "quadcopter" if side >= 1 else "crazyflie"  # one that has room in a region
+    flyer = "quadcopter" if side >= 1 else "crazyflie"  # the one that fits into a region
     body_of = "" if world.frame is None else f", size: {min(0.5, side / 2):.3g}, speed: 0.5"
 
     def place(region: Region) -> str:
@@ -96,7 +96,7 @@ def _bottleneck(world: RegionMap, home: Region, away: Region, dock: Region) -> R
 
 
 def _largest_floor(world: RegionMap) -> list[Region]:
-    """Return the largest set of regions that are connected, ascending."""
+    """Return the largest connected set of regions, ascending."""
     left = set(world.free)
     best: list[Region] = []
     while left and len(left) > len(best):
@@ -107,6 +107,6 @@ def _largest_floor(world: RegionMap) -> list[Region]:
 
 
 def _farthest(world: RegionMap, region: Region) -> Region:
-    """Return the region of the same floor that most steps lead to, the lowest of several."""
+    """Return the most distant region of the same floor, the lowest of several."""
     depth = world.distances([region])
     return min(depth, key=lambda other: (-depth[other], other))

@@ -30,8 +30,8 @@ class EventKind(StrEnum):
 
 
 class EventPattern(Struct, frozen=True):
-    """Matches the events of a kind in which all these robots, this obstacle and one of these
-    regions have a part; None and the empty set match any."""
+    """Matches the events of a kind that involve all these robots, this obstacle and one of these
+    regions; None and the empty set match any."""
 
     kind: EventKind
     robots: frozenset[str] = frozenset()

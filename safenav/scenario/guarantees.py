@@ -3,8 +3,8 @@
 A step is a move from one pose to another; a robot that stands still takes none. Formulas are
 about the pose and the objective's memory before and after a step. Searches for paths use poses
 alone: a step is open to them if the formulas allow it with some memory, and a goal may be met if
-it is with some memory. So what they find impossible is; and whether a move is allowed with the
-memory that the robot really has is asked before it is made (``remembered``).
+it is met with some memory. So a path that they exclude is impossible. ``remembered`` checks each
+move with the robot's real memory before the robot makes it.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from safenav.scenario.objective import Ltl
 from safenav.world.moves import Pose
 
 MOST_VALUATIONS = 64
-"""Largest number of memory values; with more, formulas about it exclude nothing in searches."""
+"""Largest number of memory values; with more, formulas about memory exclude nothing in searches."""
 
 Values = Mapping[str, int]
 
 
 class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
-    """One formula. Its truth on a step depends on the variables that it names only; it holds if it
-    does with some values of the ``inputs`` that are not given."""
+    """One formula. Its truth on a step depends only on the variables that it names; it holds if
+    some values of the ``inputs`` that are not given make it true."""
 
     formula: Formula
     inputs: frozenset[str] = frozenset()
@@ -77,12 +77,12 @@ class Guarantees:
 
     @property
     def remember_something(self) -> bool:
-        """Whether there is a memory, so that what a step means is not seen from its poses."""
+        """Whether there is a memory; then poses alone do not decide whether a step is allowed."""
         return bool(self._ranges)
 
     @cached_property
     def goals_of_steps(self) -> tuple[int, ...]:
-        """The goals about steps, which are not met by where a robot is."""
+        """The goals about steps, which a pose alone cannot meet."""
         goals = enumerate(self._liveness)
         return tuple(goal for goal, rule in goals if reads_next(rule.formula))
 
@@ -108,8 +108,8 @@ class Guarantees:
     def remembered(
         self, memory: Values, before: Pose, after: Pose, inputs: tuple[Values, Values] = ({}, {})
     ) -> Values | None:
-        """Return the robot's possible memory after a step, the least change first; None if its
-        guarantees forbid the step with the memory that it has. ``inputs``: before and after it."""
+        """Return the first memory of ``after``; None if the guarantees forbid the step with the
+        robot's present ``memory``. ``inputs``: before and after the step."""
         return next(self.after(memory, before, after, inputs), None)
 
     def after(
@@ -131,17 +131,17 @@ class Guarantees:
         return all(rule.holds(values, values) for rule in self._init)
 
     def allows_with(self, before: Pose, old: Values, after: Pose, new: Values) -> bool:
-        """Whether a step, or a stay, is allowed with what is remembered before and after it."""
+        """Return whether a step, or a stay, is allowed with the memory before and after it."""
         one, other = values_of(before) | dict(old), values_of(after) | dict(new)
         return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
 
     def meets_with(self, goal: int, before: Pose, old: Values, after: Pose, new: Values) -> bool:
-        """Return whether a goal is met on such a step."""
+        """Return whether a step, or a stay, meets a goal with the memory before and after it."""
         one, other = values_of(before) | dict(old), values_of(after) | dict(new)
         return self._liveness[goal].holds(one, other)
 
     def _nearest(self, memory: Mapping[str, int]) -> Iterator[dict[str, int]]:
-        """Return all values of the memory, the present ones first."""
+        """Return all values of the memory, those like the present one first."""
         orders = {
             name: sorted(values, key=lambda value: value != memory[name])
             for name, values in self._ranges.items()
@@ -160,12 +160,12 @@ class Guarantees:
 
 @lru_cache(maxsize=256)
 def guarantees_of(objective: Ltl) -> Guarantees:
-    """Return the formulas of an objective, read once."""
+    """Return the guarantees of an objective, parsed once."""
     return Guarantees(objective)
 
 
 def values_of(pose: Pose) -> dict[str, int]:
-    """Return the variables of a specification that say where a robot is."""
+    """Return the specification's variables for a robot's pose, with their values."""
     if pose.heading is None:
         return {"region": pose.region}
     return {"region": pose.region, "heading": int(pose.heading)}

@@ -1,6 +1,6 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
-An obstacle with an action that no robot has, or too few; a capability that no obstacle needs; one
+An obstacle whose action no robot or too few robots have; a capability that no obstacle needs; one
 region that several robots must hold; a robot larger than a region, or without room to turn there; a
 seed without effect.
 """
@@ -20,11 +20,11 @@ from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 
 _SLIP = 0.8
-"""How much two words are alike of which one is probably a slip of the pen."""
+"""Similarity of two words from which one of them is probably a typing error."""
 
 
 def lint(scenario: Scenario) -> tuple[str, ...]:
-    """One sentence each, in the scenario's terms."""
+    """Return the warnings, one sentence each, in the scenario's terms."""
     found = [*scenario.map.notes, *_misnamed(scenario), *_needless(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario)
@@ -51,7 +51,7 @@ def oversized(scenario: Scenario) -> Iterator[str]:
 
 def cramped(scenario: Scenario) -> Iterator[str]:
     """Robots that fit into a region of a map in metres but cannot turn there: their motion cannot
-    be computed, and their durations in a live run are not theirs."""
+    be computed, and a live run does not simulate their true durations."""
     for robot, side, size, motion in _in_metres(scenario):
         if motion is None or size is None or size > side:
             continue
@@ -64,8 +64,8 @@ def cramped(scenario: Scenario) -> Iterator[str]:
 
 
 def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[str]:
-    """Robots of a drive that may arrive so far from the centre of a region that they reach into the
-    next one. ``tolerances``: metres, by robot."""
+    """Robots that may arrive so far from the centre of a region that they reach into the next one.
+    ``tolerances``: the largest distance of each robot's arrivals from the centre, in metres."""
     for robot, side, size, room in arrival_room(scenario):
         off = tolerances[robot.name]
         if off <= room + 1e-9:
@@ -144,8 +144,8 @@ def _crowded(scenario: Scenario) -> Iterator[str]:
 
 
 def _needless(scenario: Scenario) -> Iterator[str]:
-    """Warn of capabilities of the scenario's own models that no obstacle needs: neither one that it
-    lists nor one of its own types, of which a drive may find others."""
+    """Capabilities of the scenario's own models that no obstacle needs: neither a listed one nor
+    one of the scenario's own types, which real robots may encounter."""
     needs = [obstacle.needs for obstacle in scenario.obstacles]
     usual = built_in().obstacles
     own = (kind for name, kind in scenario.catalogue.obstacles.items() if kind != usual.get(name))

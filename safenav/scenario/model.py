@@ -31,16 +31,16 @@ class Tracking(StrEnum):
 
 
 class Timing(Struct, frozen=True):
-    """Ticks that a step takes: at least and at most, drawn for each step from the seed."""
+    """Least and most ticks of a step; each step's duration is drawn from the seed."""
 
     least: int = 1
     most: int = 1
 
 
 class Battery(Struct, frozen=True):
-    """Charge in units of the scenario's choice: at most ``capacity``; a step takes ``move``, a tick
-    (live: a second) without one ``stay``, or gives ``charge`` on a charger; it is ``start`` at
-    first."""
+    """Charge in the scenario's own unit: ``start`` initially, at most ``capacity``. A step takes
+    ``move``; a tick (live: a second) without a step takes ``stay``, or gives ``charge`` on a
+    charger."""
 
     capacity: int
     charge: int
@@ -53,8 +53,8 @@ class RobotModel(Struct, frozen=True):
     """The abilities of robots of one kind.
 
     ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
-    for unlimited. ``size`` (metres), ``speed`` (metres per second) and ``motion`` say how it
-    moves in metres (docs/motion.md). ``carries``: the most loads that it carries at one time.
+    for unlimited. ``size`` (metres), ``speed`` (metres per second) and ``motion`` determine its
+    motion in metres (docs/motion.md). ``carries``: the most loads that it carries at one time.
     """
 
     name: str
@@ -96,8 +96,8 @@ class Robot(Struct, frozen=True):
         return self.model.capabilities
 
     def conflicts(self, other: Robot) -> bool:
-        """Return whether these two must never share a region. It is mutual, also if only one of
-        them requires it: what one guarantees is what the other assumes."""
+        """Return whether these two robots must never share a region. It suffices that one of them
+        requires it: each assumes what the other guarantees."""
         return self._avoids(other) or other._avoids(self)
 
     def _avoids(self, other: Robot) -> bool:
@@ -132,9 +132,9 @@ class ObstacleType(Struct, frozen=True):
     ``blocks`` lists the layers, robot models and robots that it physically stops, whatever their
     capabilities; None means every robot.
     ``has_truth``: resolving it may also reveal that the region is not traversable. ``listed``:
-    its needs, in order, if it has more than the one of ``action`` at ``resolve_at`` (which are
-    those of the first need then). ``resolve_within``: the most ticks from the request to the
-    resolution. ``sweeps``: the regions that its resolution sweeps, as a leaf on hinges does.
+    its needs in order, the first with ``action`` at ``resolve_at``; empty if that is its only
+    need. ``resolve_within``: the most ticks from the request to the resolution. ``sweeps``: the
+    regions that its resolution sweeps, as the leaf of a hinged door does.
     """
 
     name: str
@@ -148,15 +148,15 @@ class ObstacleType(Struct, frozen=True):
 
     @property
     def needs(self) -> tuple[Need, ...]:
-        """Its needs, in this order."""
+        """The needs that resolve it, in order."""
         return self.listed or (Need(self.action, at=self.resolve_at),)
 
     def takes(self, number: int) -> bool:
-        """Return whether the robots that meet a need carry a load from then on."""
+        """Return whether the robots that fulfil need ``number`` carry a load from then on."""
         return needs.takes(self.needs, number)
 
     def actions(self, number: int) -> frozenset[str]:
-        """The actions that a robot must have for a need, and for those that it must meet then."""
+        """Return the actions for need ``number`` and the needs that the same robot fulfils next."""
         return needs.actions(self.needs, number)
 
 
@@ -164,8 +164,8 @@ class Catalogue(Struct, frozen=True):
     """Robot models and obstacle types by name.
 
     ``sources`` says where an entry comes from: ``robots.digit`` -> "built in" or a file.
-    ``broken`` holds the names (and ``*`` for any) of entries that were reported as unusable:
-    to call them unknown as well would only hide what is wrong.
+    ``broken`` holds the names (and ``*`` for any) of entries that were reported as unusable; they
+    are not reported as unknown as well.
     """
 
     robots: Mapping[str, RobotModel] = field(default_factory=dict)
@@ -178,11 +178,11 @@ class Catalogue(Struct, frozen=True):
         return frozenset(model.layer for model in self.robots.values())
 
     def may_hold(self, name: str) -> bool:
-        """Return whether an entry that is not there may be one that could not be read."""
+        """Return whether a missing entry may be one that could not be read."""
         return not self.broken.isdisjoint((name, "*"))
 
     def without_rest(self) -> Catalogue:
-        """Return the same after more of it could not be read at all."""
+        """Return this catalogue marked as incomplete: further entries could not be read."""
         return replace(self, broken=self.broken | {"*"})
 
 
@@ -192,8 +192,8 @@ class Obstacle(Struct, frozen=True):
     has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
     disappears; None: from the beginning, and never. ``resolve_within``: the deadline in ticks from
     the request to the resolution, None for that of its type. ``ordered``: it is requested as soon
-    as it appears. ``number``: of orders of the same type and region, from 1. ``sweeps``: overrides
-    that of its type."""
+    as it appears. ``number``: its number among orders of the same type and region, from 1.
+    ``sweeps``: overrides that of its type."""
 
     type: ObstacleType
     region: Region
@@ -212,12 +212,12 @@ class Obstacle(Struct, frozen=True):
 
     @property
     def order(self) -> tuple[str, int, int]:
-        """A robot that can take several loads takes them in this order."""
+        """The sort key of the loads that a robot takes one after the other."""
         return self.type.name, self.region, self.number
 
     @property
     def needs(self) -> tuple[Need, ...]:
-        """The needs that resolve it, in this order."""
+        """The needs that resolve it, in order."""
         return self.type.needs
 
     def blocks(self, robot: Robot) -> bool:
@@ -227,8 +227,8 @@ class Obstacle(Struct, frozen=True):
         return listed is None or any(name in listed for name in names)
 
     def resolved_by_entering(self, robot: Robot, need: int = 0) -> bool:
-        """Return whether this robot alone resolves the obstacle by entering its region while the
-        needs from number ``need`` on are left: only one is, and the region is in its S_r."""
+        """Return whether this robot alone resolves the obstacle by entering its region: ``need`` is
+        the last need, takes one robot, and has the region in its S_r."""
         last = self.needs[-1]
         inside = last.at == ResolveAt.SELF or (
             isinstance(last.at, frozenset) and self.region in last.at
@@ -238,13 +238,13 @@ class Obstacle(Struct, frozen=True):
 
     def closed_to(self, robot: Robot, need: int = 0) -> bool:
         """Return whether this robot must not enter the obstacle's region while the needs from
-        number ``need`` on are left. Stricter than the paper's phi_a, which lets any robot with the
+        number ``need`` on remain. Stricter than the paper's phi_a, which lets any robot with the
         action pass wherever that works (docs/paper.md)."""
         return self.blocks(robot) and not self.resolved_by_entering(robot, need)
 
     def shuts_in(self, robot: Robot) -> bool:
-        """Return whether this robot starts where the obstacle is from the beginning, and must not
-        be. An obstacle that appears waits until no robot is there."""
+        """Return whether this robot starts in the region of an obstacle that is closed to it and
+        present from the beginning. One that appears later waits until no robot is there."""
         here = self.appears is None and self.region == robot.start.region
         return here and self.closed_to(robot)
 
@@ -255,7 +255,7 @@ class Obstacle(Struct, frozen=True):
         return frozenset() if where is None else frozenset(self._at(where, world)) - {self.region}
 
     def resolution_regions(self, world: RegionMap, need: int = 0) -> tuple[Region, ...]:
-        """S_r of one need without walls, ascending."""
+        """Return S_r of one need without walls, ascending."""
         return self._at(self.needs[need].at, world)
 
     def _at(self, where: ResolveAt | frozenset[Region], world: RegionMap) -> tuple[Region, ...]:
@@ -329,7 +329,7 @@ class Scenario(Struct, frozen=True):
 
     @property
     def promises(self) -> bool:
-        """Whether anything is promised in ticks."""
+        """Whether the scenario sets a deadline in ticks."""
         timed = any(robot.within is not None for robot in self.robots)
         timed = timed or any(change.within is not None for change in self.changes)
         types = (*self.catalogue.obstacles.values(), *(o.type for o in self.obstacles))
@@ -338,13 +338,13 @@ class Scenario(Struct, frozen=True):
 
     @property
     def deadlines(self) -> bool:
-        """Whether lockstep has deadlines: of the scenario, or because a charge runs out."""
+        """Whether a lockstep run has deadlines: the scenario sets one, or a charge runs out."""
         charged = [r.model.battery for r in self.robots] if self.chargers else []
         return self.promises or any(each is not None and each.stay for each in charged)
 
     def limit_of(self, obstacle: Obstacle) -> int | None:
-        """Return the most ticks from the request for an obstacle to its resolution: its own, that
-        of its type, that of the scenario."""
+        """Return the most ticks from the request for an obstacle to its resolution: its own limit,
+        else that of its type, else that of the scenario (None: no limit)."""
         for limit in (obstacle.resolve_within, obstacle.type.resolve_within):
             if limit is not None:
                 return limit
@@ -352,7 +352,7 @@ class Scenario(Struct, frozen=True):
 
     @property
     def sweeping(self) -> bool:
-        """Whether the resolution of an obstacle that may be there sweeps regions."""
+        """Whether the resolution of any listed or possible obstacle sweeps regions."""
         kinds = (*self.catalogue.obstacles.values(), *(o.type for o in self.obstacles))
         own = any(o.sweeps is not None for o in self.obstacles)
         return own or any(kind.sweeps is not None for kind in kinds)
@@ -369,8 +369,8 @@ class Scenario(Struct, frozen=True):
         return [other for other in self.robots if other is not robot and robot.conflicts(other)]
 
     def interfere(self, one: Robot, other: Robot) -> bool:
-        """Return whether one of these may have to wait for the other: they are in conflict, or
-        never together in some regions."""
+        """Return whether one of these robots may have to wait for the other: they are in conflict,
+        or never together in some regions."""
         names = {one.name, other.name}
         return one.conflicts(other) or any(names <= each.robots for each in self.never_together)
 
@@ -385,8 +385,8 @@ class Scenario(Struct, frozen=True):
         return not slow and not (near and self.clock is settings.Clock.LIVE)
 
     def held(self, robot: str, at: Mapping[str, Collection[Region]]) -> frozenset[Region]:
-        """Return the regions that a robot must not enter because one that it is never together with
-        is in them. ``at``: the regions that each robot occupies."""
+        """Return the regions of ``never_together`` that a robot must not enter now, because another
+        of their robots is in them. ``at``: the regions that each robot occupies."""
         found: set[Region] = set()
         for each in self.never_together:
             others = each.robots - {robot}
@@ -395,5 +395,5 @@ class Scenario(Struct, frozen=True):
         return frozenset(found)
 
     def restarts_rounds(self, obstacle: str) -> bool:
-        """Return whether rounds restart when the named obstacle is resolved: not for a battery."""
+        """Return whether resolving the named obstacle restarts rounds: a flat battery does not."""
         return self.flat is None or name_parts(obstacle)[0] != self.flat.name

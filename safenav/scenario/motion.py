@@ -1,8 +1,8 @@
 """Kinds of motion of robot models, with their parameters (docs/motion.md).
 
-The kinds that are built in are listed here, with what a scenario may say of each; what they do
-is in ``safenav.motion``, which this never imports. An installed package adds a kind by an entry
-point of the group ``safenav.motion``.
+Built-in kinds are listed here, with the parameters that a scenario may set. ``safenav.motion``
+implements them; this module never imports it. An installed package adds a kind by an entry point
+of the group ``safenav.motion``.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ KINDS: Mapping[str, Mapping[str, Parameter]] = {
 """Parameters of the built-in kinds by name. ``size`` and ``speed`` are keys of the model."""
 
 FOOTPRINT = "footprint"
-"""A polygon in metres, in the frame of the robot (x ahead, y to the left), of a rover."""
+"""The key of a rover's outline: a polygon in metres in its frame (x ahead, y to the left)."""
 
 AIR = "air"
 """The layer of robots that fly unless their model says otherwise."""
@@ -106,10 +106,10 @@ def known_kinds() -> list[str]:
 def resolved(
     motion: MotionModel | None, size: float | None, speed: float | None, layer: str
 ) -> dict[str, object] | None:
-    """The kind of motion of a model with all its parameters: those that it sets, and defaults.
+    """Return a model's kind of motion with all its parameters: those that it sets, and defaults.
 
-    A model of the layer ``air`` flies if its size and speed allow that; one that says only how fast
-    it is moves as a disc. None for one that says nothing.
+    Without ``motion``, a model of the layer ``air`` flies if its size and speed allow that, and any
+    other with a speed moves as a disc. None if it has neither.
     """
     if motion is None and layer == AIR and _within("flyer", size=size, speed=speed):
         motion = MotionModel("flyer")

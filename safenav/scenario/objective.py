@@ -1,14 +1,14 @@
 """Objectives of robots (DESIGN section 3), one class for each kind.
 
 A target is a set of regions, any of which counts. A kind is its data, its words, and the moves that
-it forbids; in which order its targets count is a ``Pursuit``. The specification states both in
+it forbids; the order in which its targets count is a ``Pursuit``. The specification states both in
 formulas (``spec.objective``); the runtime (``runtime.progress``) and joint plans
 (``runtime.traffic.joint_search.states``) count by the pursuit, and graph search plays it
 (``explain.undisturbed``). The audit and the checker of bundles have a table of their own
-(``audit.kinds``), on purpose. All else queries the kind and never names it
+(``audit.kinds``), on purpose. All other code queries the kind and never names it
 (``tests/architecture/test_kinds.py``).
 
-Raw formulas (``ltl``) are not such an automaton: the synthesizer makes theirs.
+Raw formulas (``ltl``) have no pursuit: the synthesizer makes their automaton.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from safenav.world.map import Region
 from safenav.world.poses import bits
 
 Target = frozenset[Region]
-"""Regions of which any one counts."""
+"""Regions, any one of which counts."""
 
 Word = Callable[[Region | Target], str]
 """The name of a region or of a target (``RegionMap.word``)."""
@@ -43,18 +43,17 @@ EMPTY = "is empty"
 class TargetObjective(Struct, frozen=True):
     """An objective about targets, which are numbered in its own order. ``avoid``: regions that the
     robot never enters; ``always``: formulas over ``region`` and ``heading`` that each of its steps
-    keeps. Both hold whatever it does, also while it helps others. ``literal``: of a ``strict`` kind
-    no weaker form is accepted.
+    keeps. Both hold whatever it does, also while it helps others. ``literal``: no weaker form of
+    a ``strict`` kind is accepted.
 
-    ``kind``: its key in a scenario; ``meaning``: that in a few words, for editors; ``drawing``: its
-    verb phrase while a user clicks its targets; ``one``: it has a single target, no list of them;
-    ``least``, ``most``: the numbers of targets that it can have (None: any);
-    ``in_turn``: its targets count in
-    their order only; ``turn``: the variable of specifications that remembers whose turn it is, if
-    there is more than one target. ``settles``: it ends at its last target and stays there, where
-    each tick is a round. ``strict``: the robot leaves each target with its next step, and
-    touches none out of turn; unless it is to be ``literal``, plain alternation (``relaxed``) will
-    do where that cannot be kept (``spec.forms``)."""
+    ``kind``: its key in a scenario; ``meaning``: a short description, for editors; ``drawing``: its
+    verb phrase while a user clicks its targets; ``one``: it has a single target, not a list;
+    ``least``, ``most``: the numbers of targets that it can have (None: any); ``in_turn``: its
+    targets count in their order only; ``turn``: the specification variable that holds the next
+    target, if there is more than one. ``settles``: it ends at its last target and stays there,
+    where each tick is a round. ``strict``: the robot leaves each target with its next step, and
+    touches none out of turn; where that cannot be kept, plain alternation (``relaxed``) suffices,
+    unless it is ``literal`` (``spec.forms``)."""
 
     kind: ClassVar[str]
     meaning: ClassVar[str]
@@ -73,12 +72,12 @@ class TargetObjective(Struct, frozen=True):
 
     @classmethod
     def timed(cls) -> bool:
-        """Return whether its rounds can be promised within a number of ticks."""
+        """Return whether its rounds can have a deadline in ticks."""
         return cls.in_turn and not cls.settles
 
     @classmethod
     def ordered(cls) -> bool:
-        """Return whether the target that is next is always known."""
+        """Return whether its next target is always known."""
         return cls.in_turn or cls.one
 
     @classmethod
@@ -88,7 +87,7 @@ class TargetObjective(Struct, frozen=True):
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
-        """Return the error of these targets, and what to do; None if there is none."""
+        """Return the error of these targets and its remedy; None if there is none."""
         return None if targets else (EMPTY, "name at least one target")
 
     def words(self, word: Word) -> str:
@@ -96,12 +95,12 @@ class TargetObjective(Struct, frozen=True):
         return f"{self.kind} " + ", ".join(map(word, self.targets))
 
     def relaxed(self) -> TargetObjective:
-        """Its weakest form: plain alternation if it is strict and may be weakened, else itself."""
+        """Return plain alternation if it is strict and not ``literal``, else itself."""
         weaker = self.strict and not self.literal
         return alternation(self.targets, self) if weaker else self
 
     def milder(self) -> Iterator[TargetObjective]:
-        """Objectives that demand less of the same targets, those that demand most first."""
+        """Yield objectives that demand less of the same targets, the most demanding first."""
         targets = self.targets
         for target in targets if len(targets) > 1 else ():
             yield alternation((target,), self)
@@ -112,12 +111,12 @@ class TargetObjective(Struct, frozen=True):
 
     @property
     def remembers(self) -> bool:
-        """Whether its specification needs a variable for whose turn it is."""
+        """Whether its specification needs a variable for its next target."""
         return bool(self.turn) and len(self.targets) > 1
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """Return the memory of a robot that gets the objective in ``region``, having remembered
-        ``memory``."""
+        """Return the memory of a robot that is assigned the objective in ``region``, given its
+        ``memory`` before."""
         del region
         return memory
 
@@ -127,11 +126,11 @@ class TargetObjective(Struct, frozen=True):
         return Pursuit(len(self.targets), self.in_turn, self.settles)
 
     def reached(self, region: Region) -> int:
-        """Return the targets that have ``region``, as a mask."""
+        """Return the targets that contain ``region``, as a mask."""
         return sum(1 << i for i, target in enumerate(self.targets) if region in target)
 
     def met(self, memory: int, region: Region) -> tuple[int, ...]:
-        """Return the targets that are met in ``region``."""
+        """Return the numbers of the targets that are met in ``region``."""
         return tuple(bits(self.pursuit.met(memory, self.reached(region))))
 
     def turned(self, memory: int, region: Region) -> int:
@@ -150,19 +149,19 @@ class TargetObjective(Struct, frozen=True):
         return self.settles and len(self.targets) - 1 in self.met(memory, region)
 
     def awaited(self, memory: int) -> Target:
-        """Return the regions of which the robot must reach one next."""
+        """Return the regions, one of which the robot must reach next."""
         targets = self.targets
         return frozenset().union(*(targets[i] for i in bits(self.pursuit.awaited(memory))))
 
     def ends_round(self, seen: Collection[int]) -> bool:
-        """Return whether a round is complete in which these targets were met."""
+        """Return whether meeting these targets completes a round."""
         count = len(self.targets)
         return count - 1 in seen if self.settles else len(seen) == count
 
 
 class Patrol(TargetObjective, frozen=True):
     """Alternate between two targets by the paper's Patrol formula (Section VI), which also
-    forbids to touch the target whose turn it is not."""
+    forbids touching a target out of turn."""
 
     kind: ClassVar[str] = "patrol"
     in_turn: ClassVar[bool] = True
@@ -191,16 +190,16 @@ class Patrol(TargetObjective, frozen=True):
         return f"patrol {' <-> '.join(map(word, self.targets))}{self._literally}"
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """Return the target on which the robot stands, if any: the formula forbids to be
-        there in another's turn (paper, Section VI)."""
+        """Return the target on which the robot stands, if any: the formula forbids being on a
+        target out of turn (paper, Section VI)."""
         return next((i for i, target in enumerate(self.targets) if region in target), memory)
 
 
 class Circuit(TargetObjective, frozen=True):
     """Visit the targets in order, forever, and touch none out of turn: the strict ordered
     patrolling of Menghi et al. (IEEE TSE 2021), a patrol with any number of targets. A robot that
-    gets it on a target out of turn leaves that first. If it started with that one, as a patrol
-    does, a robot that charges there could miss the others forever."""
+    is assigned it on a target out of turn leaves that target first. If it began with that target,
+    as a patrol does, a robot that charges there could miss the others forever."""
 
     kind: ClassVar[str] = "circuit"
     in_turn: ClassVar[bool] = True
@@ -300,9 +299,8 @@ class Ltl(Struct, frozen=True):
     """Guarantees in the structured-slugs language over the robot's own variables
     (``region``, ``heading``) and declared memory.
 
-    ``memory`` maps a name to None (Boolean) or to its (min, max). ``inputs``: those of the
-    environment that the formulas name. It has no targets, and all that it forbids is in its
-    formulas.
+    ``memory`` maps a name to None (Boolean) or to its (min, max). ``inputs``: the environment's
+    inputs that the formulas name. It has no targets; only its formulas forbid steps.
     """
 
     init: tuple[str, ...] = ()
@@ -352,29 +350,29 @@ def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str
 
 
 def one_of(keys: Sequence[str], quote: str = "") -> str:
-    """Keys as a choice in a message: ``patrol, visit or hold``."""
+    """Return keys as a choice in a message: ``patrol, visit or hold``."""
     *some, last = (f"{quote}{key}{quote}" for key in keys)
     return f"{', '.join(some)} or {last}" if some else last
 
 
 def alternation(targets: Sequence[Target], like: Objective) -> TargetObjective:
-    """The objective to go from target to target in turn, under the rules of another objective."""
+    """Return the objective to visit targets in turn, under the rules of another objective."""
     return ruled(ALTERNATING(tuple(targets)), like)
 
 
 def staying(target: Target, like: Objective | None = None) -> TargetObjective:
-    """The objective to go to a target and stay there, under the rules of another objective."""
+    """Return the objective to go to a target and stay, under the rules of another objective."""
     objective = STAYING((target,))
     return objective if like is None else ruled(objective, like)
 
 
 def station(objective: Objective) -> Target | None:
-    """The target of an objective that is no more than to stay there; None if it is another."""
+    """Return the target of an objective that only stays there; None for any other objective."""
     return objective.targets[0] if isinstance(objective, STAYING) else None
 
 
 def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
-    """Return an objective of the same kind with other targets, as many as it has."""
+    """Return an objective of the same kind with the same number of other targets."""
     return objective if isinstance(objective, Ltl) else replace(objective, targets=tuple(targets))
 
 
@@ -386,11 +384,11 @@ def formulas_in(objective: Objective) -> Ltl | None:
 
 
 def on_steps(formula: str) -> str:
-    """Return a formula that a robot keeps on each step that it takes. Staying takes none: the team
-    must be able to let every robot wait."""
+    """Return ``formula`` restricted to steps to another region: the team must be able to let every
+    robot wait."""
     return f"region' = region | ({formula})"
 
 
 def ruled(objective: TargetObjective, like: Objective) -> TargetObjective:
-    """An objective under the rules of another: it avoids the same and keeps the same formulas."""
+    """Return an objective with the rules (``avoid`` and ``always``) of another."""
     return replace(objective, avoid=like.avoid, always=like.always)

@@ -1,4 +1,4 @@
-"""Objectives as text: in a few words, as one writes them in a scenario, as data of a file."""
+"""Objectives as text: a short description, the notation of scenarios, data of a file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def to_data(objective: Objective) -> dict[str, object]:
 
 
 _SHOWN = 2
-"""The most formulas of ``always`` that a few words hold."""
+"""The most formulas of ``always`` that ``describe`` lists."""
 
 
 def describe(objective: Objective, word: Word = number_word) -> str:
@@ -56,14 +56,14 @@ def describe(objective: Objective, word: Word = number_word) -> str:
 
 
 def written(objective: Objective, word: Word = number_word) -> str:
-    """Return the objective as one writes it in a scenario: ``{patrol: [dock, shelf]}``."""
+    """Return the objective in the notation of scenarios: ``{patrol: [dock, shelf]}``."""
 
     def target(regions: Target) -> object:
         words = word(regions).split("|")
         return words[0] if len(words) == 1 else {"any": words}
 
     if isinstance(objective, Ltl):
-        return json.dumps(to_data(replace(objective, inputs=())))  # formulas name them
+        return json.dumps(to_data(replace(objective, inputs=())))  # the formulas name their inputs
     listed = [target(regions) for regions in objective.targets]
     rules = {
         "form": "literal" if objective.literal else None,

@@ -1,7 +1,7 @@
 """The order in which targets count: one automaton for objectives, joint plans and the runtime.
 
-Targets are numbers, sets of them masks with a bit for each. The memory is the target whose turn it
-is if they count in turn, else those met in this round.
+Targets are numbers, sets of them masks with a bit for each. The memory is the next target if they
+count in turn, else the set of those met in this round.
 """
 
 from __future__ import annotations
@@ -18,16 +18,17 @@ class Pursuit(NamedTuple):
     settles: bool
 
     def met(self, memory: int, here: int) -> int:
-        """Return the targets that count where the targets ``here`` are reached."""
+        """Return which of the reached targets ``here`` count."""
         return here & 1 << memory if self.in_turn else here
 
     def awaited(self, memory: int) -> int:
-        """Return the targets of which one must be reached next."""
+        """Return the targets, one of which must be reached next."""
         return 1 << memory if self.in_turn else (1 << self.targets) - 1 & ~memory
 
     def step(self, memory: int, here: int) -> tuple[int, int]:
-        """Return the memory after a turn where ``here`` are reached, and how much counts: a goal if
-        they count in turn, else a round; only the last one if it settles there."""
+        """Return the memory after a turn in which the targets ``here`` are reached, and the number
+        of goals met if targets count in turn, else of rounds; where it settles, only the last
+        target is a goal."""
         if not self.in_turn:
             seen = memory | here
             return (seen, 0) if seen + 1 < 1 << self.targets else (0, 1)

@@ -1,7 +1,7 @@
-"""Whether a robot can get to the targets of its objective, and from one to the next forever.
+"""Reachability of a robot's targets, once and infinitely often.
 
-This is about the modelled map and the robot alone; that a controller exists against all that
-the environment may do is for synthesis to say.
+It considers the modelled map and the robot alone; synthesis decides whether a strategy exists
+against the environment.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Reachability:
     def recurs(self, targets: Collection[Target]) -> bool:
         """Return whether the robot can visit all the targets infinitely often."""
         if not self._graph.one_way or len(set(targets)) < 2:
-            return all(map(self.reaches, targets))  # every step has a way back
+            return all(map(self.reaches, targets))  # every step can be undone
         return bool(self._graph.live(tuple(map(self._poses, targets)), self._reached))
 
     def _poses(self, target: Target) -> Mask:

@@ -14,9 +14,9 @@ from safenav.world.map import Region
 
 
 class RobotChange(Struct, frozen=True):
-    """A change for a robot during the run, at the beginning of tick ``at``: another
-    ``objective`` of its own (its rounds ``within`` so many ticks), or whether it is in service
-    (``active``); the other is None."""
+    """A change for a robot during the run, at the beginning of tick ``at``: either a new
+    ``objective`` (its rounds ``within`` this many ticks) or whether it is in service (``active``);
+    the other is None."""
 
     at: int
     robot: str
@@ -27,8 +27,8 @@ class RobotChange(Struct, frozen=True):
 
 class Input(Struct, frozen=True):
     """A Boolean that the environment sets, the same for all robots in a tick; off before the first.
-    A simulation has it on in the ticks of ``spans`` (first and last) and, drawn from the seed for
-    each other tick, with this ``probability``. ``again``: the values that specifications assume
+    A simulation turns it on in the ticks of ``spans`` (first and last) and in each other tick with
+    this ``probability``, drawn from the seed. ``again``: the values that specifications assume
     infinitely often."""
 
     name: str
@@ -38,8 +38,7 @@ class Input(Struct, frozen=True):
 
 
 def switching(inputs: Iterable[Input]) -> list[int]:
-    """Return the ticks in which inputs change as the scenario lists it, in order; none of inputs
-    that are drawn."""
+    """Return the ticks, ascending, in which inputs without a probability change."""
     found = set[int]()
     for each in inputs:
         spans = () if each.probability else each.spans
@@ -75,8 +74,8 @@ class RequestOrder(StrEnum):
 
 
 class Controllers(StrEnum):
-    """Form of strategies during a run: listed state by state, or as a running synthesizer
-    that gives their moves on demand; ``auto``: on demand where there are too many states."""
+    """Form of strategies during a run: explicit (``listed``), or a running synthesizer that gives
+    their moves on demand; ``auto``: on demand if there are too many states."""
 
     LISTED = "listed"
     ON_DEMAND = "on_demand"
@@ -116,7 +115,7 @@ class Failures(Struct, frozen=True):
 
 
 class LatePolicy(StrEnum):
-    """After a missed deadline the run continues, or ends with the outcome ``late``."""
+    """Policy after a missed deadline: the run continues, or ends with the outcome ``late``."""
 
     GO_ON = "go_on"
     STOP = "stop"
@@ -124,16 +123,16 @@ class LatePolicy(StrEnum):
 
 class Until(Struct, frozen=True):
     """The run is completed when every robot has met its objective this many times after the
-    last resolution; ``by``: at this tick at the latest, None if it has no such promise."""
+    last resolution; ``by``: the tick of its deadline, None if it has none."""
 
     rounds: int = 2
     by: int | None = None
 
 
 class Limits(Struct, frozen=True):
-    """``ticks`` and ``seconds`` (wall, or on the clock of a live run; None for no limit) of a run;
-    seconds (wall) and MiB of each single synthesis; ``states`` of a strategy that is listed where
-    that is left to safenav."""
+    """Limits of a run in ``ticks`` and ``seconds`` (wall time, or the clock of a live run; None: no
+    limit), of each synthesis in seconds (wall time) and MiB, and of an explicit strategy in
+    ``states`` (``Controllers.AUTO``)."""
 
     ticks: int = 1000
     synthesis_seconds: float = 60.0
@@ -146,10 +145,10 @@ class Expect(Struct, frozen=True):
     """The expected result of a run of the scenario; None means: not checked.
 
     ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
-    obstacle to the robot that is asked; ``ticks`` is an upper bound, ``least_ticks`` a lower
-    one; ``rounds``: at least so many of each robot; ``order``: events that happen one after
-    the other, whatever happens in between; ``never``: events that do not happen. ``late``: the
-    promises that are broken (robots, obstacles, ``mission``) as a set.
+    obstacle to its helper; ``ticks`` is an upper bound, ``least_ticks`` a lower one; ``rounds``:
+    the least number of each robot; ``order``: events that happen one after the other, whatever
+    happens in between; ``never``: events that do not happen. ``late``: the robots, obstacles and
+    ``mission`` that miss a deadline, as a set.
     """
 
     outcome: Outcome | None = None

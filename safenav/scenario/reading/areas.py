@@ -57,7 +57,7 @@ def read_areas(node: Node | None, reading: Reading) -> None:
 
 
 def _meant_cell(node: Node, name: str, world: RegionMap) -> Iterator[str]:
-    """Two regions apart from each other are probably the row and the column of one."""
+    """Warn of two regions that are not adjacent: they are probably one region's row and column."""
     match plain(node):
         case [int(one), int(other)] if other not in (one, *world.neighbours(one)):
             if one < world.rows and other < world.cols and world.is_free(world.region(one, other)):
@@ -87,7 +87,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
 
 
 def _rectangle(node: Mapping, what: str, reading: Reading) -> set[Region]:
-    """The free regions of ``{rows: 1-4, columns: 1-6}``; all rows or columns without the key."""
+    """Return the free regions of ``{rows: 1-4, columns: 1-6}``; a missing key means all."""
     world = reading.world
     item = RectangleKeys.read(node, what, reading, elsewhere=_LISTED)
     if not node.entries:

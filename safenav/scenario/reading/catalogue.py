@@ -1,7 +1,7 @@
 """Catalogues from YAML: robot models and obstacle types.
 
-The built-in one is shipped with the package; a scenario adds to it, or replaces entries, in
-place or from a file. Nothing about a model or a type is written in code.
+The built-in catalogue is shipped with the package; a scenario adds to it, or replaces entries, in
+place or from a file. Code contains no model and no type.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ ACTION = "for example 'action: push'"
 
 
 def _vision(node: Node | None, what: str, findings: Findings) -> float | None:
-    """Return a radius in regions, at least 1; None if nothing is written, or ``unlimited``."""
+    """Return a radius in regions, at least 1; None if it is missing, reported or ``unlimited``."""
     if isinstance(node, Scalar) and node.value == UNLIMITED:
         return None
     radius = read.finite(node, what, findings, f"a number of regions, or '{UNLIMITED}'")
@@ -131,7 +131,7 @@ def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None
 def _places(
     node: Node | None, label: str, reading: Reading
 ) -> ResolveAt | frozenset[Region] | None:
-    """Resolution regions as they are written: a word, or a list of regions."""
+    """Return resolution regions from a word or a list of regions."""
     if isinstance(node, Scalar) and node.value in {**reading.names, **reading.areas}:
         shown = clipped(node.text)
         said = f"{label}: found the name '{shown}', expected a list of regions"
@@ -147,7 +147,7 @@ def _places(
 
 
 def entry_of(kind: str, entries: Callable[[Catalogue], Mapping[str, Entry]]) -> Shape[Entry]:
-    """Return an entry of the catalogue, by its name."""
+    """Return the shape of an entry of the catalogue, written as its name."""
 
     def reads(node: Node | None, what: str, reading: Reading) -> Entry | None:
         name, known = read.text(node, what, reading), entries(reading.catalogue)
@@ -253,8 +253,8 @@ def built_in() -> Catalogue:
 def read_catalogue_file(
     path: Path, reading: Reading, source: str, named_at: Node | None = None
 ) -> None:
-    """Add the catalogue in a file to that of ``reading``, which is that file or (``named_at``) one
-    that names it."""
+    """Add the catalogue in a file to that of ``reading``. ``named_at``: where the file of
+    ``reading`` names this one; None if they are the same."""
     inside = reading if named_at is None else reading.beside(str(path))
     text = read_source(path, reading, named_at)
     root = None if text is None else parsed(text, inside)
@@ -338,7 +338,7 @@ def _type(known: Catalogue, key: Scalar, node: Node, reading: Reading) -> Obstac
 
 
 def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
-    """``needs: [{action: lift, robots: 2, at: neighbours, together: true}]``, in this order."""
+    """Return ``needs: [{action: lift, robots: 2, at: neighbours, together: true}]``, in order."""
     items = read.sequence(node, f"'needs' of {what}", reading) or ()
     if node is not None and not items:
         reading.add(node, f"'needs' of {what} is empty", "list the actions that resolve it")
@@ -367,7 +367,7 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
 def swept(
     node: Node | None, what: str, several: bool, reading: Reading
 ) -> ResolveAt | frozenset[Region] | None:
-    """Return the regions that a resolution sweeps. ``several``: it takes more than one need."""
+    """Return the regions that a resolution sweeps. ``several``: the obstacle lists its needs."""
     found = _places(node, f"'sweeps' of {what}", reading)
     if found is ResolveAt.SELF or (found is not None and several):
         said = "it has several needs" if several else "its own region is always included"
@@ -381,7 +381,7 @@ def _blocks(of: TypeKeys, what: str, known: Catalogue, reading: Reading) -> froz
     words = {*known.layers, *known.robots, *reading.named}
     for item in node.items if isinstance(node, Sequence) else ():
         word = item.value if isinstance(item, Scalar) else None
-        # A file of its own may name any robot, and a model that is broken may have any layer.
+        # A separate catalogue may name any robot, and an unreadable model may have any layer.
         if reading.alone or known.broken or not isinstance(word, str) or not word.strip():
             continue
         if word not in words:

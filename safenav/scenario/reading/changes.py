@@ -32,8 +32,8 @@ CHANGES = form(many(ChangeKeys))
 
 
 def read_changes(node: Node | None, reading: Reading) -> tuple[RobotChange, ...]:
-    """Return the changes that could be read, by tick, those of one tick as they stand; what is
-    wrong with the others is reported."""
+    """Return the readable changes by tick, those of one tick in the order of the file; errors in
+    the others are reported."""
     found = [_change(item, reading) for item in read.sequence(node, "changes", reading) or ()]
     return tuple(sorted((c for c in found if c is not None), key=lambda change: change.at))
 

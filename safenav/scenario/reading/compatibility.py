@@ -15,7 +15,7 @@ from safenav.scenario.yaml.findings import Findings
 
 
 def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
-    """Return the errors of a scenario that may no longer be that of its file, without places."""
+    """Return the errors of a scenario that may differ from its file, without places."""
     findings = Findings(scenario.source)
     for robot in scenario.robots:
         for each in scenario.obstacles:
@@ -32,7 +32,7 @@ def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
 def check_assignable(
     team: Sequence[Robot], changes: Sequence[RobotChange], node: Node | None, findings: Findings
 ) -> None:
-    """Report what 'coordination: assignable' (at ``node``) cannot keep: a goal that is assigned at
+    """Report settings that 'coordination: assignable' (at ``node``) cannot keep: a goal assigned at
     runtime may lie beyond a target, or be one."""
     for robot in team:
         if robot.while_waiting is not None:
@@ -52,7 +52,8 @@ def check_assignable(
 
 
 def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
-    """Report promises that no run could be judged by. The scenario has no other error."""
+    """Report deadlines, batteries and sweeps that no run supports, and deadlines that no run can
+    meet. The scenario has no other error."""
 
     def report(key: str, found: str, hint: str) -> None:
         findings.add(item and (item.get(key) or item), found, hint)
@@ -99,8 +100,8 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
 
 
 def unsafe_live(scenario: Scenario) -> str | None:
-    """Return why a scenario cannot run live: a promise in ticks, or a strategy that assumes a bound
-    on the moves of other robots between two observations; None if it can."""
+    """Return why a scenario cannot run live: a deadline in ticks, or a strategy that assumes a
+    bound on the moves of other robots between two observations; None if it can."""
     if scenario.promises:
         return (
             "a live run cannot keep deadlines in ticks: a tick has no length there; use "
@@ -120,7 +121,7 @@ def unsafe_live(scenario: Scenario) -> str | None:
 
 
 def in_seconds(scenario: Scenario) -> str:
-    """Suggest the form in seconds: ``require seconds of the motion: ...``, or a limit."""
+    """Suggest a deadline in seconds: ``require seconds of the motion: ...``, or a limit."""
     due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
     if not due and scenario.until.by is not None:
         return "end the run by 'limits: {seconds: 60}'"

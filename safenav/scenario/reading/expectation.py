@@ -24,13 +24,13 @@ from safenav.scenario.yaml.shapes import (
     whole,
 )
 
-# A region may be written [row, col], alone or in an obstacle's name: one word all the same.
+# A region written [row, col], alone or in an obstacle's name, is one word.
 _WORD = re.compile(r"(?:\[[^\]]*\]|[^\s\[])+")
 
 
 MISSION = "mission"
 OUTCOMES = [outcome for outcome in Outcome if outcome is not Outcome.ERROR]
-"""How a run can end but for a defect."""
+"""The outcomes of a run without a defect of the program."""
 
 
 class TickKeys(Table):
@@ -41,7 +41,7 @@ class TickKeys(Table):
 def _names(
     node: Node | None, what: str, reading: Reading, others: Collection[str] = ()
 ) -> frozenset[str] | None:
-    """Names of obstacles, or of ``others``."""
+    """Return names of obstacles, or of ``others``."""
     items = read.sequence(node, what, reading)
     found = set()
     for item in items or ():
@@ -68,7 +68,7 @@ def _ticks(node: Node | None, what: str, reading: Reading) -> tuple[int | None, 
 
 
 def _rounds(node: Node | None, what: str, reading: Reading) -> dict[str, int] | None:
-    """``2`` for every robot, or robot by robot."""
+    """Return the rounds of each robot from one number for all, or one for each."""
     if not isinstance(node, Mapping):
         rounds = read.integer(node, what, reading, least=1)
         return None if rounds is None else dict.fromkeys(reading.named, rounds)
@@ -138,7 +138,7 @@ def _pattern(node: Node, what: str, reading: Reading) -> EventPattern | None:
 
 
 def _obstacle(node: Node, written: str, what: str, reading: Reading) -> str | None:
-    """Return the obstacle's name with its region as a number; ``door@dock`` is understood. None if
+    """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``. None if
     it was reported, or obstacles are not known."""
     if reading.obstacles is None:
         return None

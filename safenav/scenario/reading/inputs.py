@@ -16,7 +16,7 @@ from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings
 
 TAKEN = {"move", "scout", "goal", "request", "wait", "assigned"}
-"""Variables that specifications have by themselves; also those with these prefixes:"""
+"""Variables that specifications declare themselves, with those of the following prefixes."""
 _PREFIXES = ("busy_", "at_")
 _SPAN = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")
 _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
@@ -24,7 +24,7 @@ _TICKS = shapes.either(TICK, shapes.matching(_SPAN))
 
 
 def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int, int], ...]:
-    """Ticks and ranges of them: ``12``, ``10-20``, or a list of both."""
+    """Return ticks and ranges of ticks: ``12``, ``10-20``, or a list of both."""
     found = []
     for part in node.items if isinstance(node, Sequence) else () if node is None else (node,):
         text = str(part.value) if isinstance(part, Scalar) else ""
@@ -39,7 +39,7 @@ def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int,
 
 
 def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]:
-    """``off``, ``on`` or ``both``; YAML may read the first two as truths."""
+    """Return the values of ``off``, ``on`` or ``both``; YAML may read two of them as Booleans."""
     if node is None:
         return ()
     value = node.value if isinstance(node, Scalar) else None
@@ -72,7 +72,7 @@ INPUTS = shapes.form(shapes.named(InputKeys, {"allOf": [VARIABLE, {"not": _RESER
 
 
 def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:
-    """Return the inputs that are named; whatever is wrong is reported."""
+    """Return the named inputs; errors are reported."""
     item, found = read.mapping(node, "inputs", reading, example="{alarm: {at: 12-30}}"), []
     taken = RESERVED_WORDS | OWN_VARIABLES | TAKEN | {*reading.named}
     for key, value in item.entries if item else ():

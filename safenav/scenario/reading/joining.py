@@ -15,10 +15,10 @@ FORM = "NAME: {model: ..., start: ..., objective: ...}"
 
 
 def joined(scenario: Scenario, text: str) -> Scenario:
-    """Return the scenario with one robot more. ``text``: as an item of ``robots`` in a scenario
+    """Return the scenario with one more robot. ``text``: as an item of ``robots`` in a scenario
     file, such as ``cart2: {model: turtlebot4, start: [2, 3], objective: {visit: [dock, [4, 4]]}}``.
-    Regions in which a robot was lost are closed to it, too, if it must not share a region with that
-    one. Raises UsageError with all that is wrong."""
+    The region of a lost robot in conflict with it is also closed to it. Raises UsageError with all
+    errors."""
     reading = Reading("the robot", world=scenario.map)
     reading.inputs = tuple(each.name for each in scenario.inputs)
     known = {robot.model.name: robot.model for robot in scenario.robots}
@@ -30,7 +30,7 @@ def joined(scenario: Scenario, text: str) -> Scenario:
         raise UsageError(f"one robot joins at a time; expected: {FORM}")
     (robot,) = found
     obstacles = tuple(_closed_too(obstacle, robot, scenario) for obstacle in scenario.obstacles)
-    begun = scenario.begun and replace(scenario.begun, plan=None)  # it may stand in the way
+    begun = scenario.begun and replace(scenario.begun, plan=None)  # the robot may block it
     robots_then = (*scenario.robots, robot)
     then = replace(scenario, robots=robots_then, obstacles=obstacles, begun=begun)
     before = conflicts(scenario)
@@ -42,7 +42,7 @@ def joined(scenario: Scenario, text: str) -> Scenario:
 
 
 def _closed_too(obstacle: Obstacle, robot: Robot, scenario: Scenario) -> Obstacle:
-    """Return the place of a lost robot, closed to a robot in conflict with it."""
+    """Return the obstacle; that of a lost robot is closed to ``robot`` if they are in conflict."""
     kind = obstacle.type
     missing = next((r for r in scenario.robots if kind.name == f"lost_{r.name}"), None)
     if missing is None or kind.blocks is None or not missing.conflicts(robot):

@@ -1,7 +1,7 @@
-"""Scenarios from YAML: everything that can be known to be wrong before a run is reported here.
+"""Scenarios from YAML, with all errors that can be found before a run.
 
-All diagnostics are collected and raised as one InputError. The readers beside this module
-each know one item of the format; docs/scenario.md is its reference.
+All diagnostics are collected and raised as one InputError. Each reader beside this module
+reads one item of the format; docs/scenario.md is its reference.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ from safenav.world.map import Region, RegionMap
 VERSION = 1
 
 Change = Callable[[Node, Findings], Node]
-"""Alters a document before it is read: a variation is checked as if it stood in the file."""
+"""A change of a document before it is read: a variation is checked like the text of a file."""
 
 
 class UntilKeys(Table):
@@ -179,7 +179,7 @@ AS_WRITTEN = (
 
 
 def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
-    """Return the scenario in a file. ``reachable``: insist that robots can reach their targets.
+    """Return the scenario in a file. ``reachable``: report targets that a robot cannot reach.
 
     Raises InputError with every diagnostic, in file order, if the file cannot be read or is not a
     valid scenario.
@@ -205,7 +205,8 @@ def load_scenario_text(
     reach: ReadableFolder | None = None,
 ) -> Scenario:
     """Return the scenario in a text. ``file`` is named in messages and as the scenario's source; a
-    catalogue file is searched beside it. ``reach``: which files it may name.
+    catalogue file is searched beside it. ``change`` is applied to the document first. ``reach``:
+    the folder whose files it may name; None: any.
 
     Raises InputError.
     """
@@ -220,8 +221,8 @@ def load_scenario_text(
 
 
 class Draft(Struct, frozen=True):
-    """The readable parts of a text: the scenario if it has no error, the catalogue that
-    its names refer to, its map as far as that is usable, and all diagnostics."""
+    """The readable parts of a text: the scenario if it has no error, its catalogue, its map if that
+    is usable, and all diagnostics."""
 
     scenario: Scenario | None
     catalogue: Catalogue
@@ -265,14 +266,14 @@ def load_catalogue(path: Path) -> Catalogue:
 
 def schema_text() -> str:
     """Return the JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It
-    describes their shape; a region in a wall or an unknown robot model, only a reader finds."""
+    describes their shape only, so it accepts a region in a wall or an unknown robot model."""
     from safenav.scenario.yaml import json_schema
 
     return json_schema.schema_text(ScenarioKeys, "safenav scenario")
 
 
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
-    """Return the scenario; only to be used if nothing was reported."""
+    """Return the scenario, which is valid only if nothing was reported."""
     reading.catalogue = built_in()
     item = ScenarioKeys.read(root, "the scenario", reading, of="")
     if item is None:

@@ -31,7 +31,7 @@ KIND = "kind"
 
 
 def _number(parameter: motion.Parameter) -> Shape[float]:
-    """Return a number that a kind of motion takes."""
+    """Return the shape of a numeric parameter of a kind of motion."""
     least, most = parameter.least, parameter.most
     limits = f"from {least:g} to {most:g}: {parameter.meaning}"
     reads = partial(read.within, allowed=lambda value: least <= value <= most, limits=limits)
@@ -41,7 +41,7 @@ def _number(parameter: motion.Parameter) -> Shape[float]:
 def _polygon(
     node: Node | None, what: str, findings: Findings
 ) -> tuple[tuple[float, float], ...] | None:
-    """Corners of a convex polygon around the origin, counter-clockwise."""
+    """Return the corners, in metres, of a counter-clockwise polygon around the origin."""
     items = read.sequence(node, what, findings)
     if items is None:
         return None
@@ -74,7 +74,7 @@ _FOOTPRINT = Key(
 
 
 def _table(kind: str) -> type[Table]:
-    """Return the keys of a motion of some kind."""
+    """Return the keys of a kind of motion."""
     keys: list[Key[Any]] = [Key(form({"const": kind}), name=KIND, required="a kind of motion")]
     for name, each in (motion.parameters(kind) or {}).items():
         if name not in _MODEL_KEYS:
@@ -99,7 +99,7 @@ MOTION = form(
 def read_motion(
     node: Node | None, model: Mapping, mobility: Mobility | None, what: str, findings: Findings
 ) -> motion.MotionModel | None:
-    """Return the motion of a robot model; None if it says nothing, or has been reported."""
+    """Return the motion of a robot model; None if it has none or that was reported."""
     if node is None:
         return None
     label = f"'motion' of {what}"

@@ -1,4 +1,4 @@
-"""The forms of names that scenarios give to things."""
+"""The forms of names in scenarios."""
 
 import re
 
@@ -11,7 +11,7 @@ IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def well_named(key: Scalar, what: str, findings: Findings, form: re.Pattern[str] = NAME) -> bool:
-    """Return whether a key can name ``what``; reports one that cannot."""
+    """Return whether a key can name ``what``; report it if not."""
     if form.fullmatch(key.text):
         return True
     signs = "digits, '_' and '-'" if form is NAME else "digits and '_'"

@@ -27,7 +27,7 @@ class ExclusionKeys(Table):
 
 
 def _exclusions(node: Node | None, _what: str, reading: Reading) -> tuple[Exclusion, ...]:
-    """Return the exclusions that could be read; what is wrong with the others is reported."""
+    """Return the readable exclusions; errors in the others are reported."""
     known, found = {robot.name: robot for robot in reading.team}, []
     for part in read.sequence(node, "never_together", reading) or ():
         what = "never_together"

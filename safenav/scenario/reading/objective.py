@@ -99,7 +99,7 @@ class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
 
 
 def stated(node: Node | None) -> tuple[str, tuple[Node, ...]]:
-    """The kind of an objective as it is written, right or wrong, and the nodes of its targets."""
+    """Return the kind of an unchecked objective and the nodes of its targets."""
     for key, value in node.entries if isinstance(node, Mapping) else ():
         if key.text == "ltl":
             return key.text, ()
@@ -149,7 +149,7 @@ def _ruled(
     mobility: Mobility | None,
     reading: Reading,
 ) -> Objective | None:
-    """The objective with the rules that stand beside it; those of ``ltl`` become formulas."""
+    """Return the objective with the rules beside it; rules beside ``ltl`` become formulas."""
     avoid: Target | None = frozenset()
     if item.avoid is not None:
         avoid = reading.zone(item.avoid, f"'avoid' of {robot}")
@@ -169,7 +169,7 @@ def _ruled(
 def read_within(
     node: Node | None, robot: str, objective: Objective | None, findings: Findings
 ) -> int | None:
-    """Return the most ticks of a round of an objective, if it has such a limit."""
+    """Return the most ticks of a round of an objective; None without such a limit."""
     at = node.get(WITHIN) if isinstance(node, Mapping) else None
     found = ObjectiveKeys.within.shape.read(at, f"'{WITHIN}' of {robot}", findings)
     if at is None or objective is None:
@@ -184,7 +184,7 @@ def read_within(
 def _formed(
     objective: Objective | None, item: ObjectiveKeys, kind: str, robot: str
 ) -> Objective | None:
-    """Return the objective in the form that it must have."""
+    """Return the objective, ``literal`` if its ``form`` requires that."""
     word, node = item.form, item.where(ObjectiveKeys.form)
     if word is None:
         return objective
@@ -208,7 +208,7 @@ def _about_targets(
     listed = reading.targets(node, what, kind.least)
     if listed is None:
         return None
-    # What was reported already counts as a target of its own.
+    # A reported target counts as one of its own, so that no second error follows from it.
     told = [frozenset({-1 - k}) if t is None else t for k, t in enumerate(listed)]
     problem = kind.wrong(told)
     if problem is not None:
@@ -224,7 +224,7 @@ def _ltl(node: Node, what: str, mobility: Mobility | None, reading: Reading) -> 
         return None
     memory = _memory(item.memory, what, reading)
     if item.memory is not None and not isinstance(item.memory, Mapping):
-        return None  # its declarations are unknown, so no formula can be refuted
+        return None  # without its declarations no formula can be checked
     declared = {**memory, **_pose(mobility, reading)}
     inputs: Declared = dict.fromkeys(sorted(reading.inputs))
     init = _lines(item.init, f"'init' in {what}", declared, False, reading)

@@ -1,4 +1,4 @@
-"""The ``obstacles:`` of a scenario: the hidden ones, found only when a robot meets them."""
+"""The ``obstacles:`` of a scenario (hidden until encountered), its ``orders`` and ``suspects``."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ ORDERS = form(many(OrderKeys))
 
 
 def read_obstacles(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
-    """Return the obstacles that could be read; what is wrong with the others is reported."""
+    """Return the readable obstacles; errors in the others are reported."""
     found: list[Obstacle] = []
     for item in read.sequence(node, "obstacles", reading) or ():
         obstacle = _read_obstacle(item, reading)
@@ -108,7 +108,7 @@ def _read_obstacle(node: Node, reading: Reading) -> Obstacle | None:
 
 
 def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
-    """Work that the team receives at some tick, as obstacles that are in no robot's way."""
+    """Return the tasks that the team receives during the run, as obstacles that block no robot."""
     found: list[Obstacle] = []
     for part in read.sequence(node, "orders", reading) or ():
         item = OrderKeys.read(part, "an order", reading)
@@ -126,7 +126,7 @@ def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
 
 
 def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bool | float | None:
-    """Return its truth: traversable unless the scenario states another."""
+    """Return the truth of an obstacle: traversable by default; None for a type without a truth."""
     if node is None:
         return True if kind is not None and kind.has_truth else None
     if kind is not None and not kind.has_truth:
@@ -144,13 +144,13 @@ def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bo
 
 
 def _where(node: Node) -> Node:
-    """Return the region of an obstacle, to point at."""
+    """Return the node of an obstacle's region, for diagnostics."""
     region = node.get("region") if isinstance(node, Mapping) else None
     return region or node
 
 
 def _suspects(node: Node | None, _what: str, reading: Reading) -> tuple[Obstacle, ...] | None:
-    """Return the obstacles of which the team knows that they may be there; None without a list."""
+    """Return the possible obstacles that the team knows of; None without a list."""
     items = read.sequence(node, "suspects", reading)
     found = []
     for part in items or ():

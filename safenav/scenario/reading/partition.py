@@ -1,4 +1,4 @@
-"""The ``partition:`` of a scenario: the cells in which a robot that is out of sight may be."""
+"""The ``partition:`` of a scenario: the cells of beliefs about robots out of sight."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _tiles(node: Mapping, reading: Reading) -> tuple[frozenset[Region], ...] | N
 
 
 def _cells(node: Sequence, reading: Reading) -> tuple[frozenset[Region], ...] | None:
-    """Cells as lists of regions: together all free ones, each once."""
+    """Return cells given as lists of regions, in which each free region occurs once."""
     before = len(reading)
     owner: dict[Region, int] = {}
     cells = []

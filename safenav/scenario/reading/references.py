@@ -18,7 +18,7 @@ _PLACES = (
 
 
 def referenced_files(root: Node | None, folder: Path) -> list[Path]:
-    """The files that a scenario in ``folder`` names, whether they exist or not, each once."""
+    """Return the files that a scenario in ``folder`` names, existing or not, each once."""
     found = [_file(below(root, *keys), folder) for keys in _PLACES]
     ros = _file(below(root, "map", "ros"), folder)
     if ros is not None:
@@ -36,5 +36,5 @@ def root_of(text: str) -> Node | None:
 
 
 def _file(node: Node | None, folder: Path) -> Path | None:
-    """Return a path if one stands there; a catalogue may as well be written in place."""
+    """Return the path in a node; None if it is not text, such as a catalogue in place."""
     return folder / node.value if isinstance(node, Scalar) and isinstance(node.value, str) else None

@@ -1,4 +1,4 @@
-"""Regions and targets as people write them: ``47``, ``[3, 8]``, a name, ``{any: [...]}``."""
+"""Regions and targets as a scenario writes them: ``47``, ``[3, 8]``, a name, ``{any: [...]}``."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ class AnyKeys(Table):
 
 TARGET = form(either(REGION, AnyKeys), "target")
 ZONE = form(either(TARGET, many(TARGET)))
-"""A target, or a list of them of which each counts."""
+"""A target, or a list of targets that all count."""
 
 
 def place_of(value: object) -> Region | tuple[int, int] | None:
-    """Return the region that plain data names by its number, or by row and column."""
+    """Return the number, or row and column, by which plain data names a region; None if neither."""
     match value:
         case bool() | [bool(), _] | [_, bool()]:
             return None
@@ -74,15 +74,14 @@ def _union(found: Iterable[Target | None]) -> Target | None:
 
 
 class Reading(Findings):
-    """A file that is read, and what its items refer to. Without a map (it was bad) only the form of
-    regions is checked.
+    """Findings of a file with the declarations that its items refer to. Without a valid map only
+    the form of regions is checked.
 
     ``names`` maps declared names to regions and ``areas`` to sets of them, or to None if the
-    declaration was bad. ``alone``: it belongs to no scenario. ``named``: all robots, ``team``:
-    those that could be read. ``inputs`` of the environment. ``obstacles``: None if they are not all
-    known, because some were reported; ``flat``: the type of those that appear wherever robots stop
-    without charge. ``reachable``: insist that robots can reach their targets. ``folder``: where
-    files are that it names.
+    declaration was invalid. ``alone``: it belongs to no scenario. ``named``: all robots, ``team``:
+    the readable ones. ``inputs`` of the environment. ``obstacles``: None if some were reported;
+    ``flat``: the obstacle type that represents a robot without charge. ``reachable``: report
+    targets that a robot cannot reach. ``folder``: the folder of files that it names.
     """
 
     def __init__(
@@ -126,7 +125,7 @@ class Reading(Findings):
         return None if region is None else frozenset({region})
 
     def target(self, node: Node | None, what: str) -> Target | None:
-        """One region, an area, or ``{any: [...]}`` for a set of which any one counts."""
+        """Return the regions of a region, an area or ``{any: [...]}``; None if it was reported."""
         if node is None:
             return None
         if not isinstance(node, Mapping):
@@ -161,8 +160,9 @@ class Reading(Findings):
         return tuple(self.target(item, what) for item in items)
 
     def reports_position(self, node: Node | None, what: str) -> bool:
-        """Report two numbers in a list of regions that must be a row and a column: as regions not
-        both are free, and as a position they are, or both regions are walls."""
+        """Report two numbers in a list of regions that are probably a row and a column, and return
+        whether they are: at least one of the two regions is a wall, and the position is free, or
+        both are walls."""
         items = node.items if isinstance(node, Sequence) else ()
         if not self._is_position(items):
             return False
@@ -183,7 +183,7 @@ class Reading(Findings):
         return False
 
     def written(self, text: str) -> Region | None:
-        """Return the region in a name such as ``door@dock``: what stands behind the ``@``."""
+        """Return the region of the part after the ``@`` in a name such as ``door@dock``."""
         if text.isascii() and text.isdigit() and len(text) < 10:
             return int(text)
         if (match := _BRACKETS.fullmatch(text)) and self.world is not None:
@@ -193,8 +193,8 @@ class Reading(Findings):
         return self.names.get(text)
 
     def obstacle_named(self, text: str) -> str | None:
-        """Return the name with a region's number of the obstacle that ``door@dock`` names; None if
-        there is none."""
+        """Return the name, with the region's number, of an obstacle written as ``door@dock``; None
+        if there is none."""
         kind, where, number = name_parts(text)
         region = self.written(where)
         for each in self.obstacles or ():

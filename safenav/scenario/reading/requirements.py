@@ -17,14 +17,14 @@ _NAMED = form(named(TEXT, matching(NAME)), "namedRequirements")
 
 
 def _requirements(node: Node | None, _what: str, reading: Reading) -> dict[str, str]:
-    """The formulas by name: a list of formulas, each its own name, or named ones, or both."""
+    """Return the formulas by name; a formula without a name is its own."""
     found: dict[str, str] = {}
     cut = 0
     for name, item in _entries(node, reading):
         written = item.text if name is None and isinstance(item, Scalar) else name and name.text
         if cut and _open(written or "") < 0:
             cut += _open(written or "")
-            continue  # the rest of a formula, which has been reported
+            continue  # the rest of a formula that was reported
         what = _WHAT if name is None else f"requirement {clipped(name.text)}"
         text = read.text(item, what, reading)
         if text is None or not isinstance(item, Scalar):
@@ -44,7 +44,7 @@ def _requirements(node: Node | None, _what: str, reading: Reading) -> dict[str, 
 
 
 def _open(text: str) -> int:
-    """How many parentheses a text leaves open."""
+    """Return the number of parentheses that a text leaves open."""
     return text.count("(") - text.count(")")
 
 
@@ -58,7 +58,7 @@ def _entries(node: Node | None, findings: Findings) -> list[tuple[Scalar | None,
 
 
 def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
-    """Return the text with the regions of events as numbers."""
+    """Return the text with the regions in its events as numbers."""
     try:
         tree = parse_requirement(text)
     except FormulaError as error:

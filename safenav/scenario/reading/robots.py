@@ -75,14 +75,14 @@ ROBOTS = form({**named(RobotKeys, VARIABLE), "minProperties": 1})
 
 
 Standing = tuple[Robot, Node | None, Node | None]
-"""A robot where it starts, whatever its objective is, and the nodes of its start and tracking."""
+"""A robot that holds its start region, and the nodes of its start and tracking."""
 
 
 def read_robots(
     node: Node | None, reading: Reading, others: Collection[Robot] = ()
 ) -> tuple[Robot, ...]:
-    """Return the robots that could be read; what is wrong with the others is reported. ``others``:
-    robots that the scenario has already."""
+    """Return the readable robots; errors in the others are reported. ``others``: robots that the
+    scenario already has."""
     team = read.mapping(node, "robots", reading)
     if team is None:
         return ()
@@ -144,8 +144,8 @@ def _robot(key: Scalar, node: Node, standing: list[Standing], reading: Reading) 
 def _while_waiting(
     node: Node | None, own: Objective | None, name: str, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
-    """Return the objective while it waits for help. Formulas keep their safety lines then, so that
-    a robot with formulas stays."""
+    """Return the objective while it waits for help. With ``ltl`` there is none: the robot stays,
+    which keeps its safety formulas."""
     if node is None:
         return None
     found = read_objective(node, name, mobility, reading)
@@ -157,7 +157,7 @@ def _while_waiting(
 
 
 def _when(node: Node | None, robot: Robot, reading: Reading) -> tuple[tuple[str, Objective], ...]:
-    """Its objectives while inputs are on, in their order."""
+    """Return its objectives while inputs are on, in the order of the file."""
     what, found = f"'when' of {robot.name}", []
     item = read.mapping(node, what, reading, example=f"{{alarm: {EXAMPLE}}}")
     for key, value in item.entries if item else ():
@@ -176,7 +176,7 @@ def _when(node: Node | None, robot: Robot, reading: Reading) -> tuple[tuple[str,
 
 
 def _heading(item: RobotKeys, name: str, model: RobotModel | None) -> Heading | None:
-    """Return the heading; one that the mobility does not need is checked and ignored."""
+    """Return the heading; report it if heading mobility lacks it."""
     missing = item.where(RobotKeys.heading) is None
     if missing and model is not None and model.mobility is Mobility.HEADING:
         found = f"robot {name}: the key 'heading' is missing"
@@ -186,7 +186,7 @@ def _heading(item: RobotKeys, name: str, model: RobotModel | None) -> Heading | 
 
 
 def _check_others(node: Node | None, what: str, name: str, reading: Reading) -> None:
-    """Report names in a list that name no other robot."""
+    """Report names in a list that are not those of other robots."""
     for item in node.items if isinstance(node, Sequence) else ():
         other = item.value if isinstance(item, Scalar) else None
         if not isinstance(other, str) or not other.strip():
@@ -199,7 +199,7 @@ def _check_others(node: Node | None, what: str, name: str, reading: Reading) -> 
 
 
 def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
-    """Report robots that must never share a region and start in one."""
+    """Report robots in conflict that start in the same region."""
     there: dict[int, list[Standing]] = {}
     for each in standing:
         there.setdefault(each[0].start.region, []).append(each)
@@ -214,8 +214,8 @@ def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
 
 
 def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
-    """Report robots that track other robots step by step where steps take several ticks:
-    what their specification assumes of the others would not be true."""
+    """Report robots with ``exact`` or ``belief`` tracking where steps take several ticks: the
+    assumptions of their specification about the other robots would be false."""
     for robot, _, node in standing:
         if robot.tracking is Tracking.NEARBY:
             continue
@@ -262,8 +262,8 @@ def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
 
 
 def misses_targets(robot: Robot, node: Node | None, reading: Reading) -> bool:
-    """Return whether a robot cannot get from its start to each target of its objective; reports
-    those that it misses."""
+    """Return whether a robot cannot reach some target of its objective from its start; report those
+    targets."""
     world, before = reading.world, len(reading)
     if world is None or not reading.reachable:
         return False

@@ -1,1 +1,1 @@
-"""YAML text as nodes that know their place, and what is wrong with it."""
+"""YAML text as nodes with their places, and its errors."""

@@ -1,8 +1,8 @@
-"""YAML text as a tree of nodes that know their place, read without trusting it.
+"""Untrusted YAML text as a tree of nodes with their places.
 
 The tree is built from PyYAML's events, not by its composer: nesting, size and the expansion of
-aliases are bounded, every tag is refused (nothing is ever constructed), and duplicate keys are
-seen. Plain scalars follow the YAML 1.2 core schema, so that ``no`` is a word and ``012`` is
+aliases are bounded, every tag is refused (no object is ever constructed), and duplicate keys are
+reported. Plain scalars follow the YAML 1.2 core schema, so that ``no`` is a word and ``012`` is
 twelve.
 """
 
@@ -20,7 +20,7 @@ from safenav.lines import HINT, foreign_character, printable
 
 MAX_DEPTH = 50
 MAX_NODES = 100_000
-"""Nodes of a document, counting an alias as all that it stands for."""
+"""Maximum number of nodes of a document; an alias counts with all nodes that it refers to."""
 
 MAX_NUMBER_LENGTH = 100
 
@@ -38,8 +38,8 @@ class Scalar(Struct, frozen=True):
     """A number, truth value, null or text.
 
     ``text`` is as written, ``style`` YAML's: empty for plain, the quote, or ``|`` and ``>``
-    for blocks. ``literal``: it stands in one line without escapes, so that a column of the
-    text is a column of the line.
+    for blocks. ``literal``: it is on one line without escapes, so that a column of the text is a
+    column of the line.
     """
 
     place: Place
@@ -73,24 +73,24 @@ _KEYS = "keys are words; a list needs brackets: [3, 8]"
 
 
 def below(node: Node | None, *keys: str) -> Node | None:
-    """Return the node below another one, under one key after the other; None if there is none."""
+    """Return the node at a path of keys below another node; None if there is none."""
     for key in keys:
         node = node.get(key) if isinstance(node, Mapping) else None
     return node
 
 
 def entries_of(node: Node | None) -> tuple[tuple[Scalar, Node], ...]:
-    """Return the keys and values of a mapping; none of any other node."""
+    """Return the keys and values of a mapping; for any other node, none."""
     return node.entries if isinstance(node, Mapping) else ()
 
 
 def items_of(node: Node | None) -> tuple[Node, ...]:
-    """Return the items of a list; none of any other node."""
+    """Return the items of a list; for any other node, none."""
     return node.items if isinstance(node, Sequence) else ()
 
 
 def plain(node: Node) -> Any:
-    """Return the data that a node stands for."""
+    """Return the data of a node: scalars, lists and dicts."""
     if isinstance(node, Scalar):
         return node.value
     if isinstance(node, Mapping):
@@ -99,7 +99,7 @@ def plain(node: Node) -> Any:
 
 
 class DocumentError(Exception):
-    """The text is not valid YAML: where, what, and what to do about it."""
+    """Error in a text that is not valid YAML: its place, description and remedy."""
 
     def __init__(self, place: Place, found: str, hint: str = "") -> None:
         self.place = place
@@ -109,7 +109,7 @@ class DocumentError(Exception):
 
 
 class Document(Struct, frozen=True):
-    """A tree, and its errors that did not prevent reading: (place, found, hint)."""
+    """A tree, and the errors that did not prevent reading it: (place, found, hint)."""
 
     root: Node
     flaws: tuple[tuple[Place, str, str], ...] = ()
@@ -162,8 +162,8 @@ _SPECIAL = re.compile(r"(?P<sign>[-+])?\.(?P<word>inf|Inf|INF|nan|NaN|NAN)")
 
 
 class _Builder:
-    """Nodes from PyYAML's events, by recursion of bounded depth. ``_open``: the anchors of the
-    collections that are being read; ``_known``: those of finished nodes, with their weight."""
+    """Builds nodes from PyYAML's events, by recursion of bounded depth. ``_open``: the anchors of
+    unfinished collections; ``_known``: finished nodes by anchor, with their number of values."""
 
     def __init__(self, events: Iterator[Any]) -> None:
         self._events = events
@@ -172,7 +172,7 @@ class _Builder:
         self.flaws: list[tuple[Place, str, str]] = []
 
     def node(self, event: Any) -> tuple[Node, int]:
-        """Return the node that begins with an event, and how many values it holds."""
+        """Return the node that begins with an event, and its number of values."""
         place = _place(event)
         if isinstance(event, yaml.AliasEvent):
             return self._named(event.anchor, place)
@@ -223,10 +223,10 @@ class _Builder:
         return Scalar(place, value, event.value, style, literal)
 
     def _named(self, anchor: str | None, place: Place) -> tuple[Node, int]:
-        """Return the node that an alias stands for."""
+        """Return the node that an alias refers to, and its number of values."""
         if (known := self._known.get(anchor or "")) is not None:
             node, weight = known
-            # A diagnostic points at the alias for a scalar, into what it stands for otherwise.
+            # A diagnostic points at the alias of a scalar, and into the collection of any other.
             here = isinstance(node, Scalar)
             return (replace(node, place=place, literal=False) if here else node), weight
         if anchor in self._open:
@@ -234,7 +234,7 @@ class _Builder:
         raise DocumentError(place, f"*{anchor} refers to nothing", f"no &{anchor} before it")
 
     def _enter(self, entries: dict[str, tuple[Scalar, Node]], key: Node, node: Node) -> None:
-        """Add a key with its value, unless it can be none."""
+        """Add a key with its value, or report why it cannot be a key."""
         if not isinstance(key, Scalar):
             self.flaws.append((key.place, "a key is a list or a mapping", "keys are words"))
         elif not isinstance(key.value, str):
@@ -271,7 +271,7 @@ def _build(events: Iterator[Any]) -> Document:
 
 
 def clipped(text: str, width: int = 40) -> str:
-    """Text from a file, fit for a message: one line, printable, not too long."""
+    """Return text from a file for a message: one printable line of at most ``width`` characters."""
     shown = printable(text).replace("\n", "?")
     return shown if len(shown) <= width else shown[: width - 3] + "..."
 

@@ -1,7 +1,7 @@
-"""Typed values out of document nodes: each reader returns the value or reports why not.
+"""Typed values of document nodes: each reader returns the value or reports an error.
 
-``what`` names the item for the message ("'rounds' of until"). A reader that returns None for a node
-that is there has reported; callers continue, so that one error does not hide another.
+``what`` names the item for the message ("'rounds' of until"). A reader that returns None for an
+existing node has reported an error; callers continue, so that one error does not hide another.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from safenav.scenario.yaml.findings import Findings, closest, listed, suggestion
 Value = TypeVar("Value")
 
 MOST = 2**31 - 1
-"""The largest whole number unless an item says otherwise."""
+"""The largest whole number unless an item sets another limit."""
 
 
 def described(node: Node) -> str:
-    """Return the value there, for "found ..."."""
+    """Return a description of a node's value, for "found ..."."""
     match node:
         case Sequence(_, items):
             return f"a list of {len(items)}" if items else "an empty list"
@@ -44,7 +44,7 @@ def described(node: Node) -> str:
 def wrong_type(
     node: Node | None, what: str, expected: str, findings: Findings, hint: str = ""
 ) -> None:
-    """Report that a node is not of the kind that is expected; of a missing one, nothing."""
+    """Report that a node is not of the expected type; do nothing if it is missing."""
     if node is None:
         return
     if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
@@ -61,7 +61,7 @@ def wrong_type(
 
 
 _UNITS = {"tick", "ticks", "round", "rounds", "s", "sec", "seconds", "m", "metres", "m/s"}
-"""The units in which numbers of a scenario are."""
+"""The units of numbers in a scenario."""
 
 
 def mapping(
@@ -73,8 +73,8 @@ def mapping(
     elsewhere: Wanted[str, str] | None = None,
     example: str = "",
 ) -> Mapping | None:
-    """Return a mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones (each
-    with a hint what to write). ``elsewhere``: hints for keys that belong in something else;
+    """Return a mapping; report keys that are not ``known`` (None: any) and missing ``required``
+    ones (each with a hint). ``elsewhere``: hints for keys that belong in another mapping;
     ``example``: of such a mapping, for messages."""
     if not isinstance(node, Mapping):
         hint = f"for example {example}" if example else ""
@@ -92,8 +92,8 @@ def mapping(
 def _as_meant(
     node: Mapping, what: str, known: Iterable[str], elsewhere: Wanted[str, str], findings: Findings
 ) -> tuple[Mapping, set[str]]:
-    """Report unknown keys; return the mapping with the keys that were probably meant, and these, so
-    that a misspelt key hides no other error and causes none."""
+    """Report unknown keys. Return the mapping with the keys that were probably meant in their
+    place, and the set of these: a misspelt key neither hides nor causes other errors."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
     entries, meant = [], set()
@@ -154,7 +154,7 @@ _ALSO_CALLED = {
     "max_speed": ("speed",),
     "velocity": ("speed",),
 }
-"""Keys as other tools name them, and those here that may be meant."""
+"""Keys of other tools, and the scenario's keys that may be meant."""
 
 
 def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
@@ -192,7 +192,7 @@ def texts(node: Node | None, what: str, findings: Findings) -> tuple[str, ...] |
 
 
 def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
-    """Return a list of words, whose order does not matter."""
+    """Return a list of words as a set."""
     found = texts(node, what, findings)
     return None if found is None else frozenset(found)
 
@@ -200,7 +200,7 @@ def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | 
 def integer(
     node: Node | None, what: str, findings: Findings, *, least: int = 0, most: int = MOST
 ) -> int | None:
-    """Return a whole number from ``least`` to ``most``; true and false are none."""
+    """Return a whole number from ``least`` to ``most``; true and false are not numbers."""
     value = node.value if isinstance(node, Scalar) else None
     if isinstance(value, bool) or not isinstance(value, int):
         wrong_type(node, what, "a whole number", findings)
@@ -215,7 +215,7 @@ def integer(
 def finite(
     node: Node | None, what: str, findings: Findings, expected: str = "a number"
 ) -> float | None:
-    """Return a number that is neither infinite nor none at all (``.inf``, ``.nan``)."""
+    """Return a number other than ``.inf`` and ``.nan``."""
     value = node.value if isinstance(node, Scalar) else None
     if isinstance(value, bool) or not isinstance(value, int | float):
         wrong_type(node, what, expected, findings)
@@ -238,7 +238,7 @@ def within(
     allowed: Callable[[float], bool],
     limits: str,
 ) -> float | None:
-    """Return a finite number that is ``allowed``, which ``limits`` says in words."""
+    """Return a finite number that is ``allowed``; ``limits`` describes the condition."""
     value = finite(node, what, findings)
     if value is None or allowed(value):
         return value
@@ -258,7 +258,7 @@ def boolean(node: Node | None, what: str, findings: Findings) -> bool | None:
 
 
 def switch(node: Node | None, what: str, findings: Findings) -> bool | None:
-    """``on`` or ``off``, also as a truth value: ``on`` is one for readers of older YAML."""
+    """Return the truth value of ``on`` or ``off``, which YAML 1.1 reads as a Boolean."""
     if isinstance(node, Scalar) and isinstance(node.value, str) and node.value.lower() in _SWITCH:
         return _SWITCH[node.value.lower()]
     if isinstance(node, Scalar) and isinstance(node.value, bool):
@@ -273,7 +273,7 @@ _SWITCH = {"on": True, "off": False}
 def choice(
     node: Node | None, what: str, findings: Findings, known: Wanted[str, Value]
 ) -> Value | None:
-    """One of some values, by its word."""
+    """Return the value of a known word."""
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
         wrong_type(node, what, f"one of {listed(known)}", findings)
         return None

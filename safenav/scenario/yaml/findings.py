@@ -17,12 +17,12 @@ MAX_REPORTED = 100
 
 
 class ReadableFolder(Struct, frozen=True):
-    """Files that an input may name: those in ``folder``, or none."""
+    """The folder whose files an input may name; without a folder it may name none."""
 
     folder: Path | None
 
     def holds(self, path: Path) -> bool:
-        """Return whether a path, links followed, stays inside."""
+        """Return whether a path is inside after following links."""
         if self.folder is None:
             return False
         try:
@@ -32,8 +32,8 @@ class ReadableFolder(Struct, frozen=True):
 
 
 class Findings:
-    """Diagnostics of one file; ``beside`` makes one for another file of the same input.
-    ``reach``: which files it may name; None for any."""
+    """Diagnostics of one file; ``beside`` returns those of another file of the same input.
+    ``reach``: the folder whose files it may name; None for any file."""
 
     def __init__(self, file: str, reach: ReadableFolder | None = None) -> None:
         self.file = file
@@ -43,7 +43,7 @@ class Findings:
         self._texts: dict[str, list[str]] = {}
 
     def beside(self, file: str) -> Self:
-        """Findings of a file that this one refers to; they are raised together."""
+        """Return the findings of a file that this one refers to; both are raised together."""
         other = copy(self)
         other.file = file
         self._files.append(file)
@@ -55,7 +55,7 @@ class Findings:
         return ReadableFolder(Path(self._files[0]).parent)
 
     def read_from(self, text: str) -> None:
-        """The text of this file, for messages to quote."""
+        """Set the text of this file, for messages to quote."""
         self._texts[self.file] = text.split("\n")
 
     @property
@@ -64,7 +64,7 @@ class Findings:
         return self._texts.get(self.file, [])
 
     def add(self, where: Node | Place | None, found: str, hint: str = "") -> None:
-        """One thing wrong. ``where`` is None if there is no place to point at."""
+        """Add a diagnostic: its place (None: of the whole file), ``found`` and ``hint``."""
         if where is None:
             self._found.append(Diagnostic(self.file, 0, 0, found, hint))
             return
@@ -74,12 +74,12 @@ class Findings:
     def unknown(
         self, where: Node | None, found: str, word: str, known: Iterable[str], hint: str = ""
     ) -> None:
-        """Report a word that is not one of those ``known``; ``hint``: if none of them is shown."""
+        """Report a word that is not ``known``; ``hint``: if no known word is suggested."""
         self.add(where, f"{found} '{clipped(word)}'", suggestion(word, known) or hint)
 
     def add_inside(self, node: Scalar, column: int, found: str, hint: str = "") -> None:
-        """Report at a column of a text: exactly if it is written in one line without escapes,
-        else at its beginning, with the column in the message."""
+        """Report an error at a column of a text: at that column of the file if the text is
+        ``literal``, else at its beginning, with the column in the message."""
         if node.literal:
             quote = 1 if node.style else 0
             self.add(Place(node.place.line, node.place.column + quote + column - 1), found, hint)
@@ -88,7 +88,7 @@ class Findings:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """All that was found so far, in that order."""
+        """All diagnostics so far, in the order in which they were added."""
         return tuple(self._found)
 
     def __len__(self) -> int:
@@ -120,14 +120,14 @@ class Findings:
 
 
 def closest(word: str, known: Iterable[str], alike: float = 0.6) -> list[str]:
-    """Return the known word that was probably meant, if there is one; ``alike``: from 0 to 1."""
-    from difflib import get_close_matches  # only needed when something is wrong
+    """Return the known word that was probably meant, if any; ``alike``: similarity from 0 to 1."""
+    from difflib import get_close_matches  # only needed for errors
 
     return get_close_matches(word[:80], sorted(known), n=1, cutoff=alike)
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return the known word that was probably meant, and all known ones if they are few."""
+    """Return a hint with the word that was probably meant, and all known words if they are few."""
     words = sorted(known)
     close = closest(word, words)
     parts = [f"did you mean '{close[0]}'?"] if close else []
@@ -137,6 +137,6 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 
 
 def listed(words: Collection[str]) -> str:
-    """Words from a file in one line; not too many of them."""
+    """Return the first twelve words from a file, on one line."""
     some = [clipped(word) for word in list(words)[:12]]
     return ", ".join(some) + (", ..." if len(words) > 12 else "")

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 
 def flow(data: object) -> str:
-    """Mappings, lists, numbers and truth values in YAML; texts are YAML already. A key whose value
-    is None is left out."""
+    """Return mappings, lists, numbers and truth values as YAML; texts must be YAML already. A key
+    whose value is None is left out."""
     match data:
         case bool():
             return "true" if data else "false"

@@ -1,4 +1,4 @@
-"""The JSON Schema (draft 2020-12) of a document, written from its tables."""
+"""The JSON Schema (draft 2020-12) of a document, generated from its tables."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from safenav.scenario.yaml.shapes import Key, Shape, Table
 
 
 def schema_text(root: type[Table], title: str) -> str:
-    """Return the schema of documents that are one item of a table, as JSON text."""
+    """Return the schema of documents described by a table, as JSON text."""
     definitions: dict[str, object] = {}
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -45,7 +45,7 @@ def _shape(part: object, definitions: dict[str, object]) -> dict[str, object]:
 
 
 def _defined(name: str, schema: object, definitions: dict[str, object]) -> object:
-    """Return the schema, or a reference to it."""
+    """Return the schema, or a reference to it if it has a name."""
     if not name:
         return schema
     definitions[name] = schema
@@ -80,7 +80,7 @@ def _own(key: Key[Any], table: type[Table]) -> str:
 
 
 def _default(name: str, table: type[Table]) -> str:
-    """Return the default in words, as the structure that the table fills has it."""
+    """Return the default value of a key in words, from the structure that the table fills."""
     made = fields(table.made) if table.made is not None else ()
     default = next((field.default for field in made if field.encode_name == name), None)
     if isinstance(default, bool):

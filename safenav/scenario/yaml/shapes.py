@@ -1,8 +1,8 @@
 """Shapes of values and tables of keys: the only description of a document's allowed contents.
 
-Readers take values through a table, ``safenav.scenario.yaml.json_schema`` writes its JSON Schema.
-Checks that need more than the value itself (a region of the map, a known model) are code of the
-reader: such a key gives its node.
+Readers take values through a table; ``safenav.scenario.yaml.json_schema`` writes its JSON Schema.
+A reader checks itself what depends on more than the value (a region of the map, a known model);
+such a key returns its node.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ E = TypeVar("E", bound=StrEnum)
 S = TypeVar("S", bound=Struct)
 
 Schema = Mapping[str, object]
-"""A JSON Schema (draft 2020-12); shapes and tables may stand for its parts."""
+"""A JSON Schema (draft 2020-12) whose parts may be shapes and tables."""
 
 
 class Shape(Struct, Generic[T], frozen=True):
     """Values of one form. ``schema``: a JSON Schema or a table. ``read`` returns the value of a
-    node, or None if there is none or it was reported; its second argument names the item. ``name``:
-    of its definition in the schema; ``about`` describes it there."""
+    node, or None if there is none or it was reported; its second argument names the item. ``name``
+    and ``about``: name and description of its definition in the schema."""
 
     schema: object
     read: Callable[[Node | None, str, Any], T | None]
@@ -41,55 +41,55 @@ class Shape(Struct, Generic[T], frozen=True):
 
 
 def form(schema: object, name: str = "", about: str = "") -> Shape[Node]:
-    """Return a value that its reader reads itself."""
+    """Return the shape of a value that is read as its node."""
     return Shape(schema, lambda node, _what, _findings: node, name, about)
 
 
 def whole(least: int = 0, most: int = read.MOST) -> Shape[int]:
-    """Return a whole number from ``least`` to ``most``."""
+    """Return the shape of a whole number from ``least`` to ``most``."""
     reads = partial(read.integer, least=least, most=most)
     return Shape({"type": "integer", "minimum": least, "maximum": most}, reads)
 
 
 def word(known: Mapping[str, T]) -> Shape[T]:
-    """One of some values, by its word."""
+    """Return the shape of one of some values, written as its word."""
     return Shape({"enum": tuple(known)}, partial(read.choice, known=known))
 
 
 def by_word(options: Iterable[E]) -> dict[str, E]:
-    """Members of an enumeration by their words."""
+    """Return members of an enumeration by their words."""
     return {option.value: option for option in options}
 
 
 def choice(options: Iterable[E]) -> Shape[E]:
-    """One of some members of an enumeration, by its word."""
+    """Return the shape of one of some members of an enumeration, written as its word."""
     return word(by_word(options))
 
 
 def many(items: object, least: int = 0) -> Schema:
-    """Return a list."""
+    """Return the schema of a list of at least ``least`` items."""
     return {"type": "array", **({"minItems": least} if least else {}), "items": items}
 
 
 def several(*items: object) -> Schema:
-    """Return a list with one value of each of these shapes."""
+    """Return the schema of a list with one value of each of these shapes."""
     length = len(items)
     return {"type": "array", "prefixItems": items, "items": False, "minItems": length}
 
 
 def matching(pattern: re.Pattern[str]) -> Schema:
-    """Return a text that is of a form from end to end."""
+    """Return the schema of a text that matches a pattern as a whole."""
     return {"type": "string", "pattern": f"^(?:{pattern.pattern})$"}
 
 
 def named(values: object, names: Schema | None = None) -> Schema:
-    """Return a mapping from names to values."""
+    """Return the schema of a mapping from names to values."""
     found = {"type": "object", "additionalProperties": values}
     return found if names is None else {**found, "propertyNames": names}
 
 
 def either(*forms: object) -> Schema:
-    """One of several forms."""
+    """Return the schema of a value of one of several forms."""
     return {"anyOf": forms}
 
 
@@ -103,12 +103,11 @@ PROBABILITY = Shape({"type": "number", "minimum": 0, "maximum": 1}, read.probabi
 
 
 class Key(Generic[T]):
-    """A key of a table; as an attribute of an item its value, or None if there is none or it was
-    reported.
+    """A key of a table. As an attribute of an item it is the value of the key, or None if there is
+    none or it was reported.
 
-    ``about`` describes it; ``required`` is what to write if it is missing, or continues ``about``
-    with an example; ``name`` is how it is
-    written where Python reserves that word.
+    ``about`` describes it; ``required`` is the hint if it is missing, or an example that continues
+    ``about``; ``name`` is its spelling if Python reserves that word.
     """
 
     def __init__(
@@ -121,7 +120,7 @@ class Key(Generic[T]):
 
     @property
     def hint(self) -> str:
-        """The hint of the message that it is missing."""
+        """The hint of the message about a missing key."""
         what = f"{self.about[:1].lower()}{self.about[1:-1]}, "
         return (what if self.required.startswith("for example") else "") + self.required
 
@@ -143,9 +142,9 @@ class Key(Generic[T]):
 class Table:
     """A mapping with known keys; an instance is such a mapping in a document.
 
-    ``made``: what it becomes, whose fields of the same names have the defaults. ``rules``: what its
-    JSON Schema says beside its keys. ``definition``: its name there. ``example``: one, for
-    messages. A subclass has the keys of its base, and ``more``.
+    ``made``: the structure that it fills, whose fields of the same names have the defaults.
+    ``rules``: the part of its JSON Schema beside its keys. ``definition``: its name there.
+    ``example``: an example for messages. A subclass has the keys of its base, and ``more``.
     """
 
     about: ClassVar[str] = ""
@@ -175,9 +174,9 @@ class Table:
         of: str | None = None,
         elsewhere: Mapping[str, str] | None = None,
     ) -> Self | None:
-        """Return the item there; reports keys that are unknown or missing. ``of``: how messages
-        about a key continue, such as ``of until``; ``elsewhere``: hints for keys that belong in
-        something else."""
+        """Return the item of a node; report unknown and missing keys. ``of``: follows a key in
+        messages, such as ``of until``; ``elsewhere``: hints for keys that belong in another
+        mapping."""
         required = {key.name: key.hint for key in cls.needed}
         found = read.mapping(node, what, findings, cls.known, required, elsewhere, cls.example)
         return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
@@ -186,26 +185,26 @@ class Table:
     def fill(
         cls, node: Node | None, what: str, findings: Findings, default: S, of: str | None = None
     ) -> S:
-        """Return the default with the values that are given."""
+        """Read an item and return the default with its values."""
         item = cls.read(node, what, findings, of)
         return default if item is None else item.over(default)
 
     @classmethod
     def filling(cls, default: S) -> Shape[S]:
-        """Items that become the default with the values that are given."""
+        """Return the shape of items that are read by ``fill``."""
         return Shape(
             cls, lambda node, what, found: cls.fill(node, what.strip("' "), found, default)
         )
 
     def over(self, default: S) -> S:
-        """Return the default with the values that are given."""
+        """Return the default with the values of this item."""
         return replace(default, **self.given(*self.known.values()))
 
     def given(self, *keys: Key[Any]) -> dict[str, Any]:
-        """Return the values of keys that have one, by name."""
+        """Return the values of those ``keys`` that have one, by name."""
         found = ((key.name, key.__get__(self, type(self))) for key in keys)
         return {name: value for name, value in found if value is not None}
 
     def where(self, key: Key[Any]) -> Node | None:
-        """Return the node of a key, to point at."""
+        """Return the node of a key, for diagnostics; None if it is missing."""
         return self.node.get(key.name)

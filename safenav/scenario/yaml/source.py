@@ -1,4 +1,4 @@
-"""Scenario and catalogue files as text, or a message why a path is none."""
+"""Scenario and catalogue files as text, or a message why a file is not usable."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ T = TypeVar("T")
 MAX_BYTES = 5_000_000
 
 STDIN = "-"
-"""The name of standard input where a scenario is read."""
+"""The path that means standard input."""
 
 _TRACE = re.compile(r'\s*\{"type"\s*:\s*"header"')
 _SPECIFICATION = re.compile(
@@ -45,22 +45,22 @@ _IMAGES = {b"\x89PNG": "PNG", b"P5": "PGM", b"P2": "PGM", b"\xff\xd8\xff": "JPEG
 
 
 def read_source(path: Path, findings: Findings, named_at: Node | None = None) -> str | None:
-    """Return the text of a file; None if that is impossible, which is then reported.
+    """Return the text of a file; None if an error was reported.
 
-    ``named_at`` is where another file (that of ``findings``) names this one.
+    ``named_at``: the node at which another file (that of ``findings``) names this one.
     """
     return _made(_decoded, path, findings, named_at, MAX_BYTES)
 
 
 def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> bytes | None:
-    """Return the content of a binary file, of at most ``limit`` bytes; else as above."""
+    """Return the content of a binary file of at most ``limit`` bytes; None as ``read_source``."""
     return _made(bytes, path, findings, named_at, limit)
 
 
 def _made(
     make: Callable[[bytes], T], path: Path, findings: Findings, named_at: Node | None, limit: int
 ) -> T | None:
-    """The content of a file by ``make``; None if that is impossible, which is then reported."""
+    """Return the content of a file, converted by ``make``; None if an error was reported."""
     try:
         _refuse_outside(path, findings, named_at)
         if named_at is None and str(path) == STDIN:
@@ -75,8 +75,8 @@ def _made(
 
 
 def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> None:
-    """Raise before touching a file that an input from elsewhere must not name; report files outside
-    the folder of an input that the user has named."""
+    """Raise before opening a file outside the folder that ``findings.reach`` allows. Without such a
+    limit (the user named the input), only note a file outside the input's folder."""
     reach = findings.reach
     if named_at is None:
         return
@@ -95,7 +95,7 @@ def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> No
 
 @cache
 def _tell_outside(file: str, path: Path) -> None:
-    """Once for each, on standard error unless the log has a handler."""
+    """Log a note once per file; without a handler it goes to standard error."""
     from logging import getLogger  # only needed here
 
     getLogger("safenav").warning("note: %s reads a file outside of its folder: %s", file, path)
@@ -115,7 +115,7 @@ def _bytes(path: Path, limit: int) -> bytes:
         if stat.S_ISDIR(kind):
             raise _UnusableError("this is a directory", "name a file in it")
         if not stat.S_ISREG(kind):
-            # A pipe would wait forever, /dev/zero never ends.
+            # A pipe may never deliver data, and /dev/zero never ends.
             raise _UnusableError("this is not a regular file", "copy what it gives into a file")
         with path.open("rb") as file:
             data = file.read(limit + 1)
@@ -152,17 +152,17 @@ def _decoded(data: bytes) -> str:
 
 
 def is_trace(text: str) -> bool:
-    """Return whether a text begins as a trace does, which is not a scenario."""
+    """Return whether a text begins like a trace."""
     return _TRACE.match(text) is not None
 
 
 def is_specification(text: str) -> bool:
-    """Return whether a text begins as a specification of slugs does, which is not a scenario."""
+    """Return whether a text begins like a specification of slugs."""
     return _SPECIFICATION.match(text) is not None
 
 
 def parsed(text: str, findings: Findings) -> Node | None:
-    """Return the YAML document in a text; its flaws are reported."""
+    """Return the YAML document in a text; report its errors. None if it is not readable."""
     if is_trace(text):
         hint = f"show it with: safenav replay {findings.file}"
         findings.add(None, "this is a trace, not a scenario", hint)
@@ -192,7 +192,7 @@ def parsed(text: str, findings: Findings) -> Node | None:
 
 
 def _neighbours(path: Path) -> str:
-    """Files of a similar name in the same directory."""
+    """Return a hint that names a similar file of the same directory."""
     from difflib import get_close_matches
 
     try:

@@ -1,4 +1,4 @@
-"""Ways through a document by its tables: which values of its data have a shape."""
+"""Search in a document, by its tables, for the values of some shape."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from safenav.scenario.yaml.shapes import Shape, Table
 
 
 def values_of(sought: Collection[object], root: object, data: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield where a value of a sought shape or table stands in data (mappings, lists, scalars) of
-    the shape ``root``: what holds it, and its key or index. Data of another form is passed over."""
+    """Yield the container and the key or index of each value of a sought shape or table in data
+    (mappings, lists, scalars) of the shape ``root``. Data of another form is skipped."""
     yield from _below(sought, root, {"": data}, "")
 
 
 def table_at(root: object, path: Collection[object]) -> type[Table] | None:
-    """Return the table of the item at a path of keys and indices, if that is one."""
+    """Return the table of the item at a path of keys and indices; None if it has none."""
     parts = [root]
     for step in path:
         inner = (_inner(form, step) for part in parts for form in forms(part))
@@ -46,7 +46,7 @@ def _below(
     ways = [(s, i) for f in forms(part, sought) for s in steps if (i := _inner(f, s)) is not None]
     for form in forms(part, sought):
         if isinstance(form, Shape):
-            # [3, 8] may be one region or a list of them: where lists are allowed, it is one.
+            # [3, 8] may be one region or a list of two: where lists are allowed, it is a list.
             if not ways and not isinstance(value, dict):
                 yield holder, key
         elif isinstance(value, dict) and any(form is each for each in sought):
@@ -56,7 +56,7 @@ def _below(
 
 
 def _inner(form: object, step: object) -> object:
-    """Return the part of a form behind a key or an index; None if it has none."""
+    """Return the part of a form for a key or an index; None if it has none."""
     if isinstance(form, type) and issubclass(form, Table):
         return form.known[step].shape if isinstance(step, str) and step in form.known else None
     schema = form if isinstance(form, Mapping) else {}

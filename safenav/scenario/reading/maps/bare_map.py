@@ -1,4 +1,4 @@
-"""A map file without a scenario: to draw it, or to begin a scenario on it."""
+"""A map file without a scenario, to draw it or to start a scenario on it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Division(Struct, frozen=True):
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Return the keys of a scenario's ``map`` for it: ``rows: 20``, ..."""
+        """The keys of a scenario's ``map`` for this division: ``rows: 20``, ..."""
         said = {
             "rows": self.rows,
             "cols": self.cols,
@@ -59,7 +59,7 @@ def form_of(path: Path) -> str | None:
 
 
 def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
-    """Return the keys of a scenario's ``map`` for a file; the scenario lies in ``folder``.
+    """Return the keys of a scenario's ``map`` for a file, relative to ``folder``.
 
     Raises InputError if the file is not a map file.
     """
@@ -74,8 +74,8 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
 
 
 def load_map(path: Path, division: Division, reach: ReadableFolder | None = None) -> RegionMap:
-    """Return the regions of a map file. ``reach``: which further files it may name. Raises
-    InputError with all errors."""
+    """Return the regions of a map file. ``reach``: the folder whose files it may name (None: any).
+    Raises InputError with all errors."""
     if not path.is_file():
         said = "this is a directory" if path.is_dir() else "no such file"
         raise InputError([Diagnostic(str(path), 0, 0, said, "check the path")])
@@ -89,8 +89,8 @@ def load_map(path: Path, division: Division, reach: ReadableFolder | None = None
 
 
 def _tell_whole_file(findings: Findings, division: Division) -> None:
-    """Raise the errors that were found, without places in the generated text; hints name options
-    instead of keys."""
+    """Raise the errors, without places in the generated text and with options instead of keys in
+    their hints."""
     try:
         findings.raise_if_any()
     except InputError as error:

@@ -1,7 +1,7 @@
 """Maps from images: ``image: floor.png``, or ``image: {file: floor.png, legend: {...}}``.
 
-Without a legend, dark pixels are walls. With one, each pixel means what the nearest colour of the
-legend stands for: wall, free floor, or an area. A colour far from all of them means free floor.
+Without a legend, dark pixels are walls. With one, each pixel has the meaning of the nearest colour
+of the legend: wall, free floor, or an area. A colour far from all of them means free floor.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ DEFAULT_THRESHOLD = 0.5
 
 
 def read_image_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
-    """Return the map of an image with ``rows`` and ``cols``."""
+    """Return the map of an image with ``rows`` and ``cols``; None after an error was reported."""
     before = len(findings)
     count = read_count(fields, findings)
     threshold, share = fields.threshold, fields.share or 0.0
@@ -59,8 +59,8 @@ def read_image_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap 
 
 
 def _described(node: Node, findings: Findings) -> tuple[Node | None, dict[Colour, str], Text]:
-    """Return the file, the legend and the treatment of text. With a path alone all dark pixels are
-    walls."""
+    """Return the file, the legend and the treatment of text. With a path alone the legend is empty
+    and text is walls."""
     if not isinstance(node, Mapping):
         return node, {}, Text.WALL
     item = ImageKeys.read(node, "'image' of map", findings, "of image")

@@ -103,7 +103,8 @@ class MapKeys(Table):
 def read_origin(
     node: Node | None, what: str, findings: Findings
 ) -> tuple[float, float, float] | None:
-    """``[x, y]`` or ``[x, y, yaw]``."""
+    """Return x, y (metres) and yaw (radians) from ``[x, y]`` or ``[x, y, yaw]``; None if missing or
+    reported."""
     if not isinstance(node, Sequence) or len(node.items) not in (2, 3):
         read.wrong_type(node, what, "[x, y] or [x, y, yaw]", findings)
         return None

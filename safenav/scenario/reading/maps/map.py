@@ -26,8 +26,8 @@ _BESIDE = {"areas": "'areas' stands beside 'map', not in it"}
 
 
 def read_map(node: Node | None, reading: Reading) -> None:
-    """Read the map with its names. If it cannot be used, which is reported, only its names are
-    available."""
+    """Read the map and its names into ``reading``. After an error in the map was reported, only its
+    names are available."""
     item = MapKeys.read(node, "map", reading, elsewhere=_BESIDE)
     if item is not None:
         form = _form(item.node, reading)
@@ -62,7 +62,7 @@ def _read_form(form: str, fields: MapKeys, reading: Reading) -> RegionMap | None
         hint = f"{install_command('maps')}\n    or draw the map with 'grid'"
         reading.add(node, "a map file needs numpy, which is not installed", hint)
         return None
-    # Map files are read by modules of their own: numpy takes longer than a whole scenario.
+    # Only map files need numpy, whose import takes longer than reading a whole scenario.
     if form == "ros":
         from safenav.scenario.reading.maps.ros_map import read_ros
 
@@ -123,7 +123,7 @@ def _read_names(fields: MapKeys, reading: Reading) -> None:
 
 
 def _areas_of_legend(image: Node | None) -> dict[str, frozenset[int] | None]:
-    """Return the areas of an image that cannot be read."""
+    """Return the areas of an unreadable image, each None."""
     legend = image.get("legend") if isinstance(image, Mapping) else None
     entries = legend.entries if isinstance(legend, Mapping) else ()
     return {value.text: None for _, value in entries if isinstance(value, Scalar)}

@@ -27,7 +27,8 @@ from safenav.world.map import MAX_REGIONS, RegionMap
 
 
 def read_movingai_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
-    """``movingai: arena.map``, as it is or divided into ``rows`` and ``cols``."""
+    """Return the map of ``movingai: arena.map``, divided into ``rows`` and ``cols`` if given; None
+    after an error was reported."""
     before = len(findings)
     count, share = read_count(fields, findings), fields.share or 0.0
     path = named_path(node, "movingai", findings)
@@ -66,7 +67,7 @@ def read_pixels(node: Node, findings: Reading) -> Image | None:
 
 
 def read_count(fields: MapKeys, findings: Findings) -> tuple[int, int] | None:
-    """``rows`` and ``cols``, of which one demands the other."""
+    """Return ``rows`` and ``cols``; None unless both are given."""
     rows, cols = fields.rows, fields.cols
     for word, other in (("rows", "cols"), ("cols", "rows")):
         node = fields.node.get(word)
@@ -78,7 +79,8 @@ def read_count(fields: MapKeys, findings: Findings) -> tuple[int, int] | None:
 def with_walls(
     blocked: Blocked, layout: Layout, share: float, node: Node, findings: Findings
 ) -> RegionMap | None:
-    """Return the map of that layout over the pixels; None after an error was reported."""
+    """Return the map of a layout over the pixels. ``share``: a region is a wall if more than this
+    share of it is blocked. None after an error was reported."""
     if layout.rows * layout.cols > MAX_REGIONS:
         found, hint = too_large(layout.rows, layout.cols)
         findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")
@@ -95,7 +97,7 @@ def with_walls(
 
 
 def tell(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:
-    """Report the errors of a map file, those without a line at ``node``."""
+    """Report the errors of a map file; those without a line point at ``node``."""
     inside = findings.beside(str(path))
     for flaw in error.flaws:
         if flaw.line:

@@ -1,8 +1,8 @@
-"""``ros: map.yaml`` in the map of a scenario: an occupancy map as ROS map_server saves it.
+"""``ros: map.yaml`` in the map of a scenario: an occupancy map of ROS map_server.
 
-What map_server calls unknown is a wall here: a controller must not rely on it. So a pixel is
-free only if map_server says free: occupancy (how dark it is, or how bright if ``negate``) below
-``free_thresh`` and not above ``occupied_thresh``. The modes trinary and scale agree on that.
+An unknown pixel is a wall: a strategy must not rely on it. A pixel is free only if map_server reads
+it as free: occupancy (darkness, or brightness if ``negate``) below ``free_thresh`` and not above
+``occupied_thresh``. The modes trinary and scale agree on that.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from safenav.world.map import MAX_REGIONS, RegionMap
 
 
 class RosMap(Struct, frozen=True):
-    """The YAML file of a map. ``resolution``: metres per pixel; ``origin``: x, y and yaw of its
-    lower left corner."""
+    """The YAML file of a map. ``resolution``: metres per pixel; ``origin``: x, y (metres) and yaw
+    (radians) of its lower left corner; thresholds: occupancy from 0 to 1."""
 
     resolution: float
     origin: tuple[float, float, float]
@@ -56,8 +56,8 @@ UNKNOWN = 205 / 255
 
 
 def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
-    """Map_saver of Nav2 wrote 0.25 until 2025, with which map_server reads unknown as free (pull
-    request 5278 of ros-navigation/navigation2)."""
+    """Warn of unknown pixels that count as free: until 2025 map_saver of Nav2 wrote 0.25, with
+    which map_server reads them so (pull request 5278 of ros-navigation/navigation2)."""
     gray = np.arange(image.white + 1) == round(UNKNOWN * image.white)
     count = int((image.where(gray) & ~occupied(image, settings)).sum())
     if settings.negate or not count:
@@ -134,15 +134,15 @@ def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None
 
 
 def _decimal(number: float) -> Fraction:
-    """Return the decimal number, not its binary neighbour: 0.5 / 0.05 is exactly 10."""
+    """Return the exact decimal value of a number, so that 0.5 / 0.05 is exactly 10."""
     return Fraction(repr(number))
 
 
 def read_ros_file(
     text: str, findings: Reading
 ) -> tuple[RosMap | None, Image | None, Blocked | None]:
-    """Return the settings, their image, and its pixels that are not free; None for parts with
-    reported errors."""
+    """Return the settings, their image, and its pixels that are not free; three times None after
+    an error was reported."""
     item = read.mapping(parsed(text, findings), "a ROS map", findings, None, REQUIRED)
     if item is None:
         return None, None, None
