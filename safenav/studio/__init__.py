@@ -1,1 +1,1 @@
-"""The studio: one page on this machine that draws a scenario and shows its run as it happens."""
+"""The studio: a local web page in which to draw a scenario and watch its run."""

@@ -1,4 +1,4 @@
-"""The studio with its drawing board: a text, what it draws, and what is wrong with it."""
+"""The studio with its editor: a scenario's text, its drawing and its errors."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
 
 
 class Editor(Studio):
-    """Owner of the text. ``scenarios``: the folder from which they are opened and to which they are
-    saved; ``named``: the folder that the user named, which alone a text of a foreign origin may
+    """Owner of the text. ``scenarios``: the folder in which scenarios are opened and saved;
+    ``named``: the folder that the user named, the only one that a text of foreign origin may
     read."""
 
     def __init__(
@@ -75,8 +75,8 @@ class Editor(Studio):
 
     @classmethod
     def of_file(cls, file: Path | None, folder: Path | None) -> Editor:
-        """An editor of a file, or of a blank scenario in a folder. ``folder``: where scenarios are
-        opened and saved, else that of the file, else the current one. Raises UsageError for an
+        """Return an editor of a file, or of a blank scenario. ``folder``: where scenarios are
+        opened and saved; default: that of the file, else the current one. Raises UsageError for an
         unreadable file."""
         if file is not None and file.is_dir():
             file, folder = None, folder or file
@@ -124,9 +124,9 @@ class Editor(Studio):
     async def uploaded(
         self, name: str, content: bytes, about: Mapping[str, str]
     ) -> dict[str, Any] | None:
-        """A file, or a division of one, by its ``kind``: a ``scenario``, a ``map`` (MovingAI), a
-        ``companion`` that a ROS map names, a ``plan`` (an image or ROS map), a ``preview`` of its
-        division, and the map that was ``divided`` so."""
+        """Handle an upload by its ``kind``: a ``scenario``, a ``map`` (MovingAI), a ``companion``
+        file that a ROS map names, a ``plan`` (image or ROS map), or a division of the plan, to
+        ``preview`` it or to begin with the ``divided`` map. Return the answer to the page."""
         kind = about.get("kind")
         if kind in ("plan", "preview", "divided") and find_spec("numpy") is None:
             raise UsageError(f"reading images needs numpy: {install_command('maps')}")
@@ -168,7 +168,7 @@ class Editor(Studio):
         return {**super()._hello(), **more}
 
     def _told(self) -> dict[str, Any]:
-        """The text with all that follows from it."""
+        """Return the message with the text, its drawing, palette and errors."""
         document, file = self.document, self.document.origin.file
         return {
             "is": "document",
@@ -185,8 +185,8 @@ class Editor(Studio):
         }
 
     def _reach(self) -> ReadableFolder:
-        """The files that the text may name: those in the folder that was named, else in that of
-        its file; a foreign text without either reads none."""
+        """Return the files that the text may name: those in the folder that the user named, else,
+        for a text of foreign origin, none, else those in the folder of its file."""
         origin = self.document.origin
         home = origin.file.parent if origin.file is not None else self.scenarios.folder
         return ReadableFolder(self.named or (None if origin.foreign else home))
@@ -211,8 +211,8 @@ class Editor(Studio):
         return self._order_of(self.document.text)
 
     def _draw(self) -> None:
-        """Bring the drawing up to date. While the map cannot be read, the former drawing of the
-        same origin stays."""
+        """Update the drawing. While the map is unreadable, the previous drawing of the same origin
+        stays."""
         world = self._draft.world
         drawn = None
         if world is not None:
@@ -222,8 +222,8 @@ class Editor(Studio):
         self._catalogue = self._draft.catalogue
 
     def _changed(self) -> None:
-        """Send the changed text to every page, and check it. Whether robots can reach their targets
-        takes longer on large maps, and is sent when it is known."""
+        """Send the changed text to every page, and check it. The check that robots can reach their
+        targets takes longer on large maps; its result is sent later."""
         before = self._draft.scenario
         self._draft, self._checked = self._drafted(reachable=False), False
         first = _altered(before, self._draft.scenario)
@@ -259,7 +259,7 @@ class Editor(Studio):
             self._changed()
 
     async def _embed(self, _: Message) -> None:
-        """Draw the map of a file into the text."""
+        """Copy the map of a file into the text."""
         world = self._draft.world
         if world is None:
             raise UsageError("the map is not valid yet: fix the listed problems first")
@@ -275,7 +275,7 @@ class Editor(Studio):
         self._changed()
 
     async def _open(self, data: Message) -> None:
-        """Begin with another text: ``kind`` blank, template, file or link."""
+        """Open another text: ``kind`` blank, template, file or link."""
         kind = data.get("kind")
         if kind == "blank":
             rows, cols = data.get("rows") or 9, data.get("cols") or 15
@@ -295,7 +295,7 @@ class Editor(Studio):
             raise UsageError("unknown beginning; known: blank, template, file, link")
 
     def _begin_with(self, text: str, *, foreign: bool = False) -> None:
-        """A text without a file, but for a file that does not exist yet."""
+        """Open a text without a file; a named file that does not exist yet stays its target."""
         if len(text) > MAX_BYTES:
             raise UsageError(f"a scenario has at most {MAX_BYTES // 1_000_000} MB")
         file = self.document.origin.file
@@ -304,12 +304,12 @@ class Editor(Studio):
         self._changed()
 
     async def _files(self, _: Message) -> None:
-        """The scenarios that can be opened."""
+        """Send the names of the scenarios that can be opened."""
         self.tell({"is": "files", "names": await asyncio.to_thread(self.scenarios.names)})
 
     async def _save(self, data: Message) -> None:
-        """To the file that was opened, or under a ``name`` in the folder. A file with an unknown
-        content is replaced only if ``replace`` is set."""
+        """Save the text to its file, or under a ``name`` in the folder. A file with unknown content
+        is replaced only if ``replace`` is set."""
         name, document = data.get("name"), self.document
         origin = document.origin
         path = self.scenarios.path(name) if isinstance(name, str) and name else origin.file
@@ -320,13 +320,13 @@ class Editor(Studio):
         moved = path != origin.file
         origin.file, origin.foreign, origin.saved = path, False, document.text
         self.tell({"is": "saved", "file": self.scenarios.name(path)})
-        if moved:  # other files are beside it
+        if moved:  # the text may now name other files
             self._changed()
         else:
             self.tell(self._told())
 
     async def _keep(self, _: Message) -> None:
-        """Edit the scenario that was played."""
+        """Open the scenario of the run, with its changes, in the editor."""
         if self.run is None:
             raise UsageError("no run to edit yet")
         if self.document.change(self._played()):
@@ -342,7 +342,7 @@ class Editor(Studio):
 
 
 def _altered(before: Scenario | None, after: Scenario | None) -> tuple[str, ...]:
-    """The robots that are not what they were."""
+    """Return the names of robots that are new or changed."""
     if before is None or after is None:
         return ()
     return tuple(robot.name for robot in after.robots if robot not in before.robots)
@@ -358,7 +358,7 @@ def _problem(found: Diagnostic) -> dict[str, Any]:
 
 
 def unpacked(packed: str) -> str:
-    """The scenario in a link. Raises UsageError if there is none."""
+    """Return the scenario in a link. Raises UsageError if there is none."""
     with suppress(ValueError, zlib.error, UnicodeDecodeError):
         raw = base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4))
         opener = zlib.decompressobj(-15)

@@ -1,4 +1,4 @@
-"""The folder in which the studio opens and saves scenarios, and nowhere else."""
+"""The only folder in which the studio opens and saves scenarios."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from safenav.scenario.yaml.source import MAX_BYTES, is_trace
 
 _ENDINGS = (".yaml", ".yml")
 _DEEP = 3
-"""Folders within one another that are searched."""
+"""Depth of the search, in folders."""
 _SEEN = 3000
-"""Entries after which the search ends: the folder may be a whole disk."""
+"""Folder entries after which the search ends: the folder may be a whole disk."""
 _MOST = 300
 _HEAD = 4096
-"""Bytes within which a scenario has its ``safenav:``."""
+"""Bytes of a file in which ``safenav:`` is searched."""
 
 
 class ReplaceError(UsageError):
-    """A file that would be replaced: the user decides. ``name``: its name."""
+    """A file that saving would replace: the user decides. ``name``: its name."""
 
     def __init__(self, name: str, why: str) -> None:
         super().__init__(f"{name} {why}")
@@ -64,7 +64,7 @@ class ScenarioFolder(Struct, frozen=True):
         return path
 
     def name(self, path: Path) -> str:
-        """Return the name under which a file is opened and saved; it may lie outside."""
+        """Return a file's path relative to the folder, or its bare name if it is outside."""
         try:
             return path.resolve().relative_to(self.folder.resolve()).as_posix()
         except ValueError:
@@ -88,9 +88,9 @@ def read_text(path: Path) -> str:
 
 
 def save_text(path: Path, text: str, known: str | None, *, replace: bool) -> None:
-    """Write a file whole or not at all. ``known``: the content that it may have without a question.
+    """Write a file whole or not at all. ``known``: the content that may be replaced.
 
-    Raises ReplaceError if it has another one, unless ``replace``.
+    Raises ReplaceError if the file has another content, unless ``replace``.
     """
     if not replace and path.exists():
         try:

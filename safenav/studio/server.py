@@ -3,8 +3,8 @@
 It listens on the loopback interface, which every program and every web page in a browser of this
 machine can reach. So each request must contain the token of the address, use an address of this
 server (else a foreign name that resolves to 127.0.0.1 would suffice: DNS rebinding), and, if a
-browser reports the page that it comes from, come from a page of this server. What pages say goes to
-the ``Studio``, which answers all of them.
+browser reports the page that it comes from, come from a page of this server. The ``Studio`` handles
+the messages of all pages.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ APART = (
 
 
 class Guard(Struct, frozen=True):
-    """Judges requests. ``token``: of the address; ``port``: that is listened on."""
+    """Accepts or refuses requests. ``token``: of the address; ``port``: of the server."""
 
     token: str
     port: int
@@ -66,7 +66,7 @@ class Guard(Struct, frozen=True):
         return f"http://127.0.0.1:{self.port}/{self.token}/"
 
     def refusal(self, path: str, headers: Mapping[str, str]) -> tuple[int, str] | None:
-        """Return why a request is refused, as a status and a sentence; None if it may pass."""
+        """Return why a request is refused, as a status and a sentence; None if it is accepted."""
         hosts = {f"127.0.0.1:{self.port}", f"localhost:{self.port}"}
         host = headers.get("Host", "")
         if host not in hosts:
@@ -87,18 +87,18 @@ class Guard(Struct, frozen=True):
 
 PORT = 7246
 PORTS = 20
-"""Ports that are tried, from the first on."""
+"""Number of ports that are tried, starting with ``PORT``."""
 BACKLOG = 2048
-"""Connections that wait to be accepted."""
+"""Maximum number of connections that wait to be accepted."""
 
 PAGES = 64
-"""Pages that may be open simultaneously."""
+"""Maximum number of open pages."""
 
 ABANDONED = 60.0
 """Seconds after the last page was closed until the studio ends."""
 
 BEHIND = 2000
-"""Messages that a page may be behind before it is dropped (it will come back)."""
+"""Unsent messages after which a page is disconnected; it then reconnects."""
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -247,7 +247,7 @@ class Server:
 
 
 async def _write(page_: web.WebSocketResponse, queue: asyncio.Queue[str | None]) -> None:
-    """Send what there is to say, until the page falls too far behind."""
+    """Send queued messages, until the page falls too far behind."""
     with suppress(ConnectionError):
         while (text := await queue.get()) is not None:
             await page_.send_str(text)
@@ -260,15 +260,15 @@ def _put(queue: asyncio.Queue[str | None], data: dict[str, Any]) -> None:
 
 
 def listening(port: int | None) -> socket.socket:
-    """Return a socket on the loopback interface; on another port if the port is taken and the user
-    does not insist on it. Raises UsageError."""
+    """Return a socket on a port of the loopback interface; None: the first free one from ``PORT``
+    on, else any. Raises UsageError if there is none."""
     wanted = [port] if port is not None else [*range(PORT, PORT + PORTS), 0]
     for number in wanted:
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind(("127.0.0.1", number))
-            listener.listen(BACKLOG)  # until then another process may be bound to it, too
+            listener.listen(BACKLOG)  # before this, another process can bind the same port
         except OSError as error:
             listener.close()
             failure = error
@@ -280,7 +280,7 @@ def listening(port: int | None) -> socket.socket:
 
 
 def _allow_many_connections() -> None:
-    """Raise the limit of open files, within reason."""
+    """Raise the limit of open files to 8192 if the system allows it."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = 8192 if hard == resource.RLIM_INFINITY else min(8192, hard)
     if soft != resource.RLIM_INFINITY and soft < wanted:
@@ -292,12 +292,12 @@ FILES = {"studio.js": "text/javascript", "studio.css": "text/css"}
 
 
 def page(title: str) -> str:
-    """The document that loads everything else."""
+    """Return the document that loads the page's program and style."""
     style = '<link rel="stylesheet" href="studio.css">'
     return framed(title, style, '<script src="studio.js"></script>')
 
 
 @cache
 def asset(name: str) -> str:
-    """A file of the page."""
+    """Return the text of a file of the page."""
     return files("safenav.studio").joinpath("assets", name).read_text(encoding="utf-8")

@@ -1,8 +1,8 @@
 """The studio itself: one scenario, one run, and the pages that show them.
 
-Pages hold no state of their own: all that they show comes from here, so that two pages agree and a
+Pages hold no state of their own: they show the state of this module, so that two pages agree and a
 reload loses nothing. All messages of pages enter by ``take``, all messages to pages leave by
-``tell``. What can be saved from a run is made here: a replay, one in 3D, pictures, a bundle.
+``tell``. It also makes the downloads of a run: a replay, one in 3D, pictures, a bundle.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ MOST_FRAMES = 1000
 
 
 def replay_page(trace: bytes, name: str) -> bytes:
-    """The replay as one HTML page."""
+    """Return the replay as one HTML page."""
     return page_of_trace(read_bytes(trace, name), name).encode()
 
 
 def page_3d(trace: bytes, name: str) -> bytes:
-    """The run so far in 3D as one HTML page. Raises UsageError without the extra ``motion``."""
+    """Return the run in 3D as one HTML page. Raises UsageError without the extra ``motion``."""
     try:
         from safenav.motion.making import motion_of
     except ModuleNotFoundError as error:
@@ -54,8 +54,8 @@ def page_3d(trace: bytes, name: str) -> bytes:
 
 
 def frames(trace: bytes, name: str) -> bytes:
-    """A picture of every tick, zipped: PNG, or SVG without the extra ``pictures``. Raises
-    UsageError for a run that is too long."""
+    """Return a picture of every tick, zipped: PNG, or SVG without the extra ``pictures``. Raises
+    UsageError for a run of more than ``MOST_FRAMES`` ticks."""
     replay = replay_of(read_bytes(trace, name))
     if replay.last >= MOST_FRAMES:
         raise UsageError(
@@ -72,15 +72,15 @@ def frames(trace: bytes, name: str) -> bytes:
                 canvas.show(layers_of(replay.scene(tick), options))
                 with files.open(f"tick-{tick:04}.png", "w") as file:
                     canvas.image.save(file, "PNG")
-        except (ModuleNotFoundError, UsageError):  # nothing draws pixels here
+        except (ModuleNotFoundError, UsageError):  # the extra ``pictures`` is missing
             for tick in range(replay.last + 1):
                 files.writestr(f"tick-{tick:04}.svg", svg_of(replay.scene(tick), options))
     return packed.getvalue()
 
 
 def bundle(trace: bytes, name: str) -> bytes:
-    """The run with its proofs and their checker, zipped. Raises SafenavError where the checker does
-    not accept it."""
+    """Return the run with its proofs and their checker, zipped. Raises SafenavError if the checker
+    rejects it."""
     with TemporaryDirectory() as folder:
         file, out = Path(folder) / name, Path(folder) / "bundle.zip"
         file.write_bytes(trace)
@@ -97,17 +97,17 @@ SAVERS: Mapping[str, tuple[Saver, str, str]] = {
     "frames": (frames, "-frames.zip", "application/zip"),
     "bundle": (bundle, ".zip", "application/zip"),
 }
-"""For each name in an address: the function that makes the file, its name's end, its media type."""
+"""For each name in an address: the function that makes the file, its suffix and its media type."""
 
 
 Message = Mapping[str, Any]
 Made = tuple[str, bytes, str]
-"""Something to download: its file name, its bytes, its media type."""
+"""A download: file name, content and media type."""
 
 
 class Studio:
-    """A studio session. ``editor``: the drawing side, None where only a run is shown. ``pages``:
-    the queue of messages to each of them."""
+    """A studio session that shows a run; ``Editor`` adds the editor. ``pages``: the queue of
+    messages to each open page."""
 
     def __init__(self, order: RunOrder, catalogue: Catalogue, *, trace: Path | None = None) -> None:
         self.pages: set[asyncio.Queue[str | None]] = set()
@@ -131,8 +131,8 @@ class Studio:
     def of_run(
         cls, scenario: Path, seed: int | None, trace: Path | None, clock: str | None = None
     ) -> Studio:
-        """The run of a scenario, without an editor. Raises InputError for a wrong one, UsageError
-        for standard input: a run can be begun again, what was read there cannot."""
+        """Return a session for the run of a scenario, without an editor. Raises InputError for an
+        invalid scenario, UsageError for standard input, which a restart could not read again."""
         if str(scenario) == STDIN:
             raise UsageError("a live run needs a file: standard input can be read only once")
         catalogue = load_scenario(scenario).catalogue
@@ -142,35 +142,35 @@ class Studio:
 
     @property
     def title(self) -> str:
-        """The title of the page before it knows more."""
+        """The title of the page until it receives a run."""
         return f"{Path(self._order.file).stem}: safenav studio"
 
     def join(self, page: asyncio.Queue[str | None]) -> None:
-        """Send everything to a page that was opened."""
+        """Add an opened page, and send the whole state to it."""
         self.pages.add(page)
         for data in self._everything():
             page.put_nowait(json.dumps(data))
 
     def leave(self, page: asyncio.Queue[str | None]) -> None:
-        """A page was closed."""
+        """Remove a closed page."""
         self.pages.discard(page)
 
     def tell(self, data: Mapping[str, Any]) -> None:
-        """Send to all pages."""
+        """Send a message to all pages."""
         if not self.pages:
             return
         text = json.dumps(data, separators=(",", ":"))
         for page in list(self.pages):
             try:
                 page.put_nowait(text)
-            except asyncio.QueueFull:  # it has not read for long: it may come back
+            except asyncio.QueueFull:  # it is too far behind: disconnect it, so that it reconnects
                 self.pages.discard(page)
                 with suppress(asyncio.QueueEmpty):
                     page.get_nowait()
                     page.put_nowait(None)
 
     async def take(self, data: Message) -> None:
-        """Carry out the request of a page. Raises SafenavError for an impossible one."""
+        """Execute the request of a page. Raises SafenavError for an impossible one."""
         wanted = self._does.get(str(data.get("do")))
         if wanted is None:
             raise UsageError(f"unknown request '{str(data.get('do'))[:40]}'")
@@ -190,7 +190,7 @@ class Studio:
     async def uploaded(
         self, name: str, content: bytes, about: Mapping[str, str]
     ) -> dict[str, Any] | None:
-        """Take a file that a page sends. Raises UsageError where there is no editor."""
+        """Handle an uploaded file. Raises UsageError: only ``Editor`` opens files."""
         del name, content, about
         raise UsageError("this studio only shows a run and opens no files")
 
@@ -203,7 +203,7 @@ class Studio:
                 page.put_nowait(None)
 
     def _everything(self) -> list[dict[str, Any]]:
-        """Return the messages that a page needs just after it was opened."""
+        """Return the messages with the whole state, for a newly opened page."""
         told = [self._hello()]
         if self.run is not None:
             told.append({"is": "run", "run": self.run.whole, "state": self.run.state})
@@ -218,7 +218,7 @@ class Studio:
         return self._order
 
     async def _begin(self, seed: int | None) -> StudioRun:
-        """Start a run, in the place of the one before."""
+        """Start a run that replaces the previous one."""
         async with self._starting:
             order = self._ordered()
             if self.run is not None:
@@ -226,7 +226,7 @@ class Studio:
             if seed is not None:
                 order = replace(order, seed=seed)
             run = StudioRun(order, self.tell, speed=self._speed, trace=self._trace)
-            await run.start()  # if it cannot, pages keep the run before
+            await run.start()  # if this raises, pages keep the previous run
             self.run = run
             return run
 

@@ -23,8 +23,8 @@ def start_studio(
     browser: bool = True,
     keep: bool = False,
 ) -> None:
-    """Serve the editor until Ctrl-C. Raises UsageError without the extra, or if ``file`` or
-    the port cannot be had."""
+    """Serve the editor until Ctrl-C. Raises UsageError without the extra, or if ``file`` or the
+    port is not available."""
     require_extra()
     from safenav.studio.editor import Editor
 
@@ -46,7 +46,7 @@ def start_live(
 
 
 def require_extra() -> None:
-    """Raises UsageError if the libraries of the extra are not there."""
+    """Raise UsageError if a library of the extra ``studio`` is missing."""
     for name in NEEDED:
         try:
             found = find_spec(name)

@@ -1,4 +1,4 @@
-"""A run of a program's own, shown in a browser as it happens: pages watch, the program drives."""
+"""A live view of a run that a user's program drives; pages only watch it."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 _PAUSE = 0.2
 _SETTLED = 0.05
-"""Seconds without a line after which pages receive a complete tick."""
+"""Seconds without a trace line after which pages receive a complete tick."""
 _GONE = 2.0
-"""Seconds without any page after which ``wait`` ends: a reload takes less."""
+"""Seconds without an open page after which ``wait`` ends; a reload is shorter."""
 
 
 class LiveView:
-    """A listener that shows a mission in a browser as it happens (extra ``studio``).
+    """A listener that shows a running mission in a browser (extra ``studio``).
 
     ::
 
@@ -40,8 +40,8 @@ class LiveView:
             Mission(scenario, world=fleet, listeners=[view]).run()
             view.wait()
 
-    Pages follow the run and go back in it; they change nothing. ``browser``: open one.
-    Raises UsageError without the extra, or if the port cannot be had.
+    Pages follow the run and can step back in it; they change nothing. ``browser``: open one.
+    Raises UsageError without the extra, or, when entered, if the port is not available.
     """
 
     def __init__(
@@ -63,12 +63,12 @@ class LiveView:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(RuntimeError):  # it has ended by itself
+        with suppress(RuntimeError):  # the server has ended already
             self._loop.call_soon_threadsafe(self._server.stop)
         self._thread.join()
 
     def __call__(self, record: Record) -> None:
-        """The next line of the trace, from the thread of the mission."""
+        """Take the next line of the trace, in the thread of the mission."""
         studio = self._server.studio
         assert isinstance(studio, _Watching)
         with suppress(RuntimeError):  # the server has ended
@@ -106,7 +106,7 @@ class LiveView:
 
 
 class _Watching(Studio):
-    """The run of a program, as pages see it."""
+    """The session of a run that a program drives: it refuses requests of pages."""
 
     def __init__(self, scenario: Scenario) -> None:
         order = RunOrder("", scenario.source or f"{scenario.name}.yaml", seed=scenario.seed)
@@ -130,8 +130,8 @@ class WatchedRun(StudioRun):
     _settling: asyncio.TimerHandle | None = None
 
     def hear(self, data: dict[str, Any]) -> None:
-        """One line of the trace. Pages get the news of a tick when the next one begins, or when it
-        is complete and no line follows for a while."""
+        """Take one line of the trace. Pages get the news of a tick when the next one begins, or
+        when it is complete and no line follows for ``_SETTLED`` seconds."""
         self._playing = True
         tick = int(data.get("tick", 0))
         if self._settling is not None:
@@ -146,8 +146,7 @@ class WatchedRun(StudioRun):
             self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
 
     def _is_tick_complete(self) -> bool:
-        """Return whether each robot has moved, or the run has a clock, where any moment can be
-        shown."""
+        """Return whether the tick can be shown: each robot has moved, or the run has a clock."""
         header, tick = self.records[0], self.records[-1].tick
         assert isinstance(header, Header)
         lines = takewhile(lambda line: line.tick == tick, reversed(self.records))

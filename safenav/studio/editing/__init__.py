@@ -1,1 +1,1 @@
-"""The editor: the text of a scenario, what it draws, and what changes it."""
+"""The editor: a scenario's text, its drawing and the operations on it."""

@@ -1,4 +1,4 @@
-"""Beginnings of a scenario: a blank map, a template, a map from an image or another file."""
+"""Starting scenarios: a blank map, a template, a map from an image or another file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ limits: {{ticks: 500}}
 
 
 def blank(rows: int = 9, cols: int = 15) -> str:
-    """A room without robots."""
+    """Return a scenario of one walled room without robots. Raises UsageError for its size."""
     if not (3 <= rows <= 512 and 3 <= cols <= 512):
         raise UsageError("a blank map has 3 to 512 rows and columns")
     inner = "#" + "." * (cols - 2) + "#"
@@ -37,27 +37,27 @@ def blank(rows: int = 9, cols: int = 15) -> str:
 
 
 def template(name: str) -> str:
-    """A template by its name. Raises UsageError for an unknown one."""
+    """Return a template by its name. Raises UsageError for an unknown one."""
     if name not in TEMPLATES:
         raise UsageError(f"there is no template '{name[:40]}'; known: {', '.join(TEMPLATES)}")
     return template_text(name)
 
 
 def movingai(name: str, content: bytes) -> str:
-    """A blank scenario on an uploaded MovingAI map, which is drawn into it. Raises InputError."""
+    """Return a blank scenario with an uploaded MovingAI map as its grid. Raises InputError."""
     with TemporaryDirectory() as made:
         path = Path(made).resolve() / Path(name).name
         path.write_bytes(content)
         try:
             world = load_map(path, Division(), ReadableFolder(path.parent))
-        except InputError as error:  # the folder is gone when the user reads this
+        except InputError as error:  # omit the temporary folder
             told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
             raise InputError(told) from None
     return drawn(world, Path(name).stem)
 
 
 def drawn(world: RegionMap, name: str) -> str:
-    """A map as a scenario without robots."""
+    """Return a scenario without robots on a map."""
     safe = "".join(c for c in name if c.isalnum() or c in " _-") or "map"
     text = BLANK.replace("name: new scenario", f"name: {safe}").format(grid="    .")
     return changed(text, lambda data: embed(data, world))

@@ -1,4 +1,4 @@
-"""The text that is being edited, with everything that it was before: undo and redo."""
+"""The edited text with its history: undo and redo."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ TYPING = 1.2
 
 
 class TextOrigin(Struct, eq=False):
-    """The origin of a text. ``file``: the file that it is saved to, if it has one; ``foreign``: it
-    came by link or upload and reads no file; ``saved``: the content of the file, or the text whose
-    loss would lose nothing; ``number``: distinguishes origins."""
+    """The origin of a text. ``file``: the file that it is saved to, if any; ``foreign``: it came by
+    link or upload; ``saved``: the content of the file, or the initial text, which needs no saving;
+    ``number``: distinguishes origins."""
 
     file: Path | None = None
     foreign: bool = False
@@ -28,8 +28,8 @@ _Texts = list[tuple[str, TextOrigin]]
 
 
 class OpenDocument(Struct):
-    """Owner of the text. ``revision`` grows with every change. Undo restores the origin as well:
-    a text is never saved to the file of another."""
+    """Owner of the text. ``revision`` grows with every change. Undo also restores the origin, so
+    that a text is never saved to the file of another."""
 
     text: str
     origin: TextOrigin = field(default_factory=TextOrigin)
@@ -51,7 +51,8 @@ class OpenDocument(Struct):
         return self.text != self.origin.saved
 
     def change(self, text: str, *, typed: bool = False, origin: TextOrigin | None = None) -> bool:
-        """Another text, of another ``origin`` if one is given; return whether anything changed."""
+        """Replace the text, and its ``origin`` if one is given; return whether anything changed.
+        ``typed``: changes within ``TYPING`` seconds are undone together."""
         if text == self.text and origin is None:
             return False
         now = time.monotonic()
@@ -65,11 +66,11 @@ class OpenDocument(Struct):
         return True
 
     def undo(self) -> None:
-        """Return to the text before, if there is one."""
+        """Restore the previous text, if there is one."""
         self._exchange(self._before, self._after)
 
     def redo(self) -> None:
-        """Restore the text that was undone last."""
+        """Restore the last undone text, if there is one."""
         self._exchange(self._after, self._before)
 
     def _exchange(self, source: _Texts, target: _Texts) -> None:

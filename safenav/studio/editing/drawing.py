@@ -1,4 +1,4 @@
-"""Drawings of scenario texts: everything on the map that can be placed, right or wrong.
+"""Drawings of scenario texts: all items with a region on the map, valid or not.
 
 The page draws a scenario with the code that draws runs, so a drawing is a run that has not begun;
 it also lists the items that the user can drag, each with its line in the text.
@@ -42,7 +42,7 @@ from safenav.world.moves import Mobility
 
 
 class _Placing:
-    """Reads regions where they stand, walls or not, and says nothing of what is wrong."""
+    """Reads regions, also walls, and reports no errors."""
 
     def __init__(self, world: RegionMap, names: Iterable[tuple[Scalar, Node]]) -> None:
         self.world = world
@@ -55,7 +55,7 @@ class _Placing:
         return self._reader.region(node, "")
 
     def target(self, node: Node | None) -> list[Region]:
-        """The regions of a target in the order in which they are written."""
+        """Return the regions of a target in the order of the text."""
         listed = below(node, "any")
         items = listed.items if isinstance(listed, Sequence) else (node,) if node else ()
         found = (self._reader.regions(item, "") or () for item in items)
@@ -184,7 +184,7 @@ def _still(
     chargers: list[Region],
     catalogue: Catalogue,
 ) -> Replay:
-    """The scenario as a run of no tick."""
+    """Return the scenario as a replay without ticks."""
     tracks = []
     for robot in robots:
         model = catalogue.robots.get(robot["model"])

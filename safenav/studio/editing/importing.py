@@ -1,4 +1,4 @@
-"""Maps from images, divided as the user chooses over the picture."""
+"""Maps from images that the user divides into regions."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from safenav.world.frame import Frame
 from safenav.world.map import MAX_REGIONS, RegionMap
 
 _SHOWN = 900
-"""Pixels of the longer side of a picture that is sent to the page."""
+"""Maximum pixels of the longer side of the picture for the page."""
 _COLOURS = 12
 _COMMON = 0.002
-"""Share of an image from which on a colour is worth a line of the legend."""
+"""Least share of an image for a colour to be offered for the legend."""
 
 
 class FloorPlan(Struct, frozen=True):
@@ -44,7 +44,7 @@ class FloorPlan(Struct, frozen=True):
     ros: RosMap | None = None
 
     def told(self) -> dict[str, Any]:
-        """The picture and what the sliders begin with. ``gray``: a byte for each pixel."""
+        """Return the picture and the initial values of the sliders. ``gray``: a byte per pixel."""
         height, width = self.blocked.shape
         step = -(-max(height, width) // _SHOWN)
         gray = self.image.brightness[::step, ::step].astype(np.uint32) * 255 // self.image.white
@@ -65,9 +65,9 @@ class FloorPlan(Struct, frozen=True):
 
 
 class Cut(Struct, frozen=True):
-    """A division of a plan: squares of ``side`` pixels from pixel (``x``, ``y``) on. ``share``: how
-    much of a region is blocked in a wall, 0 for any of it; ``text``: labels are walls; ``legend``:
-    the meaning of colours, none for dark walls."""
+    """A division of a plan: squares of ``side`` pixels from pixel (``x``, ``y``) on. ``share``: a
+    region is a wall if more than this share of it is blocked; ``text``: labels are walls;
+    ``legend``: the meaning of colours; if empty, dark pixels are walls."""
 
     side: int
     x: int
@@ -78,7 +78,7 @@ class Cut(Struct, frozen=True):
 
     @classmethod
     def read(cls, data: Mapping[str, Any]) -> Cut:
-        """Return the cut that a page requests. Raises UsageError."""
+        """Return the division that a page requests. Raises UsageError."""
         try:
             side, x, y = (int(data[key]) for key in ("side", "x", "y"))
             share = float(data["share"])
@@ -96,8 +96,8 @@ class Cut(Struct, frozen=True):
 
 
 def opened_plan(name: str, files: Mapping[str, bytes]) -> FloorPlan:
-    """The image ``name``, or the ROS map of that name with its image. Raises InputError or
-    UsageError."""
+    """Return the plan of an image ``name``, or of the ROS map ``name`` and its image. Raises
+    InputError or UsageError."""
     with TemporaryDirectory() as made:
         folder = Path(made).resolve()
         for other, content in files.items():
@@ -108,7 +108,7 @@ def opened_plan(name: str, files: Mapping[str, bytes]) -> FloorPlan:
             settings, image, blocked = read_ros_file(path.read_text("utf-8-sig"), findings)
             try:
                 findings.raise_if_any()
-            except InputError as error:  # the folder is gone when the user reads this
+            except InputError as error:  # omit the temporary folder
                 told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
                 raise InputError(told) from None
             assert settings is not None and image is not None and blocked is not None
@@ -123,7 +123,8 @@ def opened_plan(name: str, files: Mapping[str, bytes]) -> FloorPlan:
 
 
 def divided(plan: FloorPlan, cut: Cut) -> RegionMap:
-    """The regions of a plan, with areas of its legend and notes about losses. Raises UsageError."""
+    """Return the regions of a divided plan, with areas of the legend and notes about losses.
+    Raises UsageError."""
     height, width = plan.blocked.shape
     rows, cols = (
         max(1, round((height - cut.y) / cut.side)),
@@ -154,8 +155,8 @@ def divided(plan: FloorPlan, cut: Cut) -> RegionMap:
 
 
 def preview(plan: FloorPlan, cut: Cut) -> dict[str, Any]:
-    """Return the overlay that the page shows over the picture. ``sealed``: regions that are cut off
-    from the largest room, as one list for each room."""
+    """Return the overlay that the page shows over the picture. ``sealed``: the regions of each room
+    that is not connected to the largest one. Raises UsageError."""
     world = divided(plan, cut)
     return {
         "rows": world.rows,
@@ -168,7 +169,7 @@ def preview(plan: FloorPlan, cut: Cut) -> dict[str, Any]:
 
 
 def _cropped(mask: Blocked, cut: Cut, rows: int, cols: int, *, outside: bool) -> Blocked:
-    """The pixels of the division; ``outside``: the value of those beyond the image."""
+    """Return the pixels of the division; ``outside``: the value of pixels beyond the image."""
     found = np.full((rows * cut.side, cols * cut.side), outside)
     part = mask[cut.y : cut.y + found.shape[0], cut.x : cut.x + found.shape[1]]
     found[: part.shape[0], : part.shape[1]] = part
@@ -176,7 +177,7 @@ def _cropped(mask: Blocked, cut: Cut, rows: int, cols: int, *, outside: bool) ->
 
 
 def _frame(plan: FloorPlan, cut: Cut, rows: int) -> Frame | None:
-    """Return the position of the division, from the south-western corner of a ROS map."""
+    """Return the frame of the division of a ROS map, in metres; None for an image."""
     if plan.ros is None:
         return None
     x, y, yaw = plan.ros.origin
@@ -188,7 +189,7 @@ def _frame(plan: FloorPlan, cut: Cut, rows: int) -> Frame | None:
 
 
 def _colours(image: Image) -> list[str]:
-    """The common colours of an image, the most frequent first."""
+    """Return the common colours of an image, the most frequent first."""
     if image.channels is None:
         return []
     step = max(1, max(image.channels.shape) // _SHOWN)

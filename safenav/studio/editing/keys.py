@@ -1,5 +1,5 @@
-"""Keys of a scenario that have a field of text in the studio: their meanings, and their parts of
-the document as text with the lines on which they stand."""
+"""Keys of a scenario with a text field in the studio: their meanings, and their values as text with
+their lines in the document."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from safenav.scenario.yaml.shapes import Table
 from safenav.scenario.yaml.walking import table_at
 
 ROOM = 60
-"""Characters of a value that stands on one line."""
+"""Maximum characters of a value on one line."""
 
 _DRAWN = {
     "scenario": ("safenav", "name", "map", "robots", "obstacles", "orders", "seed"),
@@ -33,7 +33,7 @@ _DRAWN = {
     "model": (),
     "type": (),
 }
-"""The kinds of parts, each with the keys that have controls of their own."""
+"""The keys of each kind of part that have other controls than a text field."""
 
 _TABLES: dict[str, type[Table]] = {
     "scenario": ScenarioKeys,
@@ -48,7 +48,7 @@ _TABLES: dict[str, type[Table]] = {
 
 @cache
 def known_keys() -> dict[str, list[dict[str, str]]]:
-    """Return the keys of each kind of part that have a field of text, with what they mean."""
+    """Return the keys of each kind of part that have a text field, with their meanings."""
     return {
         kind: [
             {"key": key, "about": described(found, table)}
@@ -60,14 +60,14 @@ def known_keys() -> dict[str, list[dict[str, str]]]:
 
 
 def ordered_keys(path: Sequence[Any]) -> list[str]:
-    """Return all keys that may stand at a path of the document, in their usual order."""
+    """Return all keys that are valid at a path of the document, in their usual order."""
     table = table_at(ScenarioKeys, path)
     return [] if table is None else list(table.known)
 
 
 def parts_of(root: Node) -> dict[str, dict[str, list[Any]]]:
-    """Return the parts of a document by the path of what they belong to, and their key: the text,
-    line and column of the key, and the last line."""
+    """Return the values in a document by the path of their mapping, and by key: each value's text,
+    line and column of its key, and its last line."""
     found = {"": _parts(root, without=("map", "robots", "obstacles"))}
     for name, robot in entries_of(below(root, "robots")):
         found[f"robots/{name.text}"] = _parts(robot)
@@ -95,7 +95,7 @@ def _parts(node: Node | None, without: Sequence[str] = ()) -> dict[str, list[Any
 
 
 def written(node: Node) -> str:
-    """Return a value as YAML: on one line where it is short, else with a line for each entry."""
+    """Return a value as YAML: on one line if it is short, else with a line for each entry."""
     flow = _flow(node)
     if isinstance(node, Scalar):
         return str(node.value) if node.style in ("|", ">") else flow

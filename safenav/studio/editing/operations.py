@@ -1,5 +1,5 @@
 """Operations of the drawing on the text: one function per operation, each on the data of the text;
-those on robots and on the map have modules of their own.
+operations on robots and on the map have their own modules.
 
 An operation is an object with ``op`` and its arguments. Regions are given by number, robots by
 name, obstacles by index.
@@ -26,7 +26,7 @@ from safenav.studio.editing.round_trip import Operation, changed, inline, parsed
 
 
 def edited(text: str, operation: Operation) -> str:
-    """The text after an operation. Raises UsageError for one that cannot be."""
+    """Return the text after an operation. Raises UsageError for an impossible one."""
     does = OPERATIONS.get(str(operation.get("op")))
     if does is None:
         raise UsageError(f"unknown edit '{str(operation.get('op'))[:40]}'")
@@ -37,18 +37,18 @@ def edited(text: str, operation: Operation) -> str:
 
 
 def add_obstacle(data: Any, told: Operation) -> None:
-    """An obstacle of ``type`` at ``region``; ``from``, ``until`` and ``traversable`` if given."""
+    """Add an obstacle of ``type`` at ``region``; ``from``, ``until``, ``traversable`` if given."""
     _add(data, "obstacles", "robots", ("type", "region", "traversable", "from", "until"), told)
 
 
 def add_order(data: Any, told: Operation) -> None:
-    """An order of ``type`` at ``region`` in tick ``at``."""
+    """Add an order of ``type`` at ``region`` in tick ``at``."""
     _add(data, "orders", "obstacles", ("at", "type", "region"), told)
 
 
 def add_delivery(data: Any, told: Operation) -> None:
-    """An order in tick ``at`` of a new type: one robot takes a load ``from`` a region and puts it
-    down in ``to``, each with the ``action`` given."""
+    """Add an order of a new type in tick ``at``: one robot takes a load from the region ``from``
+    and puts it down in ``to``, both by ``action``."""
     places = MapPlaces(data)
     types = in_catalogue(data, "obstacles")
     name = next(n for n in _numbered("parcel") if n not in types)
@@ -65,7 +65,7 @@ def _numbered(stem: str) -> Iterator[str]:
 
 
 def _add(data: Any, key: str, after: str, keys: Sequence[str], told: Operation) -> None:
-    """Add an entry to a list of the scenario, its region written as others are."""
+    """Add an entry to a list of the scenario, with its region in the notation of other entries."""
     places = MapPlaces(data)
     entries = _listed(data, key, after=after)
     like = next((e["region"] for e in entries if isinstance(e, dict) and "region" in e), None)
@@ -77,8 +77,8 @@ def _add(data: Any, key: str, after: str, keys: Sequence[str], told: Operation) 
 
 
 def add_change(data: Any, told: Operation) -> None:
-    """Add a change for ``robot`` at tick ``at``: an ``objective`` (kind and regions as numbers,
-    several for a target of which any counts), or ``service``."""
+    """Add a change for ``robot`` at tick ``at``: an ``objective`` (kind and targets, each a region
+    number or a list of them of which any counts), or ``service``."""
     new = inline({"at": told["at"], "robot": told["robot"]})
     if told.get("objective") is not None:
         ((kind, body),) = told["objective"].items()
@@ -90,7 +90,7 @@ def add_change(data: Any, told: Operation) -> None:
 
 
 def _listed(data: Any, key: str, *, after: str) -> Any:
-    """The list of that name, made behind another key if there is none."""
+    """Return the list at a key; create it after another key if it is missing."""
     listed = data.get(key)
     if not isinstance(listed, list):
         data.pop(key, None)
@@ -102,7 +102,8 @@ def _listed(data: Any, key: str, *, after: str) -> Any:
 
 
 def move_obstacle(data: Any, told: Operation) -> None:
-    """To ``region``. ``list``: ``orders`` for an order, here and in the next two."""
+    """Move an obstacle to ``region``. ``list``: ``orders`` for an order, as in ``set_obstacle`` and
+    ``remove_obstacle``."""
     obstacle, places = _obstacle(data, told), MapPlaces(data)
     obstacle["region"] = places.written(told["region"], obstacle.get("region"))
 
@@ -148,8 +149,8 @@ def set_charger(data: Any, told: Operation) -> None:
 
 
 def set_part(data: Any, told: Operation) -> None:
-    """The ``key`` of what is at ``path`` (names and numbers) gets the value that ``text`` is in
-    YAML; an empty text takes the key away."""
+    """Set ``key`` of the mapping at ``path`` (names and numbers) to the value of the YAML ``text``;
+    an empty text removes the key."""
     holder = data
     for step in told["path"]:
         holder = holder[step]
@@ -171,8 +172,8 @@ def set_part(data: Any, told: Operation) -> None:
 
 
 def own(data: Any, told: Operation) -> None:
-    """Copy the built-in robot model or obstacle type ``name`` into the scenario's catalogue, where
-    it can be changed. ``of``: ``robots`` or ``obstacles``."""
+    """Copy the built-in robot model or obstacle type ``name`` into the scenario's own catalogue,
+    where it can be changed. ``of``: ``robots`` or ``obstacles``."""
     kind, name = told["of"], told["name"]
     if kind not in ("robots", "obstacles"):
         raise UsageError("a catalogue has robots and obstacles")
@@ -188,8 +189,8 @@ def own(data: Any, told: Operation) -> None:
 
 
 def in_catalogue(data: Any, kind: str) -> Any:
-    """Return the ``robots`` or ``obstacles`` of the scenario's own catalogue, made if missing.
-    Raises UsageError if the catalogue is a file."""
+    """Return the ``robots`` or ``obstacles`` of the scenario's own catalogue; create them if
+    missing. Raises UsageError if the catalogue is a file."""
     if not isinstance(data.get("catalogue"), dict):
         if data.get("catalogue") is not None:
             raise UsageError("the catalogue is a file: change it there")
@@ -204,7 +205,7 @@ def in_catalogue(data: Any, kind: str) -> Any:
 
 
 def set_value(data: Any, told: Operation) -> None:
-    """A plain setting: ``name``, ``rounds``, ``ticks`` or ``seed``."""
+    """Set ``name``, ``rounds``, ``ticks`` or ``seed``."""
     key, value = told["key"], told["value"]
     if key in ("name", "seed"):
         put(data, key, value, after="safenav" if key == "name" else "limits")
@@ -218,7 +219,7 @@ def set_value(data: Any, told: Operation) -> None:
 
 
 def repair(data: Any, told: Operation) -> None:
-    """The changes of a repair (explain): items and their new values, as they would be written."""
+    """Apply the changes of a repair (``safenav explain``): items and their new values as YAML."""
     for item, value in told["change"]:
         freed = re.fullmatch(r"no wall at ([\d, ]+)", value)
         if item == "map" and freed is not None:
@@ -227,7 +228,7 @@ def repair(data: Any, told: Operation) -> None:
             told_obstacle = parsed(value)
             place = {"region": MapPlaces(data).read(told_obstacle["region"])}
             add_obstacle(data, {**told_obstacle, **place})
-        elif item != "partition":  # painting the floor has changed it
+        elif item != "partition":  # ``walls.paint`` has changed it
             holder = data
             *way, last = str(item).split(".")
             for key in way:

@@ -1,4 +1,4 @@
-"""Regions as they stand in the text of a scenario: found, read and written, all in one place."""
+"""Search, reading and writing of regions in the data of a scenario's text."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LISTS = kinds_that(lambda kind: not kind.one)
 
 
 class MapPlaces:
-    """The regions of one document: ``rows`` x ``cols`` of its grid."""
+    """The regions of one document, whose grid has ``rows`` x ``cols``."""
 
     def __init__(self, data: Any) -> None:
         self.data = data
@@ -31,17 +31,18 @@ class MapPlaces:
 
     @property
     def names(self) -> dict[str, Any]:
-        """The names that the map gives regions."""
+        """The names of regions in the map."""
         names = self.data["map"].get("names")
         return names if isinstance(names, dict) else {}
 
     def read(self, value: Any) -> int | None:
-        """Return the region written there; None if it is not on the map."""
+        """Return the region that a value names; None if it names none."""
         place = place_of(self.names.get(value) if isinstance(value, str) else value)
         return place[0] * self.cols + place[1] if isinstance(place, tuple) else place
 
     def written(self, region: int, like: Any = None) -> Any:
-        """A region, in the way in which ``like`` is written: by a name if it has one."""
+        """Return a region in the notation of ``like``: its name if ``like`` is a text or None and
+        it has one, a number, else [row, column]. Raises UsageError for one off the map."""
         if not 0 <= region < self.rows * self.cols:
             raise UsageError(f"{region} is not a region of the map")
         if isinstance(like, str) or like is None:
@@ -53,12 +54,12 @@ class MapPlaces:
         return inline([region // self.cols, region % self.cols])
 
     def each(self) -> Iterator[tuple[Any, Callable[[Any], None]]]:
-        """Every value that stands for a region, with what replaces it."""
+        """Yield every value that names a region, with the function that replaces it."""
         for holder, key in values_of((REGION, PLACE), ScenarioKeys, self.data):
             yield holder[key], partial(setitem, holder, key)
 
     def move_rectangles(self, down: int, aside: int) -> None:
-        """Rectangles of areas after so many new rows at the top and columns at the left."""
+        """Move the rectangles of areas by new rows at the top and columns at the left."""
         moves = {"rows": (down, self.rows), "columns": (aside, self.cols)}
         for item, key in values_of((SPAN,), ScenarioKeys, self.data):
             by, most = moves[key]
@@ -68,7 +69,7 @@ class MapPlaces:
 
 
 def formulas_of(data: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield the formulas of objectives: where each stands, and under which key or index."""
+    """Yield the container, and the key or index, of each formula of objectives."""
     for holder, key in values_of((FORMULAS,), ScenarioKeys, data):
         if isinstance(holder[key], list):
             yield from ((holder[key], index) for index in range(len(holder[key])))
@@ -82,14 +83,14 @@ def obstacle_types(data: Any) -> list[Any]:
 
 
 def any_of(target: Any) -> Any:
-    """A target of several regions: any of them counts."""
+    """Return a target in the notation of scenarios: ``{any: [...]}`` for a list of regions."""
     if not isinstance(target, list):
         return target
     return inline({"any": inline(target)})
 
 
 def grid_of(data: Any) -> list[str]:
-    """The rows of the grid. Raises UsageError where the map is not drawn in the scenario."""
+    """Return the rows of the grid. Raises UsageError for a map file or an invalid grid."""
     world = data.get("map")
     grid = world.get("grid") if isinstance(world, dict) else None
     if isinstance(grid, str):

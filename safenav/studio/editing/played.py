@@ -1,4 +1,4 @@
-"""The scenario of a run whose world was changed: one that plays the same way again."""
+"""The scenario that repeats a run whose world a user changed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from safenav.trace.vocabulary import ChangeCause
 
 
 def played(text: str, records: Sequence[Record], seed: int | None) -> str:
-    """The text with the user's changes during the run, and the seed of the run."""
+    """Return the text with the user's changes during the run, and the seed of the run."""
     if not any(_by_user(record) for record in records) and seed is None:
         return text
     return changed(text, lambda data: _replay(data, records, seed))
@@ -57,7 +57,7 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
                 add_order(data, {"at": record.tick, "type": kind, "region": int(region)})
                 continue
             earlier = _entries_in(data, int(region))
-            for entry in earlier:  # each was resolved before the next came
+            for entry in earlier:  # each was resolved before the next appeared
                 entry.setdefault("until", record.tick)
             header = known.get(record.obstacle)
             since = header.from_ if header is not None and not earlier else None
@@ -87,8 +87,8 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
 
 
 def _settle_draws(data: Any, records: Sequence[Record]) -> None:
-    """Replace probabilities by the values drawn from the seed: with one of them settled, the others
-    would be drawn again."""
+    """Replace all probabilities by the values drawn from the seed: replacing only one would change
+    the others' draws."""
     header = next(record for record in records if isinstance(record, Header))
     entries = [entry for entry in data.get("obstacles") or () if isinstance(entry, dict)]
     for entry, drawn in zip(entries, header.scenario.obstacles, strict=False):
@@ -97,7 +97,7 @@ def _settle_draws(data: Any, records: Sequence[Record]) -> None:
 
 
 def _entry(data: Any, name: str, tick: int) -> Any:
-    """Return the last obstacle of that name that has appeared by a tick."""
+    """Return the entry of the last obstacle of that name that has appeared by a tick."""
     kind, region, _ = name_parts(name)
     found = [
         entry
@@ -108,7 +108,7 @@ def _entry(data: Any, name: str, tick: int) -> Any:
 
 
 def _entries_in(data: Any, region: int) -> list[Any]:
-    """The obstacles in a region, in order."""
+    """Return the entries of obstacles in a region, in order."""
     places = MapPlaces(data)
     return [
         entry

@@ -1,7 +1,7 @@
-"""Realizability while a scenario is drawn: robot by robot, with reasons, in a process of its own.
+"""Realizability of each robot while a scenario is drawn, checked in a separate process.
 
-That process reads a ``RunOrder`` from standard input, and writes one JSON object per robot. It is
-killed when the text changes, so it keeps nothing but the synthesis cache.
+The process reads a ``RunOrder`` from standard input, and writes JSON objects with the verdict and
+reason of a robot. It is killed when the text changes; only the synthesis cache remains.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CALM = 0.25
 
 
 class RealizabilityQueue:
-    """Owner of the checking process. ``verdicts``: of each robot, for the present text."""
+    """Owner of the checking process. ``verdicts``: verdicts by robot, for the present text."""
 
     def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
         self.verdicts: dict[str, dict[str, Any]] = {}
@@ -34,7 +34,7 @@ class RealizabilityQueue:
         self._task: asyncio.Task[None] | None = None
 
     def check(self, order: RunOrder | None) -> None:
-        """Check this text; None only ends the check of the previous one."""
+        """Check a text instead of the previous one; None: check none."""
         self.verdicts = {}
         if self._task is not None:
             self._task.cancel()
@@ -64,7 +64,7 @@ class RealizabilityQueue:
 
 
 def main() -> None:
-    """Check one text."""
+    """Check the robots of one text."""
     say = speaker()
     order = RunOrder.read(sys.stdin.readline())
     scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
@@ -75,7 +75,7 @@ def main() -> None:
         verdicts[robot.name] = _verdict(scenario, robot.name)
         if verdicts[robot.name]["verdict"] != "unrealizable":
             say(verdicts[robot.name])
-        else:  # the word first, the reason when it is found
+        else:  # the verdict first, the reason later
             say({**verdicts[robot.name], "because": "looking for the reason ..."})
     for name, verdict in verdicts.items():
         if verdict["verdict"] == "unrealizable":

@@ -1,4 +1,4 @@
-"""Operations of the drawing on the robots of a text, each by its name."""
+"""Operations of the drawing on the robots of a text; ``robot`` is the robot's name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def add_robot(data: Any, told: Operation) -> None:
-    """A robot of ``model`` at ``region`` that stays there, until it gets an objective."""
+    """Add a robot of ``model`` that holds ``region`` until it is assigned an objective."""
     places = MapPlaces(data)
     robots = data.get("robots")
     if not isinstance(robots, dict):
@@ -44,7 +44,7 @@ def move_robot(data: Any, told: Operation) -> None:
     robot["start"] = places.written(told["region"], robot.get("start"))
     objective = robot.get("objective")
     held = objective.get(STAYING.kind) if isinstance(objective, dict) else None
-    if held is not None and places.read(held) == before:  # it held where it stood
+    if held is not None and places.read(held) == before:  # it held its start
         objective[STAYING.kind] = places.written(told["region"], held)
 
 
@@ -62,8 +62,8 @@ def set_model(data: Any, told: Operation) -> None:
 
 
 def set_objective(data: Any, told: Operation) -> None:
-    """``kind`` with ``regions`` in order: numbers, lists of them of which any counts, or names of
-    areas."""
+    """Set the objective ``kind`` with ``regions`` in order: numbers, lists of numbers of which any
+    counts, or names of areas."""
     robot, places = _robot(data, told), MapPlaces(data)
     kind, regions = told["kind"], list(told["regions"])
     if kind not in OBJECTIVES:
@@ -90,7 +90,7 @@ def _target(target: Any, places: MapPlaces, like: Any) -> Any:
 
 
 def set_form(data: Any, told: Operation) -> None:
-    """Whether a strict objective is to be ``literal``."""
+    """Make a strict objective ``literal``, or not."""
     objective = _robot(data, told).get("objective")
     if not isinstance(objective, dict) or objective.keys().isdisjoint(STRICT):
         raise UsageError(f"only {one_of(STRICT)} has a literal form")
@@ -161,14 +161,14 @@ def _robot(data: Any, told: Operation) -> Any:
 
 
 def _apart(data: Any) -> list[Any]:
-    """Return the entries of robots that are never together."""
+    """Return the entries of ``never_together``."""
     listed = data.get("never_together")
     entries = listed if isinstance(listed, list) else ()
     return [e for e in entries if isinstance(e, dict) and isinstance(e.get("robots"), list)]
 
 
 def _mentions(data: Any) -> list[Any]:
-    """Return the lists in which robots may stand."""
+    """Return the lists that may name robots."""
     expect = data.get("expect")
     others = [robot for robot in data["robots"].values() if isinstance(robot, dict)]
     found = [other.get(key) for other in others for key in ("avoids", "tracks")]
@@ -188,7 +188,7 @@ def _expected(data: Any) -> list[Any]:
 
 
 def _said_of(old: str, new: str, formula: Any) -> Any:
-    """Return a requirement on the robot under its new name: robots stand in parentheses."""
+    """Return a requirement with a robot's new name; robots are named in parentheses."""
     pattern = rf"(?<=[(,])(\s*){re.escape(old)}(?=\s*[,)])"
     return re.sub(pattern, rf"\g<1>{new}", formula) if isinstance(formula, str) else formula
 

@@ -1,7 +1,7 @@
-"""YAML that is changed in its values alone: comments, order and spacing stay as they were.
+"""Changes of values in YAML text that keep comments, order and spacing.
 
-ruamel.yaml keeps comments and order, but writes in a spacing of its own. So what it writes before
-and after a change is compared, and only the lines that differ are put into the text.
+ruamel.yaml keeps comments and order, but changes spacing. So its output before and after a change
+is compared, and only the lines that differ are put into the text.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Operation = Mapping[str, Any]
 
 
 LONGEST = 40
-"""Lines of a value between brackets that are kept as they are."""
+"""Maximum lines of a value between brackets whose layout is kept."""
 
 
 def changed(text: str, change: Callable[[Any], None]) -> str:
@@ -48,7 +48,7 @@ def changed(text: str, change: Callable[[Any], None]) -> str:
 
 
 def parsed(text: str, *, flow: bool = True) -> Any:
-    """A value in the notation of a scenario. ``flow``: collections in flow style."""
+    """Return the value of YAML text. ``flow``: write collections in flow style."""
     value = YAML(typ="rt").load(text)
     if flow and hasattr(value, "fa"):
         value.fa.set_flow_style()
@@ -56,15 +56,15 @@ def parsed(text: str, *, flow: bool = True) -> Any:
 
 
 def inline(value: Mapping[str, Any] | Sequence[Any]) -> Any:
-    """A collection that is written on one line."""
+    """Return a collection that is written on one line."""
     made = CommentedMap(value) if isinstance(value, Mapping) else CommentedSeq(value)
     made.fa.set_flow_style()
     return made
 
 
 def _spliced(text: str, before: str, after: str) -> str:
-    """``text`` with what ``after`` changes of ``before``, both written by the library: lines that
-    it did not change stay as they are, also those that it would break elsewhere."""
+    """Return ``text`` with the changes between ``before`` and ``after``, both written by the
+    library. Unchanged lines keep their layout, even if the library would break them elsewhere."""
     old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
     bare = [_bare(line) for line in old]
     mine = list(_units(text.splitlines(keepends=True), frozenset(bare)))
@@ -81,7 +81,7 @@ def _spliced(text: str, before: str, after: str) -> str:
 
 
 def _units(lines: list[str], known: frozenset[str]) -> Iterator[str]:
-    """Yield the lines; those that the library writes as one, together."""
+    """Yield the lines, joined where the library writes them as one."""
     index = 0
     while index < len(lines):
         joined, end = _bare(lines[index]), index + 1
@@ -94,8 +94,8 @@ def _units(lines: list[str], known: frozenset[str]) -> Iterator[str]:
 
 
 def _merged(old: list[str], mine: list[str], new: list[str]) -> list[str]:
-    """Lines between two that all have: mine, unless they were changed. Lines that were only added
-    before or after them are added."""
+    """Return the lines between two common lines: ``new`` if they were changed, else ``mine``, with
+    lines that were only added before or after them."""
     if new[: len(old)] == old:
         return mine + new[len(old) :]
     if new[len(new) - len(old) :] == old:
@@ -114,7 +114,7 @@ def _bare(line: str) -> str:
 
 
 def _yaml(text: str) -> YAML:
-    """Writes with the indentation that the text has."""
+    """Return a writer with the indentation of the text."""
     yaml = YAML(typ="rt")
     yaml.preserve_quotes = True
     yaml.width = 100_000
@@ -132,7 +132,7 @@ def _written(yaml: YAML, data: Any) -> str:
 
 
 def put(holder: Any, key: str, value: Any, *, after: str) -> None:
-    """A value under a key; a new one stands behind another key."""
+    """Set the value of a key; a new key is inserted after another one."""
     if key in holder or after not in holder or not hasattr(holder, "insert"):
         holder[key] = value
     else:

@@ -1,5 +1,4 @@
-"""Operations of the drawing on the map of a text: walls and floor, size, areas, names
-of regions and areas."""
+"""Operations of the drawing on the map of a text: walls, size, areas, and names of regions."""
 
 from __future__ import annotations
 
@@ -19,8 +18,8 @@ from safenav.world.map import Region, RegionMap
 
 
 def add_area(data: Any, told: Operation) -> None:
-    """The rectangle of ``rows`` and ``columns`` (first and last) as a new ``area``, or as a further
-    part of it."""
+    """Add the rectangle of ``rows`` and ``columns`` (first and last) to ``area``, which is created
+    if missing."""
     places = MapPlaces(data)
     most = {"rows": places.rows, "columns": places.cols}
     rectangle = inline({key: _span(told[key], most[key]) for key in most})
@@ -40,7 +39,7 @@ def add_area(data: Any, told: Operation) -> None:
 
 
 def rename_area(data: Any, told: Operation) -> None:
-    """Another ``name``, also where the area is a target."""
+    """Rename an area to ``name``, also where it is a target."""
     places, old, new = MapPlaces(data), told["area"], str(told.get("name"))
     area = _area(data, told)
     if new == old:
@@ -105,7 +104,7 @@ def paint(data: Any, told: Operation) -> None:
 
 
 def _join_cells(data: Any, places: MapPlaces, floor: Sequence[Region]) -> None:
-    """New floor joins a cell beside it where ``partition`` lists cells; failing that, a new one."""
+    """Add new floor to an adjacent cell, or a new one, if ``partition`` lists cells."""
     cells = data.get("partition")
     if not isinstance(cells, list):
         return
@@ -121,7 +120,7 @@ def _join_cells(data: Any, places: MapPlaces, floor: Sequence[Region]) -> None:
 
 
 def resize(data: Any, told: Operation) -> None:
-    """Add (or remove) this many rows and columns at each side; regions stay where they are."""
+    """Add (or, if negative, remove) rows and columns at each side, and renumber all regions."""
     places = MapPlaces(data)
     top, bottom, left, right = (int(told.get(side, 0)) for side in SIDES)
     rows, cols = places.rows + top + bottom, places.cols + left + right
@@ -138,7 +137,7 @@ def resize(data: Any, told: Operation) -> None:
         )
         for row in range(rows)
     ]
-    if min(rows, cols) > 2:  # what was the border opens where the map grows
+    if min(rows, cols) > 2:  # open the old border where the map grows
         grid = _opened(grid, places.grid, (top, bottom, left, right))
     _draw(data, grid)
     after = MapPlaces(data)
@@ -169,8 +168,8 @@ _ORDERED = re.compile(
 
 
 def _renumbered(formula: Any, at: Callable[[int], int]) -> Any:
-    """Return a formula with the regions that it compares under their new numbers. Raises UsageError
-    if it computes with the numbers."""
+    """Return a formula with the new numbers of the regions that it compares. Raises UsageError if
+    it computes with numbers."""
     if not isinstance(formula, str):
         return formula
     if _ORDERED.search(formula):
@@ -184,8 +183,8 @@ def _renumbered(formula: Any, at: Callable[[int], int]) -> Any:
 
 
 def _shift_frame(data: Any, left: int, bottom: int) -> None:
-    """Keep the metres of a map that grows in the west or the south: its origin moves. Raises
-    UsageError where requirements name coordinates and the map has no frame."""
+    """Move the origin of a map that grows in the west or the south, so that coordinates stay.
+    Raises UsageError if requirements name coordinates and the map has no frame."""
     world = data["map"]
     side, origin = world.get("resolution"), world.get("origin")
     if isinstance(side, int | float) and isinstance(origin, list) and len(origin) >= 2:
@@ -199,7 +198,7 @@ def _shift_frame(data: Any, left: int, bottom: int) -> None:
 
 
 def _renamed(told: Any, at: Callable[[int], int]) -> Any:
-    """Return what is expected, with obstacles named after the regions that they have now."""
+    """Return expectations or requirements with the new region numbers in obstacle names."""
     if isinstance(told, str):
         return re.sub(r"(?<=@)[0-9]+", lambda found: str(at(int(found[0]))), told)
     if isinstance(told, list):
@@ -214,7 +213,8 @@ def _renamed(told: Any, at: Callable[[int], int]) -> Any:
 
 
 def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -> list[str]:
-    """Extend the floor to the new border where the map has grown beyond an unbroken wall."""
+    """Return the grid with floor up to the new border where the map has grown beyond an unbroken
+    wall. ``grown``: rows and columns added at top, bottom, left and right."""
     top, bottom, left, right = grown
     rows, cols = len(grid), len(grid[0])
     new = [list(row) for row in grid]
@@ -242,7 +242,7 @@ def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -
 
 
 def name_region(data: Any, told: Operation) -> None:
-    """``name`` for ``region``; an empty one takes the region's name away."""
+    """Give ``region`` the ``name``; an empty one removes its name."""
     places, name = MapPlaces(data), str(told.get("name") or "")
     world = data["map"]
     used = {value for value, _ in places.each() if isinstance(value, str)}
@@ -260,7 +260,7 @@ def name_region(data: Any, told: Operation) -> None:
 
 
 def embed(data: Any, world: RegionMap) -> None:
-    """Draw a map that comes from a file into the text; areas of its legend become areas."""
+    """Replace a map file by its grid in the text; areas of its legend become areas."""
     told = data["map"]
     for key in ("image", "ros", "movingai", "rows", "cols", "share", "threshold"):
         told.pop(key, None)
@@ -277,7 +277,7 @@ def embed(data: Any, world: RegionMap) -> None:
 
 
 def rectangles(area: frozenset[Region], cols: int) -> list[tuple[int, int, int, int]]:
-    """Rectangles (first row, last row, first and last column) that hold an area exactly."""
+    """Return rectangles (first and last row, first and last column) that cover an area exactly."""
     runs: dict[tuple[int, int], list[tuple[int, int]]] = {}
     rest = set(area)
     for region in sorted(area):

@@ -1,7 +1,7 @@
-"""A run that pages show: the owner of its process, its trace, and the pace.
+"""A run that pages show, with its process, its trace and its pace.
 
-All messages to pages go through ``tell``; their requests arrive by the methods. The run is the
-same for all pages: a page that joins later gets the whole of it (``whole``).
+All messages to pages go through ``tell``; their requests arrive by the methods. All pages show the
+same run: a page that joins later receives ``whole``.
 """
 
 from __future__ import annotations
@@ -26,11 +26,10 @@ from safenav.trace.writing import next_part
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 PATIENCE = 1.0
-"""Seconds that a run has to end after a request to end; then its processes are killed."""
+"""Seconds after a request to end the run until its processes are killed."""
 
 IDLE = 0.1
-"""Seconds until the next tick after one that has written nothing: the run waits for its operator,
-and no time passes."""
+"""Seconds until the next tick after one without a trace line: the run waits for its operator."""
 
 Tell = Callable[[dict[str, Any]], None]
 
@@ -45,7 +44,7 @@ class LivePhase(StrEnum):
 
 
 class StudioRun:
-    """One run. ``lines``: its trace so far; ``changed``: whether a user has changed its world."""
+    """One run. ``lines``: its trace so far; ``records``: the same as records."""
 
     def __init__(
         self, order: RunOrder, tell: Tell, *, speed: float = 4.0, trace: Path | None
@@ -56,7 +55,7 @@ class StudioRun:
         self.speed = speed
         self.failure: str | None = None
         self.records: list[Record] = []
-        self._complete = 0  # how many records belong to ticks that have ended
+        self._complete = 0  # number of records of complete ticks
         self._tell = tell
         self._inputs: dict[str, bool] = {}
         self._live: LiveRun | None = None
@@ -64,7 +63,7 @@ class StudioRun:
         self._ready = asyncio.Event()
         self._busy_since: float | None = None
         self._told_busy = False
-        self._ending = False  # a user has ended it
+        self._ending = False  # a user has requested its end
         self._tasks: list[asyncio.Task[None]] = []
         self._playing = False
         self._begun = False
@@ -76,7 +75,7 @@ class StudioRun:
 
     @property
     def state(self) -> dict[str, Any]:
-        """Return the state that pages show beside the run itself."""
+        """The state that pages show beside the run itself."""
         outcome = next((r for r in reversed(self.records) if isinstance(r, End)), None)
         return {
             "phase": self.phase.value,
@@ -90,12 +89,12 @@ class StudioRun:
 
     @property
     def _busy(self) -> bool:
-        """Whether the current tick takes long."""
+        """Whether the current tick has taken more than 0.3 s."""
         return self._busy_since is not None and time.monotonic() - self._busy_since > 0.3
 
     @property
     def whole(self) -> dict[str, Any] | None:
-        """The run up to the last tick that has ended, None before its first line."""
+        """The run up to the last complete tick; None before its first line."""
         return None if self._live is None else self._live.whole()
 
     @property
@@ -104,7 +103,7 @@ class StudioRun:
         return b"".join(self.lines)
 
     async def start(self) -> None:
-        """Start the process; it synthesizes, and then waits."""
+        """Start the process, which synthesizes and then waits for ticks."""
         self._process = await started("safenav.studio.run.process", self.order)
         self._busy_since = time.monotonic()
         for job in (self._listen(), self._drive(), self._tell_when_busy()):
@@ -112,7 +111,7 @@ class StudioRun:
         self._tell_state()
 
     def play(self) -> None:
-        """Continue, tick after tick."""
+        """Run tick after tick until ``pause``."""
         self._playing = True
         self._set(LivePhase.RUNNING)
         self._wake.set()
@@ -129,7 +128,7 @@ class StudioRun:
         self._tell_state()
 
     def step(self) -> None:
-        """One tick, then a pause."""
+        """Run one tick, then pause."""
         self.pause()
         self._steps += 1
         self._wake.set()
@@ -186,7 +185,7 @@ class StudioRun:
                 self._step()
 
     def _pause(self) -> float:
-        """Seconds until the next tick: as long as the last one took on the clock of the run."""
+        """Return the seconds until the next tick: the length of the last one, at the set speed."""
         before, now = self._shown, 0.0 if self._live is None else self._live.time
         idle, self._seen = len(self.lines) == self._seen, len(self.lines)
         self._shown = now
@@ -197,14 +196,14 @@ class StudioRun:
         return took / self.speed
 
     async def _tell_when_busy(self) -> None:
-        """Let pages know of a tick that takes long; ``_done`` lets them know of its end."""
+        """Report long ticks to pages; ``_done`` reports their end."""
         while self.phase is not LivePhase.ENDED:
             await asyncio.sleep(0.2)
             if self._busy and not self._told_busy:
                 self._tell_state()
 
     async def _listen(self) -> None:
-        """Take what the process writes, to its end."""
+        """Take the lines that the process writes, until it ends."""
         process = self._process
         assert process is not None and process.stdout is not None
         try:
@@ -259,7 +258,7 @@ class StudioRun:
             self._tell_state()
 
     def _robot_joined(self) -> None:
-        """A robot has joined: the rest of the run is one of its own, with a trace of its own."""
+        """Begin a new trace: when a robot joins, the rest of the run is a run of its own."""
         self.lines, self.records, self._shown = [], [], 0.0
         if self._file is not None:
             self._close()
@@ -273,14 +272,14 @@ class StudioRun:
         if not self._begun:
             self._begun = True
             self._set(LivePhase.RUNNING if self._playing else LivePhase.PAUSED)
-        elif long:  # a page may have learnt so, by this run or when it was opened
+        elif long:  # pages may show the run as busy
             self._tell_state()
         self._tell({"is": "news", "news": live.news()})
         self._ready.set()
 
     def _complete_tick(self) -> LiveRun:
-        """Show the lines of a tick together: a page that opens within it misses none of them, and
-        neither do those that are open."""
+        """Show the lines of a tick together, so that neither open pages nor one that opens during
+        the tick miss a line."""
         assert self._live is not None
         for record in self.records[self._complete :]:
             self._live.tell(record)
@@ -288,7 +287,7 @@ class StudioRun:
         return self._live
 
     def _process_ended(self) -> None:
-        """The process has ended."""
+        """Handle the end of the process."""
         self.phase = LivePhase.ENDED
         self._busy_since = None
         self._ready.set()
@@ -302,7 +301,7 @@ class StudioRun:
 
     def _close(self) -> None:
         if self._file is not None:
-            with suppress(OSError):  # of a full disk: its failure has been told
+            with suppress(OSError):  # a full disk, reported when it was written
                 self._file.close()
 
     def _set(self, phase: LivePhase) -> None:
@@ -311,7 +310,7 @@ class StudioRun:
         self._tell_state()
 
     def _tell_state(self) -> None:
-        self._told_busy = self._busy  # other reasons to tell the state tell this, too
+        self._told_busy = self._busy  # any state message also reports this
         self._tell({"is": "state", "state": self.state})
 
     def _send(self, data: Mapping[str, Any]) -> None:
@@ -321,7 +320,7 @@ class StudioRun:
 
 
 def opened(path: Path) -> IO[bytes]:
-    """A file to write a trace into as it happens. Raises UsageError."""
+    """Return an open file for a trace. Raises UsageError if it cannot be written."""
     try:
         return path.open("wb")
     except OSError as error:
@@ -333,7 +332,7 @@ def _unwritable(path: Path, error: OSError) -> UsageError:
 
 
 def _death(status: int) -> str:
-    """Return the message about a process that ended by itself before its run did."""
+    """Return the message about a process that ended before its run did."""
     if status == -signal.SIGKILL:
         return "the process of the run was killed (SIGKILL), perhaps because memory ran out"
     if status < 0:

@@ -2,7 +2,7 @@
 
 To the process: a ``RunOrder`` first, then ``{"do": "step"}``, ``{"do": "change", ...}``, ``{"do":
 "end"}``. From it: the lines of the trace, and lines whose ``type`` begins with ``~``: ``~done``
-(a tick is over), ``~refused`` (a change that cannot be), ``~failed`` (the run ended in an error).
+(a tick has ended), ``~refused`` (an invalid change), ``~failed`` (the run ended in an error).
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from safenav.lines import json_line
 from safenav.scenario.yaml.findings import ReadableFolder
 
 LIMIT = 32 * 2**20
-"""Bytes of one line of a process."""
+"""Largest line of a process, in bytes."""
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 ADD = "add"
-"""The kind of a change by which a robot joins: ``robot``, its name; ``item``: as in ``robots`` of a
-scenario. The run ends, and another one begins with a header of its own."""
+"""The kind of change by which a robot joins: ``robot``, its name; ``item``: as in ``robots`` of a
+scenario. The run ends, and another one begins with its own header."""
 
 
 class RunOrder(Struct, frozen=True):
-    """A scenario to run. ``folder``: where it may read files; None for nowhere, and ``trusted``
-    for anywhere (the user has named the file). ``seed`` and ``clock``: instead of its own.
-    ``first``: robots that are judged before the others."""
+    """A scenario to run. ``folder``: the folder whose files it may read (None: none); ``trusted``:
+    it may read any file, since the user named it. ``seed`` and ``clock`` override its own.
+    ``first``: robots whose realizability is checked first."""
 
     text: str
     file: str
@@ -60,7 +60,7 @@ class RunOrder(Struct, frozen=True):
 
 
 async def started(module: str, order: RunOrder) -> Process:
-    """A process of the studio that has its order, in a session of its own."""
+    """Start a process of the studio in its own session, and send its order."""
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", module),
         stdin=PIPE,
@@ -75,7 +75,7 @@ async def started(module: str, order: RunOrder) -> Process:
 
 
 def kill(process: Process) -> None:
-    """End a process and all that it has started."""
+    """Kill a process and its children."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
 

@@ -1,7 +1,7 @@
-"""The process of a live run: it steps a mission on request, and writes down what happens.
+"""The process of a live run: it steps a mission on request and writes its trace.
 
-A separate process, so that a synthesis blocks no page and the run can be stopped at any moment:
-SIGINT ends it at the next opportunity, as in ``safenav run``.
+In a separate process, a synthesis blocks no page and the run can be stopped at any moment: SIGINT
+ends it at the next opportunity, as in ``safenav run``.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def main() -> None:
     except SafenavError as error:
         say({"type": FAILED, "message": str(error)})
     except BrokenPipeError:
-        os._exit(1)  # the reader is gone
+        os._exit(1)  # the server has ended
     except Exception as error:
         say({"type": FAILED, "message": f"internal error: {type(error).__name__}: {error}"})
         raise
@@ -100,7 +100,8 @@ def _serve(orders: IO[str], say: Any) -> None:
 
 
 def _rest(mission: Mission, told: Sequence[Record], data: Mapping[str, Any]) -> Scenario:
-    """End a run where a robot joins it, and return the rest with that robot. Raises UsageError."""
+    """End a run that a robot joins, and return the scenario of the rest with that robot. Raises
+    UsageError."""
     if mission.result is not None:
         raise UsageError("the run has ended: no robot can join it")
     name, item = str(data.get("robot")), data.get("item")
