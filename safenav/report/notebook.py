@@ -1,6 +1,6 @@
-"""Scenarios, results and runs as a notebook draws them, and a progress bar for it.
+"""Scenarios, results and runs as HTML for notebooks, and a progress bar.
 
-The library's public face attaches the drawings to what is drawn (``safenav/__init__.py``).
+``safenav/__init__.py`` attaches the drawings to the public classes.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def svg_of_scenario(scenario: Scenario) -> str:
 
 
 def frame_of_replay(replay: Replay, height: int = 640) -> str:
-    """Return the page of a run in a frame of its own; it needs no network."""
+    """Return the page of a run in a frame of ``height`` pixels; it needs no network."""
     page = escape(page_of(replay, f"{replay.name}.jsonl"), quote=True)
     return (
         f'<iframe srcdoc="{page}" width="100%" height="{height}" style="border: 0" '
@@ -84,7 +84,7 @@ class ProgressBar:
             self._display.update(_Html(self.html(record.tick, ended)))
 
     def html(self, tick: int, ended: str = "") -> str:
-        """Return the bar: rounds done of those required."""
+        """Return the bar: completed and required rounds, tick, syntheses."""
         done = sum(min(count, self._each) for count in self._rounds.values())
         said = ended.replace("_", " ") or "running"
         return (
@@ -103,7 +103,7 @@ class _Html:
 
 
 def _display() -> Any:
-    """Return a place in the output of a notebook's cell; None elsewhere."""
+    """Return an updatable output of a notebook's cell; None outside of a notebook."""
     try:
         from IPython import get_ipython  # type: ignore[attr-defined,unused-ignore]
         from IPython.display import display

@@ -15,7 +15,7 @@ Row = Iterable[object]
 
 
 def tables(trace: Trace, replay: Replay) -> dict[str, str]:
-    """Return the name of each table and its CSV text (RFC 4180, one heading line)."""
+    """Return the CSV text (RFC 4180, one heading line) of each table by its name."""
     when = "tick" if replay.times is None else "t"
     return {
         "moves": csv_text(

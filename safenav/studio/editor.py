@@ -125,8 +125,8 @@ class Editor(Studio):
         self, name: str, content: bytes, about: Mapping[str, str]
     ) -> dict[str, Any] | None:
         """Handle an upload by its ``kind``: a ``scenario``, a ``map`` (MovingAI), a ``companion``
-        file that a ROS map names, a ``plan`` (image or ROS map), or a division of the plan, to
-        ``preview`` it or to begin with the ``divided`` map. Return the answer to the page."""
+        file that a ROS map names, a ``plan`` (image or ROS map), or a division of the plan: its
+        ``preview``, or a new scenario on the ``divided`` map. Return the reply to the page."""
         kind = about.get("kind")
         if kind in ("plan", "preview", "divided") and find_spec("numpy") is None:
             raise UsageError(f"reading images needs numpy: {install_command('maps')}")

@@ -10,7 +10,7 @@ from safenav.report.bag.messages import Stamped
 
 
 def write_mcap(path: Path, messages: Iterable[Stamped]) -> int:
-    """Write the messages, and return how many there were.
+    """Write the messages, and return their number.
 
     Raises UsageError if the extra is not installed.
     """
@@ -77,8 +77,8 @@ _FIELDS = {
     ),
     "visualization_msgs/MarkerArray": "visualization_msgs/Marker[] markers",
 }
-"""The fields of each message in their order, as the ROS 2 interfaces (Humble and later) have
-them; the order is that of the bytes."""
+"""The fields of each message, in the order of the ROS 2 interfaces (Humble and later), which is
+that of the bytes."""
 
 
 def definition(kind: str) -> str:

@@ -1,12 +1,12 @@
-"""A run as ROS 2 messages, each with its topic and its time.
+"""A run as ROS 2 messages with topics and times.
 
 | topic | message |
 |---|---|
 | `/map` | `nav_msgs/OccupancyGrid`, once: walls are 100, free regions 0 |
-| `/tf` | `tf2_msgs/TFMessage`: each robot's frame in `map`, at every tick, or as a motion has it |
-| `/ROBOT/path` | `nav_msgs/Path`: where the robot was so far, at every tick in which it moved |
+| `/tf` | `tf2_msgs/TFMessage`: each robot's frame in `map`, at every tick or motion sample |
+| `/ROBOT/path` | `nav_msgs/Path`: the robot's path so far, at every tick in which it moved |
 | `/obstacles` | `visualization_msgs/MarkerArray`: known obstacles, colour and height by status |
-| `/requests` | `visualization_msgs/MarkerArray`: a line from a helper to what it helps with |
+| `/requests` | `visualization_msgs/MarkerArray`: a line from each helper to its obstacle |
 | `/robots` | `visualization_msgs/MarkerArray`, once: bodies, headings and names of robots |
 | `/places` | `visualization_msgs/MarkerArray`, once: names of regions and areas, borders of areas |
 | `/plan` | `visualization_msgs/MarkerArray`: targets of robots, and paths of a joint plan |
@@ -40,7 +40,7 @@ _MARKERS = "visualization_msgs/msg/MarkerArray"
 _FLIES = 0.8
 """Height of the bodies of the layer ``air``, in regions."""
 _HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
-"""Heights of obstacles in regions where they differ: some people cannot tell the colours apart."""
+"""Heights of obstacles by status, in regions, for people who cannot tell the colours apart."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
@@ -52,7 +52,7 @@ _LEVELS = {
 
 
 class Stamped(Struct, frozen=True):
-    """One message of a bag. ``kind`` is its type, ``seconds`` its time from the start."""
+    """One message of a bag. ``kind``: its ROS type; ``seconds``: its time since the start."""
 
     seconds: float
     topic: str
@@ -61,12 +61,12 @@ class Stamped(Struct, frozen=True):
 
 
 Ways = Mapping[str, Sequence[tuple[float, float, float, float]]]
-"""Poses by robot: seconds, x, y (metres in the frame ``map``) and yaw, all at the same times."""
+"""Poses by robot: seconds, x, y (metres in the frame ``map``) and yaw, at common times."""
 
 
 def messages(replay: Replay, frame: Frame, ways: Ways | None = None) -> Iterator[Stamped]:
-    """Yield all messages of a run, in the order of their times; a tick of a run without a clock
-    lasts a second. ``ways``: where robots are in metres, if not in the middle of regions.
+    """Return all messages of a run, in the order of their times; a tick of a run without a clock
+    lasts a second. ``ways``: poses of a motion, instead of the centres of regions.
 
     Raises ValueError for regions that are not square: an occupancy grid has one resolution."""
     told = _Telling(replay, frame)
@@ -77,8 +77,8 @@ def messages(replay: Replay, frame: Frame, ways: Ways | None = None) -> Iterator
 
 
 def names_of(replay: Replay) -> dict[str, str]:
-    """Return each robot's name in ROS, also that of its frame: letters, digits and underscores, no
-    two the same, and not that of the frame ``map``."""
+    """Return each robot's name in ROS, also of its frame: letters, digits and underscores, unique,
+    and never ``map``."""
     found: dict[str, str] = {}
     for track in replay.robots:
         plain = re.sub(r"\W", "_", track.name, flags=re.ASCII).strip("_") or "robot"
@@ -140,7 +140,7 @@ class _Telling:
                 yield Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
 
     def moved(self, ways: Ways) -> Iterator[Stamped]:
-        """Yield the frames of the robots on their ways."""
+        """Yield the frames of the robots at the poses of a motion."""
         for poses in zip(*ways.values(), strict=True):
             seconds, transforms = poses[0][0], []
             for name, (_, x, y, yaw) in zip(ways, poses, strict=True):
@@ -174,7 +174,7 @@ class _Telling:
         return {"stamp": stamp(self.replay.time(tick)), "frame_id": "map"}
 
     def _pose(self, track: RobotTrack, tick: int) -> Message:
-        """Return the robot's pose: between two regions while a step takes several ticks."""
+        """Return the robot's pose, interpolated during a step of several ticks."""
         (placed,) = [r for r in self.replay.scene(tick, trail=0).robots if r.name == track.name]
         x, y = self.frame.centre(placed.row, placed.col, self.replay.map.rows)
         facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
@@ -189,7 +189,7 @@ class _Telling:
         }
 
     def _obstacles(self, tick: int, told: dict[str, ObstacleStatus]) -> Iterator[Message]:
-        """Yield markers of obstacles whose status has changed; ``told`` keeps the sent ones."""
+        """Yield markers of obstacles whose status has changed; ``told``: the sent statuses."""
         for number, hidden in enumerate(self.replay.hidden.values()):
             status = self.replay.statuses[hidden.name].at(tick)
             if status is not told.get(hidden.name, ObstacleStatus.HIDDEN):
@@ -203,7 +203,7 @@ class _Telling:
                 }
 
     def _requests(self, tick: int) -> Iterator[Message]:
-        """Yield a line for each frame of the stack that requests help; others are deleted."""
+        """Yield the deletion of former lines, and a line for each helper of a stack entry."""
         regions = {name: hidden.region for name, hidden in self.replay.hidden.items()}
         scene = {track.name: track.regions[tick] for track in self.replay.robots}
         yield self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)
@@ -218,7 +218,7 @@ class _Telling:
             }
 
     def _places(self) -> Iterator[Message]:
-        """Yield names, flat on the map, and the borders of areas."""
+        """Yield names of regions and areas, and the borders of areas."""
         world = self.replay.map
         named = [(name, [region]) for name, region in world.names.items()]
         named += [(name, sorted(area)) for name, area in world.areas.items()]
@@ -239,7 +239,7 @@ class _Telling:
             }
 
     def _border(self, area: frozenset[Region]) -> Iterator[Message]:
-        """Yield both ends of each side of a region where the area ends."""
+        """Yield both ends of each side of a region on the area's border."""
         world = self.replay.map
         for region in sorted(area):
             row, col = world.position(region)
@@ -297,7 +297,7 @@ class _Telling:
     def _marker(
         self, tick: int, kind: str, number: int, shape: int, action: int = _ADD
     ) -> dict[str, Any]:
-        """Return a marker without content; the writer adds the defaults of all other fields."""
+        """Return a marker without content; the MCAP writer adds the defaults of other fields."""
         return {
             "header": self._header(tick),
             "ns": kind,

@@ -14,8 +14,8 @@ FOLDER = "failures"
 
 
 class FailureFolder:
-    """A folder for each failed case below ``directory/failures``. Files of a former batch are
-    removed from it unless ``keep``."""
+    """Folders of failed cases below ``directory/failures``. Unless ``keep``, files of a former
+    batch are removed."""
 
     def __init__(self, directory: Path, *, keep: bool) -> None:
         self._root = directory / FOLDER
@@ -54,8 +54,8 @@ class FailureFolder:
 
                 page = page_of_trace(read_trace(files[-1]), files[-1].name)
             except Exception as error:
-                # A trace that was cut off in its first line is not a trace, and no other error in a
-                # picture of a failure must end the batch.
+                # A trace cut off in its first line is unreadable, and no error of the replay of a
+                # failure must end the batch.
                 lines += ["", f"no replay: {type(error).__name__}: {error}"]
             else:
                 files.append(folder / "replay.html")

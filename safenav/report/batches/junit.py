@@ -1,9 +1,9 @@
-"""A batch as a JUnit report, as continuous integration services read it.
+"""A batch as a JUnit report for continuous integration services.
 
-There is no official standard; this keeps to what the schemas of Jenkins' xUnit plugin and of Apache
-Ant have in common: one ``testsuite`` a folder, one ``testcase`` a case, ``failure`` for an
-unexpected result, ``error`` for a case that could not be run to an end, ``skipped`` for a case that
-was not run. Reference: https://github.com/testmoapp/junitxml"""
+There is no official standard; the report uses the common part of the schemas of Jenkins' xUnit
+plugin and Apache Ant: one ``testsuite`` per folder, one ``testcase`` per case, ``failure`` for an
+unexpected result, ``error`` for a case that could not be completed, ``skipped`` for a case that was
+not run. Reference: https://github.com/testmoapp/junitxml"""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pathlib import PurePath
 from safenav.batch.cases.case import Case, CaseVerdict, Result
 from safenav.batch.session import Report
 
-# Characters that XML 1.0 cannot hold, not even as a reference.
+# Characters that XML 1.0 cannot represent, even as references.
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -75,7 +75,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
 
 
 def told(result: Result) -> list[str]:
-    """Return all that is known about a failure, as lines."""
+    """Return a case's reasons, end, settings, earlier attempts and files, as lines."""
     lines = list(result.reasons)
     if result.outcome is not None:
         over = result.makespan

@@ -1,5 +1,5 @@
-"""Progress of a batch on standard error: a line kept up to date on a terminal, a line now and then
-elsewhere; failures as they happen."""
+"""Progress of a batch on standard error: an updated line on a terminal, else a line every
+``ProgressLine.EVERY`` seconds; failures when they happen."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from safenav.report.terminal.fold import echo_folded
 
 class ProgressLine:
     EVERY = 10.0
-    """Seconds between lines where standard error is not a terminal."""
+    """Seconds between lines if standard error is not a terminal."""
 
     def __init__(self) -> None:
         self._live = sys.stderr.isatty()

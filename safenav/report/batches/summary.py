@@ -17,7 +17,7 @@ from safenav.trace.words import listed
 _REASONS = 3
 _NAMES = 20
 _LEAST_NAME = 16
-"""Characters that a name keeps on a narrow terminal."""
+"""Least characters of a name on a narrow terminal."""
 _STILL_OPEN = "; still open: "
 
 
@@ -67,7 +67,7 @@ def summary(
 def _fitted(
     headings: tuple[str, ...], rows: list[tuple[object, ...]], width: int | None
 ) -> list[str]:
-    """Return the table, the middle of long names left out where it would be too wide."""
+    """Return the table; if it is too wide, long names lack their middle."""
     lines = table(headings, rows)
     wide = len(lines[1])  # the rule under the headings
     if width is None or wide <= width:
@@ -84,7 +84,7 @@ def _elided(name: str, room: int) -> str:
 
 
 def _row(result: Result, live: bool) -> tuple[object, ...]:
-    """``live``: with the makespan, of those that have one."""
+    """Return the row of a result. ``live``: with a column for the makespan."""
     verdict = result.verdict.value + (f" (attempt {result.attempts})" if result.flaky else "")
     seconds = f"{result.duration:.2f}".rjust(len("seconds"))
     outcome = result.outcome or "-"
@@ -99,7 +99,7 @@ def _coloured(lines: list[str], failed: int) -> list[str]:
 
 
 def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
-    """Return failures with the same cause together; in the order of the first of each."""
+    """Return groups of failures with the same cause, in the order of their first failures."""
     groups: dict[tuple[object, ...], list[Result]] = {}
     for result in failed:
         cause = (result.file, result.verdict, *result.reasons, "", *result.earlier)
@@ -108,7 +108,7 @@ def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
 
 
 def _why(group: Sequence[Result]) -> list[str]:
-    """Return the failure, for all cases with the same cause."""
+    """Return the failure of a group of cases with the same cause, as lines."""
     result, *others = group
     lines = [f"{result.name}: {result.verdict.value}"]
     if others:

@@ -1,10 +1,10 @@
-"""A replay as the compact data that the page carries (its types: front/src/run/run.ts).
+"""A replay as the compact data of the page (its types: front/src/run/run.ts).
 
-Values that change now and then are lists of [tick, value...]; ways are lists of regions and a
-letter for each heading: a thousand ticks of a robot take about five kilobytes. What grows during a
-run is written by ``grown`` alone: all of it, or what a page does not have yet.
-A set of regions is written once, as a list of runs of consecutive regions; of each run the gap
-before it and its length: ``14,3,7,2`` (front/src/run/sets.ts).
+Values over time are lists of [tick, value...]; paths are lists of regions and a letter for each
+heading: a thousand ticks of a robot take about five kilobytes. ``grown`` alone writes the parts
+that grow during a run: all entries, or those that a page lacks.
+A set of regions is written once, as runs of consecutive regions: the gap before each run and its
+length, as in ``14,3,7,2`` (front/src/run/sets.ts).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 
 class PageKnowledge(Protocol):
-    """The entries that a page has already."""
+    """The entries that a page already has."""
 
     def new(self, entries: Sequence[T], *key: str) -> Sequence[T]:
         """Return the entries of a series that it lacks; ``key`` identifies the series."""
@@ -38,14 +38,14 @@ class PageKnowledge(Protocol):
         """Return the steps of a robot that it lacks."""
 
     def sight(self, replay: timeline.Replay, viewer: str) -> Iterable[tuple[int, list[Region]]]:
-        """Return from which tick on a robot sees which regions, as far as it lacks that."""
+        """Return the changes of a robot's sight that it lacks: the tick, and the regions seen."""
 
     def placed(self, regions: Iterable[Region]) -> int | str:
-        """Return what stands for a set of regions, which must ascend."""
+        """Return the reference to, or the text of, a set of regions (ascending)."""
 
 
 class NewPage(PageKnowledge):
-    """A page that opens with this data; the sets that it refers to are included."""
+    """A page that opens with this data, which includes the sets that it refers to."""
 
     def __init__(self, world: RegionMap) -> None:
         self.texts: dict[str, int] = {}
@@ -83,7 +83,7 @@ def written(regions: Iterable[Region]) -> str:
 
 
 def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
-    """Return the data of the page. ``source`` is the name of the trace, for its reader."""
+    """Return the data of the page. ``source``: the name of the trace."""
     ending, known = replay.ending, NewPage(replay.map)
     now = grown(replay, known)
     style = looks([track.name for track in replay.robots])
@@ -126,8 +126,8 @@ def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
 
 
 def grown(replay: timeline.Replay, known: PageKnowledge) -> dict[str, Any]:
-    """Return all that grows with the ticks of a run and is not ``known``; of obstacles, those of
-    which there is anything."""
+    """Return the entries that grow with the ticks of a run and are not ``known``; obstacles without
+    new entries are left out."""
     growth = _Growth(replay, known)
     times = replay.times and [round(time, 3) for time in known.new(replay.times, "times")]
     return {
@@ -150,7 +150,7 @@ class _Growth:
     def changes(
         self, changes: timeline.Changes[T], value: Callable[[T], list[Any]], *key: str
     ) -> list[list[Any]]:
-        """Return new ticks and the values from then on, the last of each tick."""
+        """Return new ticks with the value that holds from each on; the last of a tick counts."""
         latest = dict(self._known.new(changes, *key))
         return [[max(0, tick), *value(held)] for tick, held in latest.items()]
 
@@ -226,7 +226,7 @@ def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
 
 
 def open_need(action: str) -> str:
-    """A need of an obstacle in words."""
+    """Return the need of an action in words."""
     return "an operator" if action == OPERATOR_ACTION else f"'{action}'"
 
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 
 def curves_of(trace: Trace) -> list[dict[str, object]]:
-    """Return a curve for each requirement of a trace's scenario, on the page's time: seconds of a
-    live run, else ticks. The motion is made for it; none without the extra ``motion``, or if the
-    trace does not say how its robots move."""
+    """Return a curve for each requirement of a trace's scenario, over seconds of a live run, else
+    ticks. They need the run's motion: there are none without the extra ``motion``, or if the trace
+    lacks the motion of its robots."""
     if not trace.header.scenario.requirements:
         return []
     try:
@@ -43,7 +43,7 @@ def curves_of(trace: Trace) -> list[dict[str, object]]:
 def on_ticks(
     found: Iterable[dict[str, object]], trace: Trace, lines: Iterable[Line]
 ) -> list[dict[str, object]]:
-    """Return curves over seconds as curves over ticks: a tick ends when all its steps have."""
+    """Convert curves over seconds to curves over ticks: a tick ends with the last of its steps."""
     import numpy as np
 
     from safenav.motion.file.records import Moving
@@ -90,8 +90,8 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 
 
 def page_of(replay: Replay, source: str, curves: Sequence[Mapping[str, object]] = ()) -> str:
-    """Return the replay as an HTML document. ``source`` is the name of its trace; ``curves``: of
-    its requirements (``requirements.curves_of``)."""
+    """Return the replay as an HTML document. ``source``: the name of its trace; ``curves``: those
+    of its requirements (``curves_of``)."""
     return document(
         f"{replay.name}: replay",
         _asset("replay.css"),
@@ -106,13 +106,13 @@ def page_of_trace(trace: Trace, source: str) -> str:
 
 
 def document(title: str, style: str, *scripts: str) -> str:
-    """Return a page that needs no other file: policy and style, an element ``app`` to draw in, and
-    script elements."""
+    """Return a self-contained page: policy and style, an element ``app`` for the program's output,
+    and script elements."""
     return framed(title, _ALONE.format(style=style), *scripts)
 
 
 def framed(title: str, head: str, *scripts: str) -> str:
-    """Return a page with these elements in its head, and after the element ``app``."""
+    """Return a page with ``head`` in its head, and ``scripts`` after the element ``app``."""
     return _DOCUMENT.format(title=escape(title), head=head, scripts="\n".join(scripts))
 
 
@@ -122,7 +122,7 @@ def data_element(name: str, data: object) -> str:
 
 
 def embedded(data: object) -> str:
-    """Return JSON that can stand in a script element whatever its strings hold.
+    """Return JSON that is safe in a script element for any strings.
 
     No ``<`` is left, hence no ``</script>`` and no ``<!--``; the two line separators of Unicode
     are escaped by ``ensure_ascii``."""

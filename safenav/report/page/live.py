@@ -1,8 +1,8 @@
-"""A run for the page while it happens: the whole of it so far, and later news.
+"""A live run as data of the page: the whole run so far, and news.
 
-Fed with the records of a run one after the other. ``whole`` is what ``encode.encoded`` gives for
-the lines so far; ``news`` only what came after the last ``news``, so that a tick costs the same
-however long the run is. What the page does with both: front/src/live/merge.ts."""
+It takes the records of a run one after the other. ``whole`` is the data of ``encode.encoded`` for
+the lines so far; ``news`` has only the entries since the last ``news``, so that the cost of a tick
+does not grow with the run. The page merges both in front/src/live/merge.ts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 class LiveRun:
-    """A run in the making. ``source`` names it where a page names its trace."""
+    """A live run. ``source``: its name on the page, in place of a trace file."""
 
     def __init__(self, header: records.Header, source: str) -> None:
         self._source = source
@@ -33,22 +33,22 @@ class LiveRun:
 
     @property
     def time(self) -> float:
-        """Return the last tick, or the seconds on the clock of the run."""
+        """The last tick, or the seconds on the clock of the run."""
         return self.replay.time(self.replay.last)
 
     def whole(self) -> dict[str, Any]:
-        """Return all that a page needs to show the run so far."""
+        """Return the data of a page that shows the run so far."""
         return encoded(self.replay, self._source)
 
     def news(self) -> dict[str, Any]:
-        """Return the news since the last call, in the shapes of the whole: entries to append, but
-        for the ``steps`` of a robot, which replace those from the number before them on, and sets
-        of regions, which stand for themselves."""
+        """Return the entries since the last call, in the form of ``whole``, to be appended. Two
+        differ: ``steps`` of a robot are [number, steps], which replace those from that number on,
+        and sets of regions are texts instead of references."""
         return grown(self.replay, self._sent)
 
 
 class _OpenPages(PageKnowledge):
-    """The open pages, which have all that they were sent."""
+    """The open pages, which have all entries sent so far."""
 
     def __init__(self, replay: Replay) -> None:
         self._counts: dict[tuple[str, ...], int] = {}

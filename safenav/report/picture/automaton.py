@@ -1,4 +1,4 @@
-"""A strategy as a picture: the automaton itself when it is small, else a summary on the map.
+"""A strategy as a picture: the automaton itself if it is small, else a summary on the map.
 
 Nodes stand in layers by their distance from the start. Layers run from left to right and, where
 a page is full, back again in the row below, like an ox ploughs: strategies are long loops, and
@@ -29,11 +29,11 @@ from safenav.world.map import Heading, RegionMap
 Point = tuple[float, float]
 
 GUTTER = 46.0
-"""Width of the gaps between columns; rows have the same."""
+"""Width of the gaps between columns, and between rows."""
 GAP = 20.0
-"""Between boxes of one layer."""
+"""Distance between boxes of one layer."""
 _LANES = (0.0, 4.0, -4.0, 8.0, -8.0, 11.0, -11.0)
-"""Arrows in one gutter run beside each other, at these distances from its middle."""
+"""Distances of parallel arrows from the middle of their gutter."""
 _TOP = 18.0
 
 
@@ -66,8 +66,8 @@ class _Slot(Struct, frozen=True):
 
 
 def layers_of(initial: Sequence[int], transitions: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Return the nodes by their distance from the initial ones; each layer in the order in which
-    its nodes are reached. Unreachable nodes are last."""
+    """Return layers of nodes by their distance from the initial ones, in the order of a breadth-
+    first search. Unreachable nodes are last."""
     seen: set[int] = set()
     layers: list[list[int]] = []
     for start in [list(initial), *([node] for node in range(len(transitions)))]:
@@ -170,17 +170,17 @@ class _Router(Struct):
 
 MOST_STATES = 60
 MOST_EDGES = 110
-"""Beyond either limit an automaton is too tangled to read."""
+"""Limits of a readable automaton."""
 
 _MARGIN = 20.0
 _FILLS = ("#DCECF7", "#FBEBCB", "#D3EEE4", "#F6E3EE", "#E4E7EB", "#FBE0D2")
-"""One for each goal that is pursued: light tints of Okabe and Ito's colours."""
+"""Fill colours of goals: light tints of Okabe and Ito's colours."""
 _LINE = "#4A515C"
 _ROUND = 7.0
 
 
 def svg_of_strategy(strategy: Strategy, task: Task, world: RegionMap) -> str:
-    """Return the automaton if it is small enough to be read, else a summary."""
+    """Return the automaton if it is small enough to read, else a summary."""
     states = len(strategy.states)
     if 0 < states <= MOST_STATES and strategy.edges <= MOST_EDGES:
         return svg_of_automaton(strategy, task, world)
@@ -264,7 +264,7 @@ def _boxes(strategy: Strategy, task: Task, world: RegionMap) -> list[_Box]:
         rest = _rest(strategy, values)
         lines = [" ".join(rest)] if rest else []
         told = in_words(strategy, values, Owner.INPUT).split()
-        seen = [word for word in told if not word.startswith("!")]  # false needs no words
+        seen = [word for word in told if not word.startswith("!")]  # false inputs are not shown
         lines += wrapped(" ".join(seen), 10.5, 170) if seen else []
         boxes.append(_Box(world.label(region), tuple(lines), goal, region in targets))
     return boxes
@@ -319,7 +319,7 @@ def _towards(corner: Point, other: Point) -> Point:
 
 
 def _pursued(strategy: Strategy, goal: int, world: RegionMap) -> str:
-    """Return the goal that a state of that rank pursues: its regions, if it has any."""
+    """Return the number ``goal`` of a state in words, with the goal's regions if it has any."""
     goals = strategy.specification.section(Section.SYS_LIVENESS)
     regions = goals[goal].regions if goal < len(goals) else ()
     return f"heads for {regions_words(regions, world.word)}" if regions else f"pursues goal {goal}"

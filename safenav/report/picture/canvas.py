@@ -1,4 +1,4 @@
-"""The pixels of pictures that follow one another: only what differs is drawn again.
+"""Pixels of successive pictures: only the parts that differ are drawn again.
 
 Drawing the ground takes most of the time of a picture, and is done once. What has been added or
 removed since the picture before is drawn coarsely, which shows where pixels differ; there
@@ -23,11 +23,11 @@ Box = tuple[int, int, int, int]
 """Left, top, right and bottom, in pixels."""
 
 _COARSE = 8
-"""Pixels of a side of what is found to differ or not."""
+"""Side, in pixels, of the squares that are compared."""
 
 
 class Canvas:
-    """``image``: the picture that was shown last, ``width`` pixels across."""
+    """A canvas of ``width`` pixels. ``image``: the last shown picture."""
 
     def __init__(self, width: int) -> None:
         self._width = width
@@ -49,7 +49,7 @@ class Canvas:
         else:
             boxes = self._different(before, layers)
         for box in boxes:
-            # Thin lines come out differently at the edge of what is drawn.
+            # Thin lines differ at the edge of the drawn part.
             wide = (box[0] - _COARSE, box[1] - _COARSE, box[2] + _COARSE, box[3] + _COARSE)
             above = _drawn(layers, self._within(layers, wide), wide, self._ground.size)
             patch = Image.alpha_composite(self._ground.crop(wide), above)
@@ -58,7 +58,7 @@ class Canvas:
         return boxes
 
     def _within(self, layers: Layers, box: Box) -> list[str]:
-        """Return what moves, without the texts beside a box: letters take time even there."""
+        """Return the moving elements, without texts outside a box: even there letters take time."""
         x = ceil(layers.width) / self._ground.width
         y = ceil(layers.height) / self._ground.height
         begin_x, end_x = (part * x - layers.corner[0] for part in (box[0], box[2]))
@@ -87,7 +87,7 @@ class Canvas:
         marks = _grouped(after, [*patterns, *changed])
         seen = np.asarray(_drawn(after, marks, whole, self._ground.size, coarse))[..., 3] > 0
         touched = np.pad(seen, 1)
-        for axis in (0, 1):  # an edge may be too faint to be seen
+        for axis in (0, 1):  # an edge may be too faint to be found
             touched |= np.roll(touched, 1, axis) | np.roll(touched, -1, axis)
         return [
             (left, top, min(right, width), min(bottom, height))
@@ -109,7 +109,7 @@ def _drawn(
     size: tuple[int, int],
     pixels: tuple[int, int] | None = None,
 ) -> Image.Image:
-    """Return a part of a picture whose whole has ``size`` pixels, transparent where nothing is."""
+    """Return a part, transparent where it is empty, of a picture of ``size`` pixels."""
     left, top, right, bottom = box
     across, down = pixels or (right - left, bottom - top)
     x, y = ceil(layers.width) / size[0], ceil(layers.height) / size[1]
@@ -123,7 +123,7 @@ def _drawn(
 
 
 def _islands(touched: npt.NDArray[np.bool_], x: int = 0, y: int = 0) -> Iterator[Box]:
-    """Yield boxes around all that is true, cut apart at empty rows and columns."""
+    """Yield boxes around the true pixels, separated at empty rows and columns."""
     for axis in (0, 1):
         used = np.flatnonzero(touched.any(axis=1 - axis))
         parts = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)

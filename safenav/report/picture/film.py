@@ -1,4 +1,4 @@
-"""A run as a film: GIF through Pillow, of the extra that also draws single pictures."""
+"""A run as an animated GIF, by Pillow (extra ``pictures``)."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _HALTS = {
     StoryKind.BLOCKED,
 }
 PAUSE = 0.125
-"""Seconds of a frame of a run with a clock."""
+"""Seconds between frames of a run with a clock."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
 class Film(Struct, frozen=True):
     """Options of a film of a run: first and last tick, speed, smoothness, width. ``speed``: ticks
-    per second, or how many times as fast as its clock the run is shown."""
+    per second, or a multiple of the speed of the run's clock."""
 
     first: int
     last: int
@@ -47,7 +47,7 @@ class Film(Struct, frozen=True):
         return range(self.first, self.last + 1)
 
     def moments(self, replay: Replay) -> list[tuple[int, float]]:
-        """Return the tick of each frame, and the part of the way to the next one. A run with a
+        """Return the tick of each frame, and the elapsed part until the next tick. A run with a
         clock is shown every ``PAUSE`` seconds, and at each instant at which the film rests."""
         if replay.times is None:
             ticks = range(self.first, self.last)
@@ -95,8 +95,8 @@ def write_gif(
 def _frames(
     replay: Replay, film: Film, progress: Callable[[int], None] | None
 ) -> Iterator[tuple[Image.Image, tuple[int, int], int]]:
-    """The frames of a film: what differs from the one before, its place, and how long it lasts.
-    A frame that differs in nothing makes the one before last longer."""
+    """Yield the frames of a film: the part that differs from the previous frame, its corner, and
+    its duration. A frame without a difference extends the previous one."""
     from safenav.report.picture.canvas import Canvas
 
     palette, canvas = _palette(replay, film), Canvas(film.width)
@@ -136,8 +136,8 @@ def _moments(replay: Replay, film: Film) -> Iterator[tuple[Layers, int]]:
 
 
 def _palette(replay: Replay, film: Film) -> Palette:
-    """Return one palette for all frames, from moments that together show every colour: with it, a
-    frame needs to hold only what changed."""
+    """Return one palette for all frames, from moments that together show every colour. With one
+    palette, a frame needs only the pixels that changed."""
     from safenav.report.picture.canvas import Canvas
     from safenav.report.picture.palette import Palette
 

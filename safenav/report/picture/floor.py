@@ -14,7 +14,7 @@ WALL = "#3B4048"
 LINES = "#D5D9DF"
 
 _LEGIBLE = 8.0
-"""Height of the smallest figures, in pixels of a picture at its own size."""
+"""Height of the smallest digits, in units of the picture."""
 _LEAST_CELL = 26.0
 
 
@@ -34,7 +34,7 @@ def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
 
 
 def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
-    """Return one rectangle for each run of regions in a row: between two there could be a seam."""
+    """Return a path of one rectangle for each run of regions in a row, which avoids seams."""
     parts, count = [], 0
     for region in sorted(regions):
         row, col = world.position(region)
@@ -67,8 +67,8 @@ def draw_numbers(
 
 
 def draw_axes(page: SvgWriter, world: RegionMap, cell: float) -> None:
-    """Draw the number of each row at the left of the map and of each column below it; where
-    regions are small, of every fifth."""
+    """Draw the number of each row at the left of the map and of each column below it; if regions
+    are small, of every fifth."""
     every = 1 if cell >= text_width(f"{world.cols - 1} ", _LEGIBLE) else 5
     page.open_group(font_size=number(_LEGIBLE), fill=MUTED)
     for row in range(0, world.rows, every):

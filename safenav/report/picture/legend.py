@@ -25,7 +25,7 @@ Icon = Callable[[SvgWriter, float, float], None]
 
 
 _ROWS = 12
-"""The most robots, or obstacles, that are not divided; more can stand in several columns."""
+"""The most rows of an undivided block; larger blocks are divided, to fill several columns."""
 
 
 class Row(Struct, frozen=True):
@@ -52,7 +52,7 @@ CONTINUED = ", continued"
 
 
 class Block(Struct, frozen=True):
-    """A heading and its rows; never broken over columns."""
+    """A heading and its rows, in one column."""
 
     title: str
     rows: tuple[Row, ...]
@@ -76,10 +76,10 @@ class Legend(Struct):
     columns: list[list[Block]] = field(default_factory=list)
 
     def arranged(self, width: float, height: float) -> tuple[float, bool]:
-        """Arrange the legend beside a map of this size, or below it: whichever leaves less paper
-        empty.
+        """Arrange the legend beside a map of this size, or below it if that leaves less empty
+        space.
 
-        Returns the width it takes, and whether it stands beside the map."""
+        Returns its width, and whether it is beside the map."""
         alone = _joined(self.blocks)
         below = [*map(_joined, self._flow(max(1, int((width + GAP) // (WIDTH + GAP)))))]
         tallest = max(map(_height, below))
@@ -115,7 +115,7 @@ class Legend(Struct):
 
 
 def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
-    """Return the legend of all that this scene's picture shows, and ``more`` marks."""
+    """Return the legend of a scene's picture, with ``more`` marks."""
     style = looks([robot.name for robot in scene.robots])
     blocks = [*_parts(_robots(scene, style)), *_parts(_obstacles(scene, hidden))]
     if scene.stack:
@@ -129,7 +129,7 @@ def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
 
 
 def _parts(block: Block) -> list[Block]:
-    """Return a block that fits into a column, or several; none without rows."""
+    """Return a block, divided if it has more than ``_ROWS`` rows; none if it has no rows."""
     rows = block.rows
     size = len(rows) if len(rows) <= _ROWS else _ROWS // 2
     parts = [rows[first : first + size] for first in range(0, len(rows), max(1, size))]
@@ -137,7 +137,7 @@ def _parts(block: Block) -> list[Block]:
 
 
 def _joined(column: Sequence[Block]) -> list[Block]:
-    """Return the blocks of a column; parts of one that follow each other have one title."""
+    """Return the blocks of a column, with successive parts of one block joined."""
     found: list[Block] = []
     for block in column:
         if found and block.title.removesuffix(CONTINUED) == found[-1].title.removesuffix(CONTINUED):
@@ -167,7 +167,7 @@ class KeyRow(Struct, frozen=True):
         return places
 
     def measure(self, width: float) -> float:
-        """Return the height it takes in that width."""
+        """Return its height at a width."""
         return self._places(width)[-1][1] + 34.0 if self.entries else 0.0
 
     def draw(self, page: SvgWriter, left: float, top: float, width: float) -> None:

@@ -1,6 +1,6 @@
-"""Names of regions and areas on a picture: placed so that none lies over another, and outlines.
+"""Names of regions and areas on a picture, placed without overlaps, and outlines of areas.
 
-The same rules as on the page (front/src/map/names.tsx), which measures letters in a browser.
+The page has the same rules (front/src/map/names.tsx), but measures letters in the browser.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from safenav.world.map import Region, RegionMap
 
 AREA = "#0067A3"
 _SIZES = (13.0, 12.0, 11.0, 10.0, 9.0)
-"""Heights of letters, the first that leaves room for a name is taken."""
+"""Heights of letters; the first one for which a name has room is used."""
 _LINE = 1.2
 _GAP = 2.0
 _BODY = 0.3
-"""Half of the middle of a named region, where robots stand, in cells."""
+"""Half the side, in cells, of the central part of a named region, where robots are drawn."""
 _MOST_BOXES = 24
 
 
@@ -40,7 +40,7 @@ class TextBox(Struct, frozen=True):
 
 
 class PlacedName(Struct, frozen=True):
-    """A name at its place."""
+    """A name with its box."""
 
     text: str
     size: float
@@ -49,7 +49,7 @@ class PlacedName(Struct, frozen=True):
 
 
 def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
-    """Return the names of a map with regions of that side; one without room is left out."""
+    """Return the names of a map with regions of side ``cell``; those without room are left out."""
     width, height, inset = world.cols * cell, world.rows * cell, (0.5 - _BODY) * cell
     cells = {name: _cell(world, region, cell) for name, region in world.names.items()}
     bodies = [
@@ -59,8 +59,7 @@ def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
     names: list[PlacedName] = []
 
     def place(text: str, boxes: list[TextBox], area: bool) -> None:
-        """Take the place with the fewest robots below, in the largest letters for which there is
-        one."""
+        """Place a name where it covers the fewest robots, in the largest letters that fit."""
         for size in _SIZES:
             wide, high = text_width(text, size, bold=True) + _GAP, _LINE * size
             options: list[tuple[float, TextBox]] = []
@@ -101,7 +100,8 @@ def _middle_first(world: RegionMap, area: frozenset[Region], cell: float) -> lis
 
 
 def _places(box: TextBox, width: float, height: float, area: bool) -> Iterator[tuple[float, float]]:
-    """Yield middles of a text for a box: in it at the bottom, below, above, beside, and aslant."""
+    """Yield possible centres of a text for a box: inside at the bottom, below, above, beside it,
+    and diagonally."""
     x, y = (box.left + box.right) / 2, (box.top + box.bottom) / 2
     below, above = box.bottom + height / 2, box.top - height / 2
     if area:
@@ -117,7 +117,7 @@ def _places(box: TextBox, width: float, height: float, area: bool) -> Iterator[t
 
 
 def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
-    """Draw letters with a light rim, readable on walls as well."""
+    """Draw names with a light outline, so that they are also readable on walls."""
     for name in names:
         page.text(
             (name.box.left + name.box.right) / 2,

@@ -17,10 +17,10 @@ CLEAR = 255
 
 
 class Palette:
-    """The most frequent colours of some images, exactly, for images like them.
+    """The exact most frequent colours of some images, for similar images.
 
-    Our drawings have few plain colours and many blends at edges. The plain ones must stay as
-    they are and blends may go to the nearest; general quantizers promise neither.
+    The drawings have few plain colours and many blends at edges. Plain colours must stay exact and
+    blends become the nearest colour; general quantizers guarantee neither.
     """
 
     def __init__(self, images: Sequence[Image.Image]) -> None:
@@ -28,7 +28,7 @@ class Palette:
         colours, counts = np.unique(packed, return_counts=True)
         self._colours = colours[np.argsort(-counts, kind="stable")[:CLEAR]].astype(np.int64)
         self._numbers = np.zeros(1 << 24, dtype=np.uint16)
-        """The number of the nearest colour of each one, from 1 on; 0 until computed."""
+        """The number, from 1 on, of the colour nearest to each RGB colour; 0 until computed."""
         self._shown = np.empty((0, 0), dtype=np.uint8)
 
     def applied(self, image: Image.Image) -> Image.Image:
@@ -37,8 +37,8 @@ class Palette:
     def difference(
         self, image: Image.Image, boxes: Sequence[tuple[int, int, int, int]]
     ) -> tuple[Image.Image, tuple[int, int]] | None:
-        """Return what differs from the image before, and its corner; None if nothing does. Only
-        ``boxes`` are compared."""
+        """Return the part that differs from the previous image, and its corner (left, top); None if
+        there is none. Only ``boxes`` are compared."""
         if self._shown.shape != (image.height, image.width):
             self._shown = np.full((image.height, image.width), CLEAR, dtype=np.uint8)
         frame = np.full_like(self._shown, CLEAR)

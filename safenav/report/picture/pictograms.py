@@ -1,7 +1,7 @@
 """Silhouettes of the library's robots and obstacles, for pictures, pages and the studio.
 
-Paths fit in [-1, 1] squared, y downwards, filled by the even-odd rule. A name of another model or
-type finds the one that it ends in (``fire_door``: that of ``door``).
+Paths fit in [-1, 1] squared, y downwards, filled by the even-odd rule. Another model or type has
+the silhouette of the known name at its end (``fire_door``: that of ``door``).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PLATE = _disc(0, 0, 1)
 
 
 def _line(width: float, *points: tuple[float, float]) -> str:
-    """A stroke of a width along points as one outline: strokes that overlap would leave holes."""
+    """Return a stroke along points as one outline; overlapping strokes would leave holes."""
     left: list[tuple[float, float]] = []
     right: list[tuple[float, float]] = []
     ways = []
@@ -32,7 +32,7 @@ def _line(width: float, *points: tuple[float, float]) -> str:
         ways.append(((to_x - x) / length, (to_y - y) / length))
     for i, (x, y) in enumerate(points):
         before, after = ways[max(0, i - 1)], ways[min(i, len(ways) - 1)]
-        # The mitre of two edges: both lie half a width from it.
+        # The mitre of two edges, at half the width from both.
         share = width / 2 / (1 + before[0] * after[0] + before[1] * after[1])
         dx, dy = -(before[1] + after[1]) * share, (before[0] + after[0]) * share
         left.append((x + dx, y + dy))
@@ -41,7 +41,7 @@ def _line(width: float, *points: tuple[float, float]) -> str:
 
 
 def _bird_leg(x: float, top: float) -> str:
-    """A leg of a Cassie or Digit: what looks like a knee bends backwards."""
+    """Return a leg of a Cassie or Digit, with a joint that bends backwards."""
     high = 0.92 - top
     return _line(
         0.17,
@@ -126,7 +126,7 @@ _STRETCH = (
 
 
 def _rotors(arm: float, rotor: float, hub: str, *, rings: bool) -> str:
-    """Four rotors seen from above, on arms that reach a hub."""
+    """Return four rotors seen from above, on arms from a hub."""
     far = 0.98 - rotor
     found = hub
     for x in (-1, 1):
@@ -218,22 +218,22 @@ OBSTACLES = {
 
 
 CHARGER = "M0.25,-1L-0.6,0.15H-0.05L-0.25,1L0.6,-0.2H0.08Z"
-"""Marks a region where batteries are charged."""
+"""The mark of a region where batteries are charged."""
 
 
 def robot_pictogram(model: str) -> str:
-    """The silhouette of a robot model; empty for one that looks like none of the library."""
+    """Return the silhouette of a robot model; empty if none fits."""
     return _found(ROBOTS, model)
 
 
 def obstacle_pictogram(kind: str) -> str:
-    """The silhouette of an obstacle type; empty for one that looks like none of the library."""
+    """Return the silhouette of an obstacle type; empty if none fits."""
     return _found(OBSTACLES, kind)
 
 
 def _found(paths: dict[str, str], name: str) -> str:
-    """Return the path of the longest known name that equals this one, or that it ends in after
-    ``_`` or ``-``."""
+    """Return the path of the longest known name that equals ``name``, or ends it after ``_`` or
+    ``-``; empty if there is none."""
     plain = name.replace("-", "_")
     fits = [known for known in paths if plain == known or plain.endswith(f"_{known}")]
     return paths[max(fits, key=len)] if fits else ""

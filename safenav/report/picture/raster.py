@@ -1,8 +1,8 @@
-"""Pixels from the vector picture, through resvg.
+"""Pixels from the vector picture, by resvg.
 
-It comes from PyPI as a wheel without system libraries, and is an optional extra. The fonts are our
-own, so that a picture looks the same on every machine; only letters that these lack come from the
-fonts of the system.
+resvg is an optional extra: a wheel that needs no system libraries. Its fonts are shipped with
+safenav, so that a picture looks the same on every machine; only letters that they lack come from
+the system's fonts.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ _FOREIGN = re.compile(
     "[^\n -~\u00a0-\u017f\u0370-\u03ff\u2013\u2014\u2018-\u201d\u2022\u2026\u2190-\u2194"
     "\u2208\u220b\u221e\u2264\u2265\u25a1\u25cb\u25cf\u2713\u2717]"
 )
-"""A letter that our fonts lack."""
+"""A letter that the shipped fonts lack."""
 _CELL = 60
 _NOWHERE = "\U0010fffd"
-"""A private-use character that no font has: its picture is that of missing letters."""
+"""A private-use character that no font has; it is drawn like a missing letter."""
 MOST_PIXELS = 48_000_000
-"""Drawing takes about 17 bytes for each."""
+"""Limit of a picture: drawing takes about 17 bytes per pixel."""
 
 
 def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
-    """Return the picture in pixels: ``width`` of them across, or ``zoom`` for each unit, which is
-    less for a very large picture.
+    """Return the picture as PNG, ``width`` pixels wide, or with ``zoom`` pixels per unit (fewer for
+    a very large picture).
 
     Raises UsageError if the extra ``pictures`` is not installed, or for too many pixels."""
     found = _SIZE.search(svg)
@@ -47,7 +47,7 @@ def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
 
 
 def widest(across: float, down: float) -> int:
-    """Return the most pixels across that a picture of that size may have."""
+    """Return the largest width in pixels of a picture with these proportions."""
     return int((MOST_PIXELS * across / down) ** 0.5)
 
 
@@ -69,8 +69,8 @@ def rendered(svg: str, **size: Any) -> bytes:
 
 
 def lacking(svg: str) -> str:
-    """Return the letters of a picture that neither our fonts nor those of the system have: in
-    pixels they are boxes. Raises UsageError if the extra ``pictures`` is not installed."""
+    """Return the letters of a picture that neither the shipped nor the system's fonts have; PNG
+    shows boxes. Raises UsageError if the extra ``pictures`` is not installed."""
     letters = sorted({*_FOREIGN.findall(svg)})
     if not letters:
         return ""

@@ -16,7 +16,7 @@ from safenav.world.sight import visible_from
 
 
 def scene_of(scenario: Scenario) -> Scene:
-    """Return starts, objectives and hidden obstacles, as a picture shows them."""
+    """Return the scene of starts, objectives and hidden obstacles."""
     robots = []
     for robot in scenario.robots:
         row, col = scenario.map.position(robot.start.region)
@@ -46,7 +46,7 @@ def scene_of(scenario: Scenario) -> Scene:
 
 
 def sight_of(scenario: Scenario, robot: str) -> Shading:
-    """Return a robot's sight from its start, as long as no hidden obstacle is known."""
+    """Return a robot's sight from its start, without hidden obstacles."""
     viewer = next(r for r in scenario.robots if r.name == robot)
     view = visible_from(scenario.map, viewer.model.vision)
     seen = frozenset(bits(view.mask(viewer.start.region)))
@@ -57,7 +57,7 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
     """Return the scenario as lines of text: the map with its rows and columns, then the meanings of
     its marks.
 
-    Free regions show their numbers if the map is then no wider than ``width``."""
+    Free regions show their numbers if the map then fits into ``width`` characters."""
     sign = labels([robot.name for robot in scenario.robots])
     digits = len(str(scenario.map.size - 1))
     mark = max(len(label) for label in [" ", *sign.values()])
@@ -75,13 +75,13 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
 
 
 def _beside(world: RegionMap) -> int:
-    """Return the characters that the numbers of rows take beside the map."""
+    """Return the width, in characters, of the row numbers beside the map."""
     return len(str(world.rows - 1)) + 1
 
 
 def _with_axes(lines: list[str], world: RegionMap) -> list[str]:
-    """Return a drawing with the number of each row beside it, and above it those of the columns:
-    every one that has room for a blank behind it, or else every fifth."""
+    """Return a drawing with row numbers beside it and column numbers above it: all of them if each
+    has room for a blank after it, else every fifth."""
     beside, cell = _beside(world), len(lines[0]) // world.cols
     every = 1 if len(str(world.cols - 1)) < cell else 5
     columns = "".join(f"{col:<{cell * every}}" for col in range(0, world.cols, every))
@@ -90,7 +90,8 @@ def _with_axes(lines: list[str], world: RegionMap) -> list[str]:
 
 
 def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str]:
-    """Return each region as a mark and its number. Robots come before obstacles and targets."""
+    """Return the map as lines, each region with its mark and number. A robot's mark replaces that
+    of an obstacle, which replaces that of a target."""
     marks: dict[Region, str] = {}
     for robot in scenario.robots:
         for region in target_regions(robot.objective):
@@ -99,7 +100,7 @@ def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str
     marks |= {robot.start.region: sign[robot.name] for robot in scenario.robots}
 
     mark = max(len(label) for label in [" ", *sign.values()])
-    apart = " " if mark > 1 else ""  # a figure at the end of a label is not one of the number
+    apart = " " if mark > 1 else ""  # separates a digit at the end of a label from the number
 
     def cell(world: RegionMap, region: Region) -> str:
         if region in world.walls:

@@ -1,4 +1,4 @@
-"""A scene as a vector picture, fit for a paper: the map, a title and a legend.
+"""A scene as a vector picture for papers: the map, a title and a legend.
 
 Everything is placed by arithmetic on known text widths, so that nothing overlaps and nothing
 is cut off whatever the names and the size of the map. PNG and GIF are made from this SVG.
@@ -48,13 +48,13 @@ ROBOT = 0.28
 """Radius of a robot's body, in cells."""
 LEAST_ROBOT = 8.0
 LEAST_MARK = 5.0
-"""The least radii of bodies and of marks of obstacles, however large the map."""
+"""Least radii of robots' bodies and of marks of obstacles on maps of any size."""
 LEAST_SHAPE = 20.0
-"""The side of a cell from which on it can hold the pictogram of an obstacle."""
+"""Least side of a cell that has room for the pictogram of an obstacle."""
 
 BADGE = 0.96
-"""How far the silhouette of its model is below and beside a body, in radii of it; a load that it
-carries is as far above."""
+"""Distance of a model's silhouette below and beside the body, in radii of the body; a load is at
+the same distance above it."""
 
 
 class Options(Struct, frozen=True):
@@ -78,13 +78,13 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
 
 
 def layers_of(scene: Scene, options: Options) -> Layers:
-    """Return the same picture as layers, for a film."""
+    """Return the picture of a scene as layers, for a film."""
     page, width, height = _page(scene, options)
     return page.layers(width, height)
 
 
 def _page(scene: Scene, options: Options) -> tuple[SvgWriter, float, float]:
-    """The picture, its width and its height."""
+    """Return the picture, its width and its height."""
     cell = cell_size(scene.map)
     width, height = scene.map.cols * cell, scene.map.rows * cell
     legend = legend_of(scene, options.hidden, _more(scene, options)) if options.legend else None
@@ -156,7 +156,7 @@ def _described(scene: Scene) -> str:
 
 
 class _Drawing(Struct):
-    """Drawing of the map and all that is on it, bottom layer first."""
+    """Drawing of the map and its contents, bottom layer first."""
 
     page: SvgWriter
     scene: Scene
@@ -165,7 +165,7 @@ class _Drawing(Struct):
     names: list[PlacedName]
 
     def ground(self) -> None:
-        """Draw what is the same at every moment; a shading covers all but the floor."""
+        """Draw the parts that are the same at every moment; with a shading, only the floor."""
         draw_floor(self.page, self.scene.map, self.cell)
         if self.options.shading is None:
             self._signs()
@@ -183,7 +183,7 @@ class _Drawing(Struct):
             draw_axes(self.page, self.scene.map, self.cell)
 
     def moment(self) -> None:
-        """Draw what is on the ground."""
+        """Draw the parts that change from moment to moment."""
         names = [r.name for r in self.scene.robots]
         style = looks(names)
         if self.options.shading is not None:
@@ -246,8 +246,7 @@ class _Drawing(Struct):
         self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
 
     def _trail(self, robot: Placed, look: Look, lane: float) -> None:
-        """Draw the path of the last ticks, stronger where newer, each robot in a lane of its
-        own."""
+        """Draw a robot's path of the last ticks in its own lane, newer parts stronger."""
         shift = lane * min(0.09, 0.5 / max(1, len(self.scene.robots))) * self.cell
         points = [(x + shift, y + shift) for x, y in map(self._centre, robot.trail)]
         row, col = robot.row + 0.5, robot.col + 0.5
@@ -266,8 +265,8 @@ class _Drawing(Struct):
                 )
 
     def _targets(self, style: tuple[Look, ...]) -> None:
-        """Draw a frame in the robot's colour around each region, or area, that it is to reach, and
-        its shape in a corner; frames of several robots lie within each other."""
+        """Draw a frame in the robot's colour around each of its target regions or areas, and its
+        shape in a corner; frames of several robots are nested."""
         corners = ((0.8, 0.8), (0.2, 0.8), (0.8, 0.2))
         taken: dict[frozenset[Region], int] = {}
         areas = [area for area in self.scene.map.areas.values() if len(area) > 1]
@@ -311,7 +310,7 @@ class _Drawing(Struct):
                 self.page.path(border, stroke_dasharray=f"{wide} {2 * wide}", **line)
 
     def _violations(self) -> None:
-        """Draw an arrow from the robot into the region that it would have entered."""
+        """Draw an arrow from the robot into the region of its refused move."""
         for event in self.scene.happened:
             robot = next((r for r in self.scene.robots if r.name == event.robot), None)
             if event.kind is not StoryKind.VIOLATION or event.region is None or robot is None:

@@ -1,8 +1,7 @@
-"""Sight and beliefs of a robot as shading of the floor; the page's twin is shading.tsx.
+"""Sight and beliefs of a robot as shading of the floor; on the page: shading.tsx.
 
-Sight is a tint in the colour of the robot that looks. A belief is hatched in the colour of the
-robot that it concerns, each in a direction of its own; a region where it was seen has a plain
-frame."""
+Sight is a tint in the colour of the viewing robot. A belief is hatched in the colour of the other
+robot, each in its own direction; the region in which that robot is seen has a plain frame."""
 
 from __future__ import annotations
 
@@ -81,7 +80,7 @@ def shading_rows(shading: Shading, style: Mapping[str, Look]) -> list[Row]:
 
 
 def taken_row(robots: Sequence[Placed], style: Sequence[Look]) -> Row | None:
-    """Return the legend's row for robots between two regions, if there are any."""
+    """Return the legend's row for robots in transit; None if there are none."""
     look = next((look for robot, look in zip(robots, style, strict=True) if robot.taken), None)
     if look is None:
         return None

@@ -1,4 +1,4 @@
-"""A large strategy in one picture: its states per region and its moves.
+"""A large strategy as one picture: its states per region and its moves.
 
 Each region shows in how many states of the automaton the robot is there, each arrow how many
 transitions lead over that border (wider for more). States that differ in the inputs, the heading or
@@ -25,7 +25,7 @@ from safenav.world.map import Region, RegionMap
 
 _MARGIN = 16.0
 _THINNEST, _WIDEST = 0.015, 0.11
-"""Widths of an arrow, in sides of a region; in between in proportion to its transitions."""
+"""Least and largest width of an arrow, in sides of a region; it grows with its transitions."""
 _TARGET = EVENT_MARKS[StoryKind.GOAL].path
 
 
@@ -70,7 +70,7 @@ def _draw_states(
         row, col = world.position(region)
         tint = 0.08 + 0.42 * math.log1p(count) / most
         page.rect(col * cell, row * cell, cell, cell, fill=BLUE, fill_opacity=round(tint, 3))
-    # In the middle, clear of the arrows: the count, and below it the region's number.
+    # The count in the middle, clear of the arrows, and below it the region's number.
     small = number_size(cell)
     for region, count in sorted(states.items()):
         row, col = world.position(region)

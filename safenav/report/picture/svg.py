@@ -1,7 +1,7 @@
-"""A writer of SVG elements, and the width of a text, so that a legend can be laid out.
+"""A writer of SVG elements, and text widths for the layout of legends.
 
-The advance widths are those of DejaVu Sans, which PNG and GIF are rendered with and which is wider
-than what other renderers fall back to: text that fits here fits everywhere."""
+The advance widths are those of DejaVu Sans, the font of PNG and GIF, which is wider than the
+fallback fonts of other renderers: text that fits here fits everywhere."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from xml.sax.saxutils import escape, quoteattr
 from msgspec import Struct
 
 FONTS = Path(__file__).parent / "fonts"
-"""DejaVu Sans, regular and bold (subsets): pixels look the same on every machine."""
+"""DejaVu Sans, regular and bold (subsets), so that pixels are the same on every machine."""
 
 FAMILY = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
 
-# Widths in thousandths of the size for the characters from space to tilde.
+# Widths of the characters from space to tilde, in thousandths of the font size.
 _REGULAR = (
     318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337,
     636, 636, 636, 636, 636, 636, 636, 636, 636, 636, 337, 337, 838, 838, 838, 531,
@@ -26,7 +26,7 @@ _REGULAR = (
     635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525, 636, 337, 636, 838,
 )  # fmt: skip
 _OTHER = 1000
-_BOLD = 1.13  # no character of the bold face is relatively wider by more, on average
+_BOLD = 1.13  # width of a bold text relative to a regular one, rounded up
 
 
 def text_width(text: str, size: float, bold: bool = False) -> float:
@@ -61,9 +61,9 @@ def number(value: float) -> str:
 
 
 class Layers(Struct, frozen=True):
-    """A picture as elements: the ground, and on it what differs between two moments of a run.
-    ``corner``: where the origin of what moves lies. ``texts``: lines of text among it, and boxes
-    (left, top, right, bottom) that they do not leave."""
+    """A picture as elements: the ground, and on it the moving elements, which differ between two
+    moments of a run. ``corner``: the origin of the moving elements. ``texts``: their lines of text,
+    with boxes (left, top, right, bottom) around them."""
 
     width: float
     height: float
@@ -83,8 +83,8 @@ class SvgWriter:
         self._corner = (0.0, 0.0)
 
     def element(self, tag: str, content: str | None = None, /, **attributes: object) -> None:
-        """Add one element, its content already escaped; ``_`` in attribute names stands for ``-``,
-        None leaves an attribute out."""
+        """Add one element with escaped content; ``_`` in attribute names means ``-``, and an
+        attribute that is None is left out."""
         written = "".join(
             f" {name.rstrip('_').replace('_', '-')}="
             + (f'"{number(value)}"' if isinstance(value, float | int) else quoteattr(str(value)))
@@ -103,7 +103,7 @@ class SvgWriter:
     def text(
         self, x: float, y: float, words: str, size: float, bold: bool = False, **attributes: object
     ) -> None:
-        """Add one line of text, ``y`` being its baseline."""
+        """Add one line of text with the baseline ``y``."""
         font = {"font_size": size, "font_weight": "bold" if bold else None}
         self.element("text", escape(words), **{"x": x, "y": y, **font, **attributes})
         across = text_width(words, size, bold) + size
@@ -126,17 +126,17 @@ class SvgWriter:
         self._parts.append("</g>")
 
     def open_map(self, x: float, y: float) -> None:
-        """Open a group whose origin lies there."""
+        """Open the group of a map with its origin at (x, y)."""
         self._corner = (x, y)
         self.open_group(transform=f"translate({number(x)} {number(y)})")
 
     def rise(self) -> None:
-        """End the ground: the rest is the group of a map."""
+        """End the ground; the group of a map follows."""
         self._ground = len(self._parts)
         self._texts.clear()
 
     def layers(self, width: float, height: float) -> Layers:
-        """Return the picture in layers; which ends with the group of a map."""
+        """Return the picture, which ends with the group of a map, in layers."""
         ground, moving = self._parts[: self._ground], self._parts[self._ground + 1 : -1]
         return Layers(width, height, self._corner, tuple(ground), tuple(moving), self._texts)
 

@@ -1,4 +1,4 @@
-"""The obstacles of a replay: what the team knows of each, its met needs, and who carries it."""
+"""The obstacles of a replay: the team's knowledge of each, its fulfilled needs, its carriers."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ ObstacleLine = (
 
 
 class ObstacleHistory:
-    """The obstacles as far as the lines tell: their statuses, how many needs of each are ``met``,
-    and its carriers (``loads``)."""
+    """The obstacles up to the last line taken: their statuses, the number of fulfilled needs
+    (``met``), and the carriers (``loads``) of each."""
 
     def __init__(self, found: Iterable[setting.ObstacleHeader], paths: RobotPaths) -> None:
         self._paths = paths
@@ -38,7 +38,7 @@ class ObstacleHistory:
             self._add(self._hidden(each))
 
     def begin(self, begun: Begun) -> None:
-        """Take over what the run continues."""
+        """Take over the obstacles of the run that this one continues."""
         for name in begun.asked:
             if name in self.hidden:
                 self.statuses[name] = Changes.of(ObstacleStatus.FOUND)
@@ -71,13 +71,13 @@ class ObstacleHistory:
         )
 
     def take(self, line: records.Record) -> None:
-        """Take a line about an obstacle; others change nothing."""
+        """Take a line of the trace; only lines about obstacles change anything."""
         match line:
             case records.Discovered():
                 found = self._hidden(line.obstacle)
                 if found.name not in self.hidden:
                     self._add(found)
-                if OPERATOR_ACTION in found.actions:  # it stands for a failure: it was not there
+                if OPERATOR_ACTION in found.actions:  # a failure: it was absent before
                     self.hidden[found.name] = replace(found, since=line.tick)
             case records.Violation() | records.Reopened():
                 self._status(line, ObstacleStatus.FOUND)
@@ -85,10 +85,10 @@ class ObstacleHistory:
                 if line.helper is not None:
                     self._status(line, ObstacleStatus.REQUESTED)
                 elif self.statuses[self._known(line).name].now is ObstacleStatus.HIDDEN:
-                    self._status(line, ObstacleStatus.FOUND)  # an order that has to wait
+                    self._status(line, ObstacleStatus.FOUND)  # an order without a helper yet
             case records.Act():
                 self._acts[line.command] = line.tick
-            case records.ActionEnd(results=results):  # it names undiscovered ones
+            case records.ActionEnd(results=results):  # its results can name undiscovered obstacles
                 begun = self._acts.pop(line.command, line.tick)
                 for name in results:
                     self._seen(name, begun)
@@ -112,7 +112,7 @@ class ObstacleHistory:
                 self._status(line, ObstacleStatus.BLOCKED)
             case records.Appeared():
                 self._status(line, ObstacleStatus.HIDDEN)
-                self.met[line.obstacle].put(line.tick, 0)  # it may be back
+                self.met[line.obstacle].put(line.tick, 0)  # it may have disappeared before
                 known, first = self.hidden[line.obstacle], self.statuses[line.obstacle][0][1]
                 untold = first is ObstacleStatus.HIDDEN and len(self.statuses[line.obstacle]) == 2
                 if known.since > 0 and untold:

@@ -1,8 +1,8 @@
 """A robot's sight of the map and its beliefs about the other robots: the shaded regions.
 
-Beliefs are those that the trace records. Sight is computed from the radius of vision in its header
-with the definition that the runtime uses (``safenav.world.sight``); the obstacles that the team
-knows at that tick, and has not resolved, block the view."""
+The trace records beliefs. Sight is computed from the radius of vision in its header with the
+definition that the runtime uses (``safenav.world.sight``); known obstacles that are open at that
+tick block the view."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Shading(Struct, frozen=True):
 
 
 def viewers(replay: Replay) -> tuple[str, ...]:
-    """Return the robots of which there is anything to shade, in the order of their turns."""
+    """Return the robots with limited vision or recorded beliefs, in the order of their turns."""
     believing = {pair[0] for pair in replay.beliefs}
     return tuple(
         track.name for track in replay.robots if track.vision is not None or track.name in believing
@@ -50,7 +50,7 @@ def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
 
 
 def shading_lines(shading: Shading) -> list[str]:
-    """Return the same in words: ``digit sees 14-16``, ``digit believes quad in 22-24``."""
+    """Return a shading in words: ``digit sees 14-16``, ``digit believes quad in 22-24``."""
     lines = []
     if shading.sight is not None:
         lines.append(f"{shading.robot} sees {regions_words(shading.sight)}")
@@ -62,13 +62,13 @@ def shading_lines(shading: Shading) -> list[str]:
 
 
 class SightCache(Struct, frozen=True, dict=True):
-    """The sight of robots on a map, cached by what blocks it, so that a query for every tick is
-    cheap."""
+    """The sight of robots on a map, cached by radius and blocking obstacles, so that a query for
+    every tick is cheap."""
 
     map: RegionMap
 
     def seen(self, vision: float, closed: frozenset[Region], region: Region) -> list[Region]:
-        """Return the regions that are seen from a region as far as ``vision``, ascending."""
+        """Return the regions, ascending, that are visible from a region within ``vision``."""
         return [*bits(self._view(vision, closed).mask(region))]
 
     @cached_method

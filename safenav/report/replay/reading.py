@@ -1,10 +1,9 @@
 """Conversion of a trace to a ``Replay``.
 
-``safenav.audit`` reads the lines; here they are arranged tick by tick. Only the requirements of a
-picture are checked (the checker decides whether the run was right): places on the map, robots and
-obstacles that the header names, one move for each robot and tick. The ticks of a run in time are
-the instants at which something happened. A trace that was cut off is shown up to its last complete
-tick."""
+``safenav.trace`` reads the lines; this module arranges them by tick. It checks only the
+requirements of a picture (the audit checks the run itself): regions on the map, robots and
+obstacles that the header names, one move for each robot and tick. The ticks of a live run are the
+instants of its events. A trace that was cut off is shown up to its last complete tick."""
 
 from __future__ import annotations
 
@@ -49,7 +48,7 @@ def read_replay(path: Path) -> Replay:
 
 
 def replay_of(trace: Trace) -> Replay:
-    """Return the run of a trace. Raises InputError where it contradicts itself."""
+    """Return the run of a trace. Raises InputError if it contradicts itself."""
     line = trace.header.line
     try:
         telling = ReplayBuilder(trace)
@@ -59,13 +58,13 @@ def replay_of(trace: Trace) -> Replay:
     except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
     replay = telling.replay
-    # Events of a tick that was cut off belong to the last one.
+    # Events of an incomplete last tick belong to the last complete one.
     replay.events = [replace(e, tick=min(e.tick, replay.last)) for e in replay.events]
     return replay
 
 
 class ReplayBuilder:
-    """The owner of a replay in the making: ``tell`` passes it the lines of a trace in order."""
+    """Builder of a replay: ``tell`` takes the lines of a trace in order."""
 
     def __init__(self, trace: Trace) -> None:
         header = self.header = trace.header.scenario
@@ -138,7 +137,7 @@ class ReplayBuilder:
             case records.Late():
                 self._event(line, StoryKind.FAILURE)
             case records.Act() if not line.obstacles:
-                return None  # on what the team does not know
+                return None  # on an obstacle unknown to the team
             case records.Violation():
                 self.violation = line
             case records.Backtrack() if self.violation is not None:
@@ -171,11 +170,11 @@ class ReplayBuilder:
             self._event(line, StoryKind(line.type))
 
     def _percent(self, name: str, time: float) -> int:
-        """The charge of a robot; live, that of this time."""
+        """Return the charge of a robot in percent; live: at ``time`` in seconds."""
         return round(100 * self.charges.at(name, time) / self.charges.batteries[name].capacity)
 
     def _push(self, line: records.Push) -> None:
-        # The new entry of a replaced helper is pushed at the depth of the one before.
+        # With another helper, the entry is pushed again at the same depth.
         helpers = line.helpers or ((line.helper,) if line.helper else ())
         below = self.replay.stack.now[: max(0, line.depth - 1)]
         self._stacked(line, (*below, StackRow(line.obstacle, line.requester, helpers)))
@@ -184,7 +183,7 @@ class ReplayBuilder:
         self._reword(self.wording.sentence(line) + self.wording.objectives(line, parts))
 
     def _requested(self, line: records.Request) -> None:
-        """Other robots may help with an entry of the stack: another need is next, say."""
+        """Update the helpers of a stack entry: they change with its next need, for example."""
         helpers = line.helpers or ((line.helper,) if line.helper else ())
         frames = (
             replace(row, helpers=helpers) if row.obstacle == line.obstacle else row
@@ -196,7 +195,7 @@ class ReplayBuilder:
         frames = [*self.replay.stack.now]
         own = [n for n, row in enumerate(frames) if row.obstacle == line.obstacle]
         mine = [n for n in own if frames[n].requester == line.requester] or own
-        if mine:  # wherever it is in the stack
+        if mine:  # at any position of the stack
             del frames[mine[-1]]
         self._stacked(line, tuple(frames[: max(0, line.depth)]))
         self._event(line, StoryKind.POP)
@@ -207,7 +206,7 @@ class ReplayBuilder:
             self._told(line.tick, name, told)
 
     def _reword(self, text: str) -> None:
-        """Reword the last event with knowledge that only the lines before it have."""
+        """Reword the last event with knowledge from earlier lines."""
         self.replay.events[-1] = replace(self.replay.events[-1], text=text)
 
     def _believe(self, line: records.Belief) -> None:
@@ -225,20 +224,20 @@ class ReplayBuilder:
         settles = isinstance(objective, TargetObjective) and objective.settles
         last = objective.targets[-1] if isinstance(objective, TargetObjective) else frozenset()
         holding = settles and line.region in last
-        rounds = 0 if settles else line.round  # ticks on the spot are not rounds to show
+        rounds = 0 if settles else line.round  # a round per held tick is not shown
         told.append((line.tick, RobotProgress(rounds, self.paths.on_map(line.region))))
         if not settles or before.reached != line.region:  # continued holding is not an event
             self._event(line, StoryKind.GOAL)
             if holding:
                 self._reword(self.wording.holding(line))
             else:
-                again = line.round == before.rounds  # said with the target that ended it
+                again = line.round == before.rounds  # reported with its last target
                 shown = replace(line, round=0) if again else line
                 formulas = isinstance(objective, Ltl)
                 self._reword(self.wording.goal(shown, formulas=formulas))
 
     def _deadline(self, line: records.Deadline) -> None:
-        """Record a deadline: its bar begins with its ``set``, that of a round ``within`` ticks
+        """Add a deadline. Its bar begins when it is set; that of a round begins ``within`` ticks
         before it is due."""
         promises = self.header.promises
         within = {} if promises is None else promises.within
@@ -270,7 +269,7 @@ class ReplayBuilder:
         self.replay.progress[name].append((tick, RobotProgress()))
 
     def _event(self, line: records.Record, kind: StoryKind) -> None:
-        """A line of the story, where it happens: where it says, else at its obstacle."""
+        """Add an event, at the region that its line names, else at that of its obstacle."""
         robot: str | None = getattr(line, "robot", None) or getattr(line, "requester", None)
         late = isinstance(line, records.Late)
         obstacle: str | None = None if late else getattr(line, "obstacle", None)

@@ -1,4 +1,4 @@
-"""The paths of robots in a replay: where each was after each tick, and its longer steps."""
+"""The paths of robots in a replay: the pose after each tick, and steps of several ticks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from safenav.trace import records, setting
 from safenav.world.map import HEADINGS, Region, RegionMap
 
 SAME = 1e-3
-"""Seconds within which two instants are the same."""
+"""Seconds within which two times are one instant."""
 
 
 class ContradictionError(Exception):
@@ -19,14 +19,14 @@ class ContradictionError(Exception):
 
 
 class RobotPaths:
-    """The paths as far as the lines tell. ``times``: seconds of each instant of a live run; None
+    """The paths up to the last line taken. ``times``: seconds of each instant of a live run; None
     for a run in lockstep, whose tick is complete when each robot has moved."""
 
     def __init__(self, world: RegionMap, robots: Mapping[str, setting.RobotHeader], *, live: bool):
         self.map = world
         self.tracks = {name: self._track(name, robot) for name, robot in robots.items()}
         self.times = [0.0] if live else None
-        self._moves: dict[str, records.Move] = {}  # of the tick that is not complete
+        self._moves: dict[str, records.Move] = {}  # of the incomplete tick
 
     def _track(self, name: str, robot: setting.RobotHeader) -> RobotTrack:
         heading = HEADINGS[robot.heading] if robot.heading is not None else None
@@ -51,8 +51,8 @@ class RobotPaths:
         return region
 
     def timed(self, line: records.Record) -> records.Record:
-        """Return the line with the number of its instant, if the run has a clock; until then all is
-        as it was."""
+        """Return the line with its instant as the tick if the run has a clock; at a new instant
+        all robots stay until a line moves them."""
         times = self.times
         if times is None:
             return line
@@ -65,7 +65,7 @@ class RobotPaths:
         return replace(line, tick=len(times) - 1)
 
     def move(self, line: records.Move) -> None:
-        """Take the move of a robot in the tick after its last."""
+        """Take the next move of a robot. Raises ContradictionError for a move of another tick."""
         due = len(self.known(line.robot).regions) + (line.robot in self._moves)
         if line.tick != due:
             expected = f"the next move of {line.robot} is that of tick {due}"
@@ -81,7 +81,7 @@ class RobotPaths:
             self._complete()
 
     def _complete(self) -> None:
-        """Let all robots move; those without a move stand, or remain in transit."""
+        """Complete a tick; robots without a move stay, or remain in transit."""
         for name, track in self.tracks.items():
             tick, move = len(track.regions), self._moves.get(name)
             before = track.transit(tick - 1)
@@ -99,7 +99,7 @@ class RobotPaths:
         self._moves.clear()
 
     def end(self, tick: int) -> bool:
-        """Return whether the run ended within a tick; robots that took no turn in it then stand."""
+        """Return whether the run ended within a tick; robots without a turn in it then stay."""
         within = self.times is None and all(
             len(track.regions) == tick for track in self.tracks.values()
         )
@@ -108,7 +108,7 @@ class RobotPaths:
         return within
 
     def step(self, line: records.Depart | records.Arrive) -> None:
-        """Take the beginning of a step of a live run, or its end."""
+        """Take the start or the end of a step of a live run."""
         track = self.known(line.robot)
         if self.times is None:
             raise ContradictionError("a run without a clock has no steps in seconds")

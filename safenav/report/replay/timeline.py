@@ -1,8 +1,8 @@
-"""A run as pictures need it: the robots' positions and the team's knowledge at each tick.
+"""A run as a timeline: the robots' positions and the team's knowledge at each tick.
 
-Built from a trace and nothing else (docs/trace.md). A ``Replay`` holds the whole run, its ``scene``
-at a tick is what a picture shows: the HTML page, the vector and pixel pictures and the terminal
-replay are all drawn from these two, so they cannot disagree."""
+Built from a trace alone (docs/trace.md). A ``Replay`` holds the whole run, a ``Scene`` one moment
+of it: the HTML page, the vector and pixel pictures and the terminal replay are all drawn from these
+two, so they cannot disagree."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class ObstacleStatus(StrEnum):
-    """The team's knowledge of a hidden obstacle, in the order in which it can learn it."""
+    """The team's knowledge of a hidden obstacle, in the order of its stages."""
 
     HIDDEN = "hidden"
     FOUND = "found"
@@ -48,7 +48,7 @@ _MEANINGS = {
 
 
 TURNED_BACK = 0.4
-"""The part of a step after which a robot that comes back to where it set out turns."""
+"""The part of a failed step after which a robot turns back to its region."""
 
 _FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
 
@@ -61,7 +61,7 @@ class StoryKind(StrEnum):
     REQUEST = "request"
     PUSH = "push"
     ACT = "act"
-    """In a live run; in lockstep an action takes no time."""
+    """Only in a live run; in lockstep an action takes no time."""
     RESOLVED = "resolved"
     BLOCKED = "blocked"
     POP = "pop"
@@ -77,7 +77,7 @@ class StoryKind(StrEnum):
     OPERATOR = "operator"
     FAILURE = "failure"
     DEADLINE = "deadline"
-    """One that is missed, or can no longer be met."""
+    """A deadline that is missed, or can no longer be met."""
     INPUTS = "inputs"
     OBJECTIVE = "objective"
     SERVICE = "service"
@@ -99,9 +99,8 @@ class Event(Struct, frozen=True):
 
 
 class RobotTrack(Struct):
-    """One robot and its poses: ``regions[t]`` and ``headings[t]`` after tick t. ``vision`` is how
-    far it sees in regions, None if unlimited; ``steps`` are those that took it more than one tick,
-    in order."""
+    """One robot and its poses: ``regions[t]`` and ``headings[t]`` after tick t. ``vision``: its
+    radius in regions, None if unlimited; ``steps``: its steps of more than one tick, in order."""
 
     name: str
     model: str
@@ -113,16 +112,15 @@ class RobotTrack(Struct):
     steps: list[LongStep] = field(default_factory=list)
 
     def transit(self, tick: int) -> LongStep | None:
-        """Return the step that the robot is making after ``tick``; None if it stands in one
-        region."""
+        """Return the step that the robot is in after ``tick``; None if it is in one region."""
         i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
         return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
 
 
 class LongStep(Struct, frozen=True):
     """A step that takes several ticks: after ``first`` to ``last`` the robot is between its region
-    and ``toward``, and occupies both; it arrives in the tick after. ``begin`` and ``end``: when it
-    sets out and arrives, in ticks, or in seconds where the run has a clock."""
+    and ``toward``, and occupies both; it arrives in the next tick. ``begin`` and ``end``: times of
+    departure and arrival in ticks, or in seconds if the run has a clock."""
 
     first: int
     last: int
@@ -131,13 +129,13 @@ class LongStep(Struct, frozen=True):
     end: float
 
     def part(self, time: float) -> float:
-        """Return the part of the step that is done at a time."""
+        """Return the completed part of the step at a time, from 0 to 1."""
         return min(1.0, max(0.0, (time - self.begin) / max(self.end - self.begin, 1e-9)))
 
 
 class RobotBelief(Struct, frozen=True):
-    """Knowledge of a robot about another one: ``seen`` in the only one of ``regions``, or believed
-    to be in any of them."""
+    """Knowledge of a robot about another one: ``seen`` in the single region of ``regions``, or
+    believed to be in any of them."""
 
     seen: bool
     regions: frozenset[Region]
@@ -145,8 +143,8 @@ class RobotBelief(Struct, frozen=True):
 
 class Hidden(Struct, frozen=True):
     """A hidden obstacle as the trace describes it: the ``actions`` of its needs in order, the
-    regions of the first; it stands there from tick ``since`` on. ``carried``: for each need but
-    the last, whether the robots that met it carry the obstacle to the next one."""
+    resolution regions of the first; it is present from tick ``since`` on. ``carried``: for each
+    need but the last, whether the robots that fulfilled it carry the obstacle to the next."""
 
     name: str
     type: str
@@ -185,15 +183,15 @@ class StackRow(Struct, frozen=True):
 
 
 class RobotProgress(Struct, frozen=True):
-    """Progress of a robot with the objective in force: rounds, and the target reached last."""
+    """Progress of a robot in its present objective: rounds, and the last reached target."""
 
     rounds: int = 0
     reached: Region | None = None
 
 
 class Changes(list[tuple[int, T]]):
-    """A value that changes now and then: its values with the tick from which each holds, in order.
-    Of several in one tick the last one counts."""
+    """A value over time: pairs of the tick from which a value holds and the value, in order. The
+    last of several in one tick counts."""
 
     @classmethod
     def of(cls, first: T) -> Changes[T]:
@@ -202,7 +200,7 @@ class Changes(list[tuple[int, T]]):
 
     @property
     def now(self) -> T:
-        """The value that holds last."""
+        """The last value."""
         return self[-1][1]
 
     def put(self, tick: int, value: T) -> None:
@@ -217,8 +215,8 @@ class Changes(list[tuple[int, T]]):
 
 class Placed(Struct, frozen=True):
     """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is in
-    degrees clockwise from north, None for robots that have no heading. ``trail`` are the regions it
-    came through, oldest first."""
+    degrees clockwise from north, None for robots without a heading. ``trail``: the regions of its
+    past path, oldest first."""
 
     name: str
     model: str
@@ -229,7 +227,7 @@ class Placed(Struct, frozen=True):
     objective: Objective | None
     trail: tuple[Region, ...] = ()
     taken: tuple[Region, ...] = ()
-    """The two regions that it occupies while a step takes several ticks; else none."""
+    """The two regions that it occupies during a step of several ticks; else none."""
     loads: tuple[str, ...] = ()
     """The types of the obstacles that it carries."""
 
@@ -250,8 +248,8 @@ class Scene(Struct, frozen=True):
 
 
 class Slack(Struct, frozen=True):
-    """A line on a promise: ``of`` a robot (its round), an obstacle or the mission, from the tick
-    ``begin`` until ``due``; in ``tick`` it is set, lost, kept, late or excused."""
+    """A verdict on a deadline: ``of`` a robot (its round), an obstacle or the mission, from tick
+    ``begin`` to ``due``; in ``tick`` it is set, lost, kept, late or excused."""
 
     tick: int
     of: str
@@ -261,9 +259,9 @@ class Slack(Struct, frozen=True):
 
 
 class Replay(Struct):
-    """A run as far as its trace was read: all of it, or the ticks that are complete so far.
-    ``ending`` is None until it ends, and for a trace that was cut off. Obstacles are by name;
-    ``loads`` are the robots that carry one, ``met`` how many of its needs are met."""
+    """A run up to the last complete tick of its trace. ``ending`` is None until it ends, and for a
+    trace that was cut off. Obstacles are by name; ``loads``: the robots that carry one, ``met``:
+    the number of its fulfilled needs."""
 
     name: str
     map: RegionMap
@@ -279,10 +277,10 @@ class Replay(Struct):
     ending: End | None = None
     version: str = ""
     within: bool = False
-    """The run ended within its last tick: robots whose turn it was not stand where they were."""
+    """Whether the run ended within its last tick; robots without a turn in it have not moved."""
     times: list[float] | None = None
-    """Seconds of each tick where the run has a clock: its ticks are then the instants at which
-    something happened. None: ticks are all the time that there is."""
+    """Seconds of each tick if the run has a clock; its ticks are then the instants of its events.
+    None: time is in ticks only."""
     plans: Changes[Mapping[str, tuple[Region, ...]]] = field(default_factory=lambda: Changes.of({}))
     """The paths of the robots of a joint plan; none while there is no plan."""
     beliefs: dict[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
@@ -296,16 +294,16 @@ class Replay(Struct):
 
     @property
     def last(self) -> int:
-        """The last tick that is complete."""
+        """The last complete tick."""
         return len(self.robots[0].regions) - 1 if self.robots else 0
 
     @property
     def failed(self) -> bool:
-        """Return whether the run could not continue: neither completed nor stopped from outside."""
+        """Whether the run could not continue: it was neither completed nor stopped by a user."""
         return self.ending is not None and self.ending.outcome in _FAILURES
 
     def time(self, tick: int) -> float:
-        """Return when a tick is: seconds, or ticks where the run has no clock."""
+        """Return the time of a tick: in seconds, or in ticks if the run has no clock."""
         return float(tick) if self.times is None else self.times[tick]
 
     def tick_at(self, time: float) -> int:
@@ -315,13 +313,13 @@ class Replay(Struct):
         return max(0, bisect_right(self.times, time + 1e-9) - 1)
 
     def moment(self, time: float) -> tuple[int, float]:
-        """Return the last tick that is not after a time, and the part of the way to the next."""
+        """Return the last tick that is not after a time, and the elapsed part until the next."""
         tick = self.tick_at(time)
         span = self.time(min(tick + 1, self.last)) - self.time(tick)
         return tick, min(1.0, max(0.0, time - self.time(tick)) / span) if span > 0 else 0.0
 
     def when(self, tick: int) -> str:
-        """``tick 12``, or ``12.3 s`` where the run has a clock."""
+        """Return a tick in words: ``tick 12``, or ``12.3 s`` if the run has a clock."""
         return f"tick {tick}" if self.times is None else f"{self.times[tick]:.1f} s"
 
     def happened(self, tick: int) -> tuple[Event, ...]:
@@ -339,10 +337,10 @@ class Replay(Struct):
         raise KeyError(name)
 
     def scene(self, tick: int, fraction: float = 0.0, trail: int = 24) -> Scene:
-        """Return the moment after ``tick``, or between it and the next one.
+        """Return the moment after ``tick``, or at a ``fraction`` of the time to the next one.
 
-        Knowledge is that of ``tick``; only the robots are between two places. ``trail`` is the
-        number of past ticks whose path is kept."""
+        Knowledge is that of ``tick``; only positions are interpolated. ``trail``: the number of
+        past ticks in the robots' paths."""
         robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
         there = (o for o in self.hidden.values() if o.since <= tick)
         obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in there)
@@ -368,7 +366,7 @@ class Replay(Struct):
         goal, after, part = region, heading, 0.0
         step = taken
         if step is None and self.times is None and tick < self.last:
-            step = track.transit(tick + 1)  # it sets out in this tick
+            step = track.transit(tick + 1)  # it departs in this tick
             goal, after, part = track.regions[tick + 1], track.headings[tick + 1], fraction
         if step is not None:
             there = min(step.last + 1, self.last)
@@ -382,7 +380,7 @@ class Replay(Struct):
         degrees = None if heading is None else heading * 90.0
         if degrees is not None and after is not None:
             turn = (after * 90.0 - degrees + 180.0) % 360.0 - 180.0
-            degrees += turn * min(1.0, 2.0 * part)  # turned before half the step
+            degrees += turn * min(1.0, 2.0 * part)  # it has turned by half the step
         objective = self.objectives[track.name].at(tick)
         trail *= 1 if self.times is None else len(self.robots)
         way = track.regions[max(0, tick - trail) : tick + 1]

@@ -19,8 +19,8 @@ def _motion_data(model: RobotModel) -> dict[str, object] | None:
 
 
 def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
-    """Return everything, fit for JSON. ``capabilities`` lists for each the models that have it and
-    the obstacles that need it."""
+    """Return the catalogue as JSON data. ``capabilities`` lists the models that have each and the
+    obstacle types that need it."""
     return {
         "robots": {
             name: {
@@ -76,7 +76,7 @@ def _at_data(where: ResolveAt | frozenset[int]) -> str | list[int]:
 
 
 def catalogue_lines(catalogue: Catalogue) -> list[str]:
-    """Return the same as three tables."""
+    """Return a catalogue as three tables, line by line."""
     data = catalogue_data(catalogue)
     lines = ["Robot models", *_robots(catalogue), "", "Capabilities"]
     rows = [
@@ -140,7 +140,7 @@ def _metres(model: RobotModel) -> str | None:
 
 
 def _need(need: Need) -> str:
-    """``lift beside it by 2 robots together``."""
+    """Return a need in words: ``lift beside it by 2 robots together``."""
     if isinstance(need.at, ResolveAt):
         where = "at it" if need.at is ResolveAt.SELF else "beside it"
     else:

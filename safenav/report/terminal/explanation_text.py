@@ -32,7 +32,7 @@ from safenav.trace.words import listed, regions_words
 from safenav.world.map import Heading, Region, RegionMap
 
 _SHOWN, _ENDING = 12, 3
-"""Moments of a play that are shown, and those of them that are its last ones."""
+"""Maximum number of shown moments of a play, and the number of last ones among them."""
 
 
 def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
@@ -149,7 +149,7 @@ def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Ite
 
 
 def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
-    """Return the same for machines."""
+    """Return the explanation as data for machines."""
     core, witness = found.core, found.witness
     return {
         "robot": found.robot,
@@ -174,7 +174,7 @@ def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
 
 
 def _rule(rule: str, found: Explanation, world: RegionMap) -> str:
-    """Return a rule about the objective that the user wrote."""
+    """Return a rule in terms of the objective that the user wrote."""
     stands = describe(found.task.objective)
     return rule.replace(stands, describe(asked_of(found.task), world.word))
 
@@ -186,12 +186,12 @@ def _goal_words(goal: Constraint, found: Explanation, world: RegionMap) -> str:
 
 
 def _named(formula: str, world: RegionMap) -> str:
-    """A formula with the names of regions, as a scenario may write it."""
+    """Return a formula with the names of regions, as in a scenario."""
     return re.sub(r"(\bregion'?\s*!?=\s*)(\d+)\b", lambda m: m[1] + world.word(int(m[2])), formula)
 
 
 def _others(found: Explanation) -> str:
-    """The environment of the robot: the others that it could meet, and its inputs."""
+    """Return the environment of the robot: the other robots that it may encounter, and inputs."""
     names = [other.name for other in found.task.observed if other.danger]
     inputs = [each.name for each, _ in found.task.inputs]
     if inputs:
@@ -200,7 +200,7 @@ def _others(found: Explanation) -> str:
 
 
 def _in_order(core: Core) -> list[CoreMember]:
-    """Order the members: walls come as one, after all others."""
+    """Return the members with all walls as one, after the others."""
     walls = [m for m in core.members if m.origin.item == "map"]
     rest = [m for m in core.members if m.origin.item != "map"]
     if len(walls) < 2:
@@ -237,7 +237,7 @@ def _moment_words(moment: PlayMoment, found: Explanation, world: RegionMap) -> s
 
 
 def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
-    """Return the robot's observations; a free side is not mentioned."""
+    """Return the robot's observations in words, without free sides."""
     sides = {busy(heading): heading for heading in Heading}
     words = []
     for name, value in inputs:

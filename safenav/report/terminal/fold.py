@@ -11,18 +11,18 @@ from typing import TextIO
 import click
 
 _EXCERPT = re.compile(r" *\d* \| ")
-"""The beginning of a line of a file, and of the mark below it, in a message."""
+"""Start of a quoted line of a file in a message, and of the mark below it."""
 
 
 def terminal_width(stream: TextIO | None = None) -> int | None:
-    """Return the width of the terminal to which ``stream`` (default: standard output) goes; None
-    where there is none."""
+    """Return the width in characters of the terminal that is ``stream`` (default: standard output);
+    None if it is not a terminal."""
     stream = stream or sys.stdout
     return shutil.get_terminal_size().columns if stream.isatty() else None
 
 
 def echo_folded(lines: Iterable[str], err: bool = False) -> None:
-    """Print lines, folded on a terminal; parts are indented two columns deeper than their line."""
+    """Print lines, folded on a terminal; continued parts are indented by two more columns."""
     width = terminal_width(sys.stderr if err else sys.stdout)
     for line in lines:
         for part in folded(line, width, len(line) - len(line.lstrip()) + 2):
@@ -30,8 +30,8 @@ def echo_folded(lines: Iterable[str], err: bool = False) -> None:
 
 
 def folded(line: str, width: int | None, indent: int) -> list[str]:
-    """Return a line in parts of at most ``width`` characters, all but the first one indented.
-    Colours do not count; a word that is wider keeps its length."""
+    """Return a line in parts of at most ``width`` characters, all but the first indented by
+    ``indent``. Colours do not count; a longer word is not broken."""
     if width is None or len(click.unstyle(line)) <= width:
         return [line]
     lines, used = [""], 0
@@ -48,7 +48,7 @@ def folded(line: str, width: int | None, indent: int) -> list[str]:
 
 
 def folded_message(message: str, width: int | None) -> str:
-    """Return an error message with its lines folded, but for those of a file that it shows."""
+    """Return an error message with its lines folded, except quoted lines of a file."""
     parts = (
         [line] if _EXCERPT.match(line) else folded(line, width, 6) for line in message.split("\n")
     )

@@ -16,8 +16,8 @@ FREE = " ·"
 
 
 class Marker(Struct, frozen=True):
-    """A robot to draw: its label of one or two characters, where it is, and which way it faces
-    (shown beside a single character)."""
+    """A robot to draw: its label of one or two characters, its region, and its heading (shown
+    beside a label of one character)."""
 
     letter: str
     region: Region
@@ -25,8 +25,8 @@ class Marker(Struct, frozen=True):
 
 
 class MapPicture(Struct, frozen=True):
-    """Contents of the map besides the walls. ``closed``: obstacles found and not resolved;
-    ``barred``: regions that have joined the known obstacles; ``targets``: marked faintly."""
+    """Contents of the map besides the walls. ``closed``: open obstacles by region; ``barred``:
+    permanent obstacles by region; ``targets``: regions marked faintly."""
 
     markers: Sequence[Marker] = ()
     closed: Mapping[Region, str] = field(default_factory=dict)
@@ -35,7 +35,7 @@ class MapPicture(Struct, frozen=True):
 
 
 def legend(picture: MapPicture) -> list[str]:
-    """Return the meaning of the marks on the map, apart from those of single robots."""
+    """Return the meanings of the marks on the map, except those of single robots."""
     shared: dict[Region, list[Marker]] = {}
     for marker in picture.markers:
         shared.setdefault(marker.region, []).append(marker)
@@ -50,7 +50,7 @@ def legend(picture: MapPicture) -> list[str]:
 
 
 def _shared(here: Sequence[Marker]) -> str:
-    """The two characters of robots above each other."""
+    """Return the two characters of robots that share a region."""
     return "".join(marker.letter[-1] for marker in here)[:2]
 
 
@@ -92,8 +92,8 @@ def with_names(
     """Return a drawing of ``width`` characters for each region, with the names of regions and areas
     in it.
 
-    A name stands in the row of its region, over regions that are not ``taken``: free ones if there
-    is room, else walls as well. One without room is left out."""
+    A name is in the row of its region and covers regions that are not ``taken``: free ones if there
+    is room, else also walls. A name without room is left out."""
     middles = {
         name: sorted(area)[(len(area) - 1) // 2] for name, area in world.areas.items() if area
     }

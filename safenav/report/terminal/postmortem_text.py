@@ -27,7 +27,7 @@ _CAUSES = {
 
 
 def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
-    """Yield the reasons as text; ``word``: of regions."""
+    """Yield the reasons as text; ``word`` names regions."""
     result = found.result
     if result.outcome is Outcome.COMPLETED:
         good = click.style("realizable", fg="green")
@@ -59,7 +59,7 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
 
 
 def _missing_lines(missing: Sequence[Missing], word: Word) -> Iterator[str]:
-    """The actions that the team lacks, and the models that have them."""
+    """Yield the actions that the team lacks, and the models that have them."""
     if missing:
         yield "  in all, this team lacks:"
     for each in missing:
@@ -79,7 +79,7 @@ def _late(lost: tuple[str, ...]) -> str:
 
 
 def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
-    """Return the same for machines."""
+    """Return the reasons as data for machines."""
     return {
         "scenario": scenario.name,
         "unrealizable": [],

@@ -1,7 +1,7 @@
-"""A replay on the terminal: the map and what happens, tick by tick.
+"""A replay on the terminal: the map and the events of each tick.
 
-On a terminal the frames overwrite one another; into a file or a pipe only the ticks with more
-than moves, goals and plans are written, one below the other.
+On a terminal each frame overwrites the previous one; a file or a pipe receives only the ticks with
+other events than moves, goals, plans and syntheses.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _LOGGED = {
     *(StoryKind.WAITING, StoryKind.PAUSED, StoryKind.OPERATOR, StoryKind.INPUTS),
     *(StoryKind.OBJECTIVE, StoryKind.SERVICE, StoryKind.DEADLINE, StoryKind.ASSUMPTION),
 }
-"""All but the regular course of a run: its goals, plans and syntheses."""
+"""All kinds of events but the regular ones, such as goals, plans and syntheses."""
 
 
 def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
@@ -83,8 +83,8 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
 
 
 def _middle(replay: Replay, tick: int) -> tuple[int, int]:
-    """The row and column in the middle of what is shown of a large map: those of the robot of the
-    last event, or of the first robot."""
+    """Return the row and column at the centre of the shown part of a large map: those of the robot
+    of the last event, else of the first robot."""
     text = next((e.text for e in reversed(replay.events) if e.tick <= tick), "")
     named = (t for t in replay.robots if re.search(rf"\b{t.name}\b", text))
     track = next(named, replay.robots[0])
@@ -92,14 +92,14 @@ def _middle(replay: Replay, tick: int) -> tuple[int, int]:
 
 
 def _cut(cells: Sequence[str], middle: int, most: int) -> Sequence[str]:
-    """``most`` of the cells, around the one in the middle, as far as there are."""
+    """Return at most ``most`` of the cells, around number ``middle``."""
     begin = max(0, min(middle - most // 2, len(cells) - most))
     return cells[begin : begin + most]
 
 
 def _fitted(lines: list[str], map_ends: int, middle: tuple[int, int]) -> list[str]:
-    """Return the lines of a frame as the terminal can show them: the map cut around ``middle``, the
-    rest folded; the last events are shown before the robots."""
+    """Return the lines of a frame that fit the terminal: the map cut around ``middle``, the rest
+    folded; if room is short, the last events take precedence over the robots."""
     width, height = shutil.get_terminal_size()
     above = folded(lines[0], width, 2)
     room = height - 1 - len(above) - 3  # three empty lines
@@ -118,8 +118,7 @@ def _fitted(lines: list[str], map_ends: int, middle: tuple[int, int]) -> list[st
 
 
 def _first(items: Sequence[list[str]], room: int) -> list[str]:
-    """Return the lines of the first items, as many as there is room for, and the number of the
-    others."""
+    """Return the lines of as many first items as have ``room``, and the number of the others."""
     if sum(map(len, items)) <= room:
         return [line for item in items for line in item]
     shown: list[str] = []
@@ -139,8 +138,8 @@ def _moment(replay: Replay, tick: int) -> str:
 
 
 def log(replay: Replay, ticks: range) -> Iterator[str]:
-    """Yield the first tick, and those with a discovery, request, resolution, end, or a change from
-    outside."""
+    """Yield the first tick, and those with a discovery, request, resolution, end, or a user's
+    change."""
     for tick in ticks:
         events = replay.happened(tick)
         if tick == ticks.start or any(event.kind in _LOGGED for event in events):
@@ -155,8 +154,8 @@ def play(
     write: Callable[[str], None],
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Show the frames one over the other; ``speed``: ticks per second, or times as fast as the
-    clock of the run. Ctrl-C ends it with the cursor restored."""
+    """Show each frame over the previous one; ``speed``: ticks per second, or a multiple of the
+    speed of the run's clock. The cursor is restored also after Ctrl-C."""
     write(_BEGIN)
     try:
         for tick in ticks:

@@ -1,7 +1,7 @@
-"""Specifications and their strategies, for people and for machines: the fault of a strategy, the
+"""Specifications and their strategies, for people and for machines: the faults of a strategy, the
 lines that make a specification unrealizable, and vacuous wins as warnings, also of robots.
 
-Paths show values (``region=47 heading=east``), so that no node has to be looked up."""
+Paths show the values of nodes (``region=47 heading=east``), not only their numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from safenav.verify.failures import Failure, Verification
 
 _SHOWN = 24
 _LONGEST = 160
-"""Characters of a formula; the line of the file has the rest."""
+"""Maximum characters of a shown formula; the file has the rest."""
 _STEPS = 12
 
 
@@ -44,7 +44,7 @@ def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
 
 
 def verification_data(found: Verification, strategy: Strategy) -> dict[str, object]:
-    """Return all that a check found, for machines; values are those of the specification."""
+    """Return the result of a verification for machines, with values of the specification."""
     return {
         "ok": found.ok,
         "vacuous": found.vacuous,
@@ -60,7 +60,7 @@ def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
 
 
 def without_the_middle(lines: Sequence[str], most: int) -> Iterator[str]:
-    """Yield the lines; of more than ``most`` the first and the last, and how many are between."""
+    """Yield the lines; if there are more than ``most``, the number of the middle ones instead."""
     half, count = most // 2, len(lines)
     if count <= most:
         yield from lines
@@ -71,7 +71,7 @@ def without_the_middle(lines: Sequence[str], most: int) -> Iterator[str]:
 
 
 def node_words(node: int, strategy: Strategy) -> str:
-    """Return the values at a node."""
+    """Return the values at a node in words."""
     values = strategy.values(node)
     words = (in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT))
     return " ".join(filter(None, words)) or "(no variables)"
@@ -138,7 +138,7 @@ def line_words(constraint: Constraint, file: str) -> str:
 
 
 def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
-    """Return the same for machines; values are those of the specification."""
+    """Return the explanation as data for machines, with values of the specification."""
     play, strategy = found.play, found.counterstrategy
     told: dict[str, Any] | None = None
     if play is not None and strategy is not None:
@@ -203,7 +203,7 @@ def _data(constraint: Constraint) -> dict[str, str]:
 
 
 def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[str]:
-    """Yield the text; the first line is the warning itself."""
+    """Yield a warning of a robot's vacuous win; the first line is the warning itself."""
     verb = "could win" if vacuity.way is Way.FORCED else "may win"
     yield f"{robot} {verb} by breaking its own assumptions: {vacuity.way.value}"
     if vacuity.way in (Way.UNFAIR, Way.NO_BEGINNING):
@@ -220,7 +220,7 @@ def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[
 
 
 def vacuity_data(vacuity: Vacuity, strategy: Strategy) -> dict[str, Any]:
-    """Return the same for machines."""
+    """Return a vacuous win as data for machines."""
     return {
         "way": vacuity.way.name.lower(),
         "says": vacuity.way.value,

@@ -1,7 +1,7 @@
 """The run as a story on the terminal: discoveries, helpers and cost.
 
-A listener of the mission's events; the map is drawn at the moments that matter (start,
-request, resolution, end)."""
+A listener of the mission's events; it draws the map at the start, at requests, at resolutions
+and at the end."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
 class Story:
-    """Narrator of a run, line by line through ``echo``; ``width``: of the terminal, if any."""
+    """Listener that prints a run, line by line by ``echo``; ``width``: of the terminal, if any."""
 
     def __init__(
         self,
@@ -89,7 +89,7 @@ class Story:
         self._drawn: tuple[object, ...] | None = None
 
     def __call__(self, event: records.Record) -> None:
-        """Receive one event."""
+        """Print one event."""
         self._now = event.t
         if not isinstance(event, records.Synthesis):
             self._flush_syntheses()
@@ -155,7 +155,8 @@ class Story:
         self._poses[event.robot] = (region, facing)
 
     def _obstacle(self, event: ObstacleLine) -> None:
-        """An obstacle closes its region, until it is resolved, or bars it permanently."""
+        """Print an event of an obstacle, and update the regions that it closes until its
+        resolution, or permanently."""
         if isinstance(event, records.Violation):
             self._closed[event.proposed] = self._wording.obstacle(event.obstacle)
             return self._say(event)
@@ -173,7 +174,7 @@ class Story:
             self._map()
 
     def _restart(self, event: records.Resolved) -> None:
-        """Rounds are counted from the last resolution on."""
+        """Restart the rounds, which count from the last resolution."""
         if self._scenario.restarts_rounds(event.obstacle):
             if self._told_rounds:
                 self._line(event.tick, "rounds restart")
@@ -181,20 +182,20 @@ class Story:
             self._told_rounds = False
 
     def _goal(self, event: records.Goal) -> None:
-        """Print each completed round once, but none of robots that wait, help, charge, or make
-        for one of their targets only."""
+        """Print each completed round once, but none of robots that wait, help, charge, or are sent
+        to a single target."""
         if event.robot in self._stops:
             return
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
             formulas, shown = isinstance(self._own[event.robot], Ltl), event
-            if event.robot in self._modes:  # the rounds of an input's objective do not count
+            if event.robot in self._modes:  # rounds of an objective under ``when`` do not count
                 formulas, shown = False, replace(event, round=0)
             self._line(event.tick, self._wording.goal(shown, formulas=formulas))
             self._told_rounds = True
         self._rounds[event.robot] = event.round
 
     def _inputs(self, event: records.Inputs) -> None:
-        """A robot has another objective while an input is on; then its rounds restart."""
+        """Print changed inputs; they restart the rounds of robots whose objective they change."""
         of = ((robot.name, name) for robot in self._scenario.robots for name, _ in robot.when)
         modes = frozenset(robot for robot, name in of if event.values.get(name))
         for robot in modes ^ self._modes:
@@ -204,7 +205,7 @@ class Story:
 
     def _ended(self, event: records.End) -> None:
         self._map()
-        if event.outcome is Outcome.ERROR:  # the caller that started the run reports it
+        if event.outcome is Outcome.ERROR:  # the caller reports it
             return
         word, _, why = self._wording.sentence(event).partition(":")
         good = event.outcome is Outcome.COMPLETED
@@ -213,7 +214,7 @@ class Story:
         spent = seconds_words(event.synthesis_seconds)
         took = counted(event.ticks, "tick")
         if event.makespan is not None:
-            over = max(event.makespan, event.t or 0.0)  # it may have waited since the last command
+            over = max(event.makespan, event.t or 0.0)  # it may wait after the last command
             took = f"{seconds_words(over)} on the clock of the run"
         self._echo(
             f"           {took}, "
@@ -222,7 +223,7 @@ class Story:
         )
 
     def _flush_syntheses(self) -> None:
-        """Print those that belong together in one line."""
+        """Print successive syntheses on one line."""
         if not self._syntheses:
             return
         events, self._syntheses = self._syntheses, []
@@ -250,7 +251,7 @@ class Story:
             allows = f" ({shortened(event.allows)})" if event.allows else ""
             another = self._doing.get(event.robot) != words
             stays = first and another and objective is not None and station(objective) is not None
-            if stays:  # a run that continues another one waits
+            if stays:  # in a run that continues another, it waits
                 self._stops.add(event.robot)
             another = stays or (not first and another)
             if event.verdict is not Verdict.REALIZABLE or charges:
@@ -272,7 +273,7 @@ class Story:
         self._echo(f"{click.style(stamp, dim=True)}  {text}")
 
     def _map(self) -> None:
-        """Draw the map, unless it would be the one just drawn."""
+        """Draw the map, unless it is the same as the last one."""
         if not self._maps:
             return
         scene = (dict(self._poses), dict(self._closed), dict(self._barred))

@@ -1,4 +1,4 @@
-"""Report on standard error a synthesis that takes more than a second."""
+"""Progress of long syntheses on standard error."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from safenav.synthesis.request import SynthesisProgress
 
 
 class WaitingLine:
-    """One line that is kept up to date on a terminal, and a line now and then elsewhere."""
+    """An updated line on a terminal, else a line every ``EVERY`` seconds."""
 
     EVERY = 10
-    """Seconds between lines where standard error is not a terminal."""
+    """Seconds between lines if standard error is not a terminal."""
 
     def __init__(self) -> None:
         self._live = sys.stderr.isatty()

@@ -1,4 +1,4 @@
-"""A plain table: headings, rows, columns as wide as needed, figures to the right."""
+"""A plain table: headings, rows, columns as wide as needed, numbers right-aligned."""
 
 from __future__ import annotations
 

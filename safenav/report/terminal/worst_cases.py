@@ -1,5 +1,5 @@
-"""The best and the worst times of resolutions, and promises on rounds and on the mission as
-simulated: for people and as data."""
+"""The best and the worst times of resolutions, and the simulated deadlines of rounds and of the
+mission: for people and as data."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from safenav.scenario.objective import Word
 from safenav.trace.words import counted, obstacle_words
 
 MOST_SHOWN = 3
-"""Robots with the action of an obstacle that a line names."""
+"""Maximum number of possible helpers that a line names."""
 
 
 def worst_lines(cases: Sequence[Worst], word: Word) -> Iterator[str]:
@@ -63,8 +63,8 @@ def _worst(times: Times) -> str:
 
 
 def _moment(times: Times, word: Word) -> str:
-    """Return the places of the robots then, and the distances of those with the action: of the
-    nearest, if there are many."""
+    """Return the regions of the robots in the worst case, and the distances of the nearest robots
+    with the action."""
     bids = times.bids
     helpers = [name for name in times.moment if name in bids]
     helpers.sort(key=lambda name: (bids[name] is None, bids[name] or 0))
@@ -102,7 +102,7 @@ def battery_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator[
 
 
 def deadline_data(scenario: Scenario, ahead: TeamSimulation | None) -> list[dict[str, Any]]:
-    """The same for programs: ``verdict`` is kept, late or none."""
+    """Return the deadlines as data: ``verdict`` is kept, late or none."""
     if ahead is None:
         return []
     found = []
@@ -124,14 +124,14 @@ def _promised(scenario: Scenario) -> Iterator[tuple[str, int]]:
 
 
 def _late(of: str, most: int, ahead: TeamSimulation) -> int | None:
-    """The first tick in which a promise is late."""
+    """Return the first tick after a missed deadline; None if it is not missed."""
     if of == MISSION and ahead.completed is not None and ahead.completed > most:
         return most + 1
     return ahead.late.get(of)
 
 
 def _steps(scenario: Scenario, ahead: TeamSimulation) -> str:
-    """The parts of the scenario that the simulation leaves out, and the steps that it takes."""
+    """Return, in words, that the simulation leaves out obstacles or takes the slowest steps."""
     hidden = any(not obstacle.ordered for obstacle in scenario.obstacles)
     unseen = " without obstacles" if hidden else ""
     return unseen + (", with the slowest steps" if ahead.slowest else "")

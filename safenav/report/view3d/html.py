@@ -1,10 +1,10 @@
-"""The 3D page: one self-contained HTML file, as the flat page is, with the scene's program.
+"""The 3D page: one self-contained HTML file, like the 2D page, with the program of the 3D scene.
 
-The program is large (three.js), so it travels deflated and is unpacked by the browser. Its
-sources are beside those of the flat page (``report/page/front``), with which it shares all but
-the stage. Motions are sampled ``RATE`` times per second, in the frame of the map, in thousandths of
-a metre or radian, column by column as differences: a minute of a walker takes about ten kilobytes
-(types: front/src/view3d/motion.ts).
+The program is large (three.js), so it is embedded deflated and unpacked by the browser. It shares
+the sources of the 2D page (``report/page/front``) except for the scene. Motions are sampled
+``RATE`` times per second, in the frame of the map, in thousandths of a metre or radian, as
+differences column by column: a minute of a walker takes about ten kilobytes (types:
+front/src/view3d/motion.ts).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from safenav.trace.trace import Trace
 RATE = 20
 """Samples per second."""
 MOST = 1_000_000
-"""Metres, or radians: thousandths up to here, and their differences, fit in four bytes."""
+"""Metres or radians; thousandths below this limit, and their differences, fit in four bytes."""
 
 GRAVITY = 9.81
 
@@ -52,7 +52,7 @@ _BODY = {name: name for name in ("x", "y", "z", "yaw")}
 
 
 def encoded_motion(motion: records.Motion) -> dict[str, Any]:
-    """Return the data of the page."""
+    """Return the motion as data of the page. Raises UsageError for values above ``MOST``."""
     names = list(motion.header.robots)
     tracks = [_track(motion, name) for name in names]
     return {
@@ -90,8 +90,8 @@ def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
 
 
 def _ghost(motion: records.Motion, robot: str, times: Array, names: list[str]) -> dict[str, Any]:
-    """Return the plan of a robot whose columns are measured: of one with a reference that, of one
-    with goals the goal that it has, or had last."""
+    """Return the planned columns of a robot with measured ones: its present or last goal if it has
+    goals, else its reference."""
     if not motion.of(records.Measured, robot):
         return {}
     goals = motion.of(records.GoalLine, robot)
@@ -111,7 +111,7 @@ def _ghost(motion: records.Motion, robot: str, times: Array, names: list[str]) -
 
 
 def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
-    """Return names and values of columns; angles without jumps of a whole turn."""
+    """Return names and packed values of columns, with yaw unwrapped."""
     smooth = (np.unwrap(c) if name.endswith("yaw") else c for name, c in found.items())
     return {"columns": list(found), "data": packed(column.tolist() for column in smooth)}
 
@@ -119,8 +119,8 @@ def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
 def _attitude(
     motion: records.Motion, robot: str, times: Array, columns: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Return position and quaternion of a flyer: as it was simulated in wind, else tilted by the
-    thrust that its reference takes (thrust along the body's z axis, then turned by its yaw)."""
+    """Return position and quaternion of a flyer as simulated in wind; else the quaternion alone, by
+    which the body's z axis has the direction of the reference's thrust, and its yaw."""
     rows = [
         (line.t0 + index * line.step, row)
         for line in motion.of(records.FlownTrack, robot)
@@ -133,7 +133,7 @@ def _attitude(
         return {name: np.interp(times, at, table[:, i]) for name, i in names.items()}
     up = np.stack([columns["acc_x"], columns["acc_y"], columns["acc_z"] + GRAVITY], axis=1)
     up /= np.linalg.norm(up, axis=1, keepdims=True)
-    # The shortest rotation from (0, 0, 1) to ``up``, after a turn about z by the yaw.
+    # The shortest rotation from (0, 0, 1) to ``up``, after a rotation about z by the yaw.
     w = np.sqrt((1 + up[:, 2]) / 2)
     x, y = -up[:, 1] / (2 * w), up[:, 0] / (2 * w)
     cos, sin = np.cos(columns["yaw"] / 2), np.sin(columns["yaw"] / 2)
@@ -172,8 +172,9 @@ def _reserved(motion: records.Motion) -> Iterator[tuple[str, int, float, float]]
 
 
 def packed(columns: Iterable[Sequence[float]]) -> str:
-    """Return all columns one after the other; the first value of each is absolute, the others are
-    differences. A difference of less than 128 thousandths takes one byte, any other five.
+    """Return all columns one after the other, deflated and in base64; the first value of each is
+    absolute, the others are differences. A difference below 128 thousandths takes one byte, any
+    other five.
 
     Raises UsageError for a value that four bytes of thousandths cannot hold."""
     found = bytearray()
@@ -205,8 +206,8 @@ _LOADER = """\
 
 
 def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
-    """Return the run of a trace in 3D as an HTML document, told by the clock of its motion.
-    ``source`` is the name of the trace."""
+    """Return the run of a trace in 3D as an HTML document, on the clock of its motion. ``source``:
+    the name of the trace."""
     replay = replay_of(in_time(trace, motion))
     if trace.header.clock is None and replay.charges:
         replay = replace(replay, charges=_charges(trace, motion, replay.times or ()))
@@ -223,7 +224,7 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
 def _charges(
     trace: Trace, motion: records.Motion, instants: Sequence[float]
 ) -> dict[str, Changes[int]]:
-    """Return the charges of a run in lockstep, in ticks, at the instants of its motion."""
+    """Return the charges of a lockstep run at the instants of its motion instead of at ticks."""
     found = {}
     turns = turns_in_time(trace, motion)
     for name, charge in replay_of(trace).charges.items():
