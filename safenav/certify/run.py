@@ -61,7 +61,7 @@ class Kept(Struct):
                 self.texts[spec] = text
             for tried in line.get("tried") or ():
                 weaker = cache.load_text(tried["spec"])
-                if weaker is not None:  # else no claim is made about it
+                if weaker is not None:  # otherwise no claim names it
                     self.texts.setdefault(tried["spec"], weaker)
             if strategy is not None and strategy not in self.strategies:
                 self.strategies[strategy] = self._again(line, synthesizer)

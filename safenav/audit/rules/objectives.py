@@ -92,7 +92,7 @@ def missed_goal(now: Situation) -> Iterator[Said]:
     met = {goal.goal for goal in turn.all("goal")}
     crosses = shape_of(objective.kind).strict and not _by_strategy(turn)
     if progress.awaited is None and (now.alternates(robot) or crosses or turn.on_the_way):
-        return  # which target is next is not known yet
+        return  # the next target is not known yet
     if now.live and _stays_in_all(objective, turn.origin, here):
         own = objective == now.own[robot]
         if (progress.last_round or 0) >= (now.header.until.rounds if own else 1):

@@ -40,7 +40,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
         if not now.external:  # there a door may close again
             yield f"{obstacle.name} was resolved before"
-    elif status is not Status.UNRESOLVED and now.toward[robot] != record.proposed:  # on its way
+    elif status is not Status.UNRESOLVED and now.toward[robot] != record.proposed:  # in transit
         yield f"{obstacle.name} is known; {robot} must not propose to enter it"
 
 

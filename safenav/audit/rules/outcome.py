@@ -123,7 +123,7 @@ class CompletedRule(Rule):
     name = "completed"
 
     def __init__(self) -> None:
-        self._held: dict[str, set[int]] = {}  # ticks
+        self._held: dict[str, set[int]] = {}  # the ticks held, by robot
         self._held_before: dict[str, int] = {}
         self._tick = 0
         self._time = 0.0  # the tick; in a live run the seconds

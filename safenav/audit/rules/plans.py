@@ -106,7 +106,7 @@ class _Running:
         if entered == now.region[robot]:
             return ""
         if self.at[robot] == 0 and entered == places[0][0]:
-            return ""  # it finishes the step in which the plan found it
+            return ""  # it ends the step that it took when the plan began
         index = self.at[robot] + 1
         if index >= len(places):
             ahead = now.toward[robot] is None and self._ahead(robot, entered, now)
@@ -164,7 +164,7 @@ def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Itera
         elif now.has_heading(robot) and heading != way:
             yield f"{robot} steps {way} to {now.show(to)} and cannot face {heading} there"
         if to == toward and origin == here[0]:
-            continue  # it is under way
+            continue  # it already takes this step
         for name in (o.name for o in now.obstacles.values() if o.region == to):
             closed = now.status[name].stays
             known = closed or (name in now.discovered and now.status[name] is not Status.RESOLVED)

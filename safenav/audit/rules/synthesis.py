@@ -67,7 +67,7 @@ class SynthesisRule(Rule):
                 continue  # a robot has done its part of a need
             ends = shape_of(now.own[record.robot].kind).ends and now.has_heading(record.robot)
             if record.reason == "request" and ends and turn.first("goal"):
-                continue  # it serves an obstacle after that target of its own
+                continue  # after meeting its own target it serves an obstacle
             later = now.live and self._resumed >= 0
             if record.reason == "service" and (later or self._resumed == record.tick):
                 continue  # any change may have ended the wait

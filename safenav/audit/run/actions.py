@@ -1,4 +1,4 @@
-"""The effects of robots' actions on obstacles: needs that they meet, loads that they take."""
+"""Effects of the robots' actions on obstacles: needs met and loads taken."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ class Situation(Actions):
             case "acted":
                 acted = self.acting.pop(robot, None)
                 self.barred |= {(robot, one) for one in record.barred or ()}
-                if record.results or not record.reason:  # else it has failed
+                if record.results or not record.reason:  # otherwise it has failed
                     self.perform(robot, record.results, acted)
             case "operator" if record.region is not None and robot is not None:
                 self._place(robot, record.region, record.heading, None)
@@ -205,7 +205,7 @@ class Situation(Actions):
                 self.requests[name] = self.given_up.pop(name, {})
             case "operator" if record.intervention == "permanent" and name is not None:
                 self.permanent.add(name)
-                self.given_up.pop(name, None)  # that is decided
+                self.given_up.pop(name, None)  # it is no longer a request
 
     def _follow_objectives(self, robot: Any, record: Line) -> None:
         """Update the robots' objectives, whom they help, and their progress."""
@@ -256,7 +256,7 @@ class Situation(Actions):
                 self.form[robot, record.objective] = record.form
                 if record.reason == "charge":
                     self.stop[robot] = record.objective.targets
-                if record.node is not None and record.places is None:  # else it is for its own
+                if record.node is not None and record.places is None:  # else: own objective
                     self._rests(robot)
                     self._put_in_force({robot: record.objective}, record.line)
                 if record.tick > 0:

@@ -343,7 +343,7 @@ class Evidence(Rule):
         if record.signal is not None:
             robot.signal = vars(record.signal)
         if now.toward[name] is not None:
-            return  # it was decided before
+            return  # the step was judged at its departure
         require(task, f"{name} has no strategy")
         after: Pose = record.to, record.heading
         if record.toward is not None:
