@@ -113,7 +113,7 @@ class Algorithm(Struct):
             event: Event | None = happened
             while event is not None:
                 if self._together and isinstance(event, Unsettled | events.ObstaclesReopened):
-                    break  # what follows from several interventions is decided once
+                    break  # several interventions are decided together
                 decision = coordinate(self.team, event, self.stop.check)  # 7 to 13, 17 to 19
                 try:
                     answers = self.search.synthesize(decision.tasks)  # 14, 20
@@ -145,7 +145,7 @@ class Algorithm(Struct):
             if before is not None:
                 lost = {**(before.unrealizable or {}), **(decision.end.unrealizable or {})}
                 team.waiting = replace(before, unrealizable=lost)
-            return None  # and the turn continues
+            return None  # the turn continues
         match decision.event:
             case events.ServiceChanged(name, active):
                 self._outdated |= team.waiting is not None

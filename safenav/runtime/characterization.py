@@ -27,7 +27,7 @@ def characterize(
     world: Commands, team: TeamState, robot: Robot, pose: Pose, target: Region
 ) -> ForbiddenMove | None:
     """Return the violation of knowledge or observation by moving from ``pose`` to ``target``, or
-    None. A known obstacle stays closed until an event opens it, whatever a sensor finds now."""
+    None. A known obstacle stays closed until an event opens it, regardless of sensors."""
     if target == pose.region:
         return None
     obstacle = team.knowledge.closing(target, robot)

@@ -38,7 +38,7 @@ class Instant(Struct):
         if self.passes <= most + each * robots:
             return ""
         who = [f"{name} ({', '.join(kinds)})" for name, kinds in self.lines.items()]
-        passes, self.passes = self.passes, 0  # an operator may help
+        passes, self.passes = self.passes, 0  # restart, as an operator may help
         return (
             f"no time passes in {counted(passes, 'pass', 'passes')} of {listed(who) or 'the team'}"
         )

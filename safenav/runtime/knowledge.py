@@ -235,7 +235,7 @@ class Knowledge:
         """Add an obstacle to O for the robots that it blocks."""
         work = self.pending.pop(obstacle.name, None)
         if work is not None and reason not in (UNTRAVERSABLE, PERMANENT) and _takes_more(obstacle):
-            self._unmet.open[obstacle.name] = work  # robots may still do their part in it
+            self._unmet.open[obstacle.name] = work  # robots may still fulfil parts of it
         self.permanent[obstacle.name] = (obstacle, reason)
         self.given_up_need[obstacle.name] = work.need if work is not None else 0
 

@@ -2,9 +2,9 @@
 
     result = Mission(load_scenario(path)).run()
 
-or one tick after the other with ``start`` and ``step``. Source: paper, Section V; DESIGN,
-section 5. Nothing here depends on a simulation: an implementation of ``World`` can drive real
-robots.
+or one tick after the other with ``start`` and ``step``. Source: paper, Section V;
+docs/coordination.md. Nothing here depends on a simulation: an implementation of ``World`` can drive
+real robots.
 """
 
 from __future__ import annotations
@@ -179,8 +179,8 @@ class Mission:
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
-        """Abort, by an exception, a running synthesis or verification if the run must end. Other
-        threads have no effect."""
+        """Abort, by an exception, a running synthesis or verification if the run must end. No
+        effect in other threads."""
         if self._search.busy and get_ident() == self._thread:
             self._stop.check()
 

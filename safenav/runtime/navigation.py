@@ -67,7 +67,7 @@ class Planner:
         """
         values = values_of(task.pose)
         if task.assignable:
-            values["wait"] = 0  # told to wait, it may begin elsewhere
+            values["wait"] = 0  # it begins without a command to wait
         node = strategy.find_initial(values)
         if node is None:
             raise KeyError(f"no initial node for {values}")

@@ -53,7 +53,7 @@ class Passes(Algorithm):
 
     def __post_init__(self) -> None:
         limits = self.team.scenario.limits
-        self.limit = limits.seconds  # of a live run
+        self.limit = limits.seconds  # the limit of a live run
         if self.limit is None and self.world.simulated:
             self.limit = limits.ticks * SLOWEST
         self.team.changes_to_come = lambda: bool(self._to_come())
@@ -99,7 +99,7 @@ class Passes(Algorithm):
         self.interventions.ends_wait = False
         self._together |= waited or self.interventions.finds_lost
         while not self.run_part(lambda: self.settle(self.interventions.apply())):
-            pass  # the change before has ended in a wait
+            pass  # the previous change ended in a wait
         if waited:  # no intervention is decided yet
             self._together = together or self.interventions.took_effect
         elif goes_on:  # decided with the requests of the run before
@@ -117,7 +117,7 @@ class Passes(Algorithm):
         for change in self.world.changes(team.occupied()):
             known = team.knowledge.knows(change.obstacle)
             self._together |= team.waiting is not None
-            if change.obstacle.ordered if change.appeared else known:  # duties change with it
+            if change.obstacle.ordered if change.appeared else known:  # then duties change
                 self.settle(self.turns.relocation.leave_plan())
             if change.appeared:
                 team.failures.appeared(change.obstacle.name)
@@ -375,7 +375,7 @@ class Passes(Algorithm):
 
     def _undone(self) -> list[str]:
         """The open orders."""
-        given_up = self.team.knowledge.given_up()  # a robot may have done one in passing
+        given_up = self.team.knowledge.given_up()  # a robot may have fulfilled one in passing
         left_out = (r for r in self.team.requests.given_up if r.obstacle.name in given_up)
         requests = (*self.team.requests, *left_out)
         return [r.obstacle.name for r in requests if r.obstacle.ordered]

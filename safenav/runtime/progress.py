@@ -87,7 +87,7 @@ class Progress:
             self._values = {n: values[n] for n in self.objective.memory if n in values}
 
     def restart_count(self) -> None:
-        """Count rounds from zero: an obstacle was resolved (DESIGN section 5, rule 8)."""
+        """Count rounds from zero, since an obstacle was resolved (docs/coordination.md)."""
         self.rounds = 0
         self._seen.clear()
         if not self._in_turn:

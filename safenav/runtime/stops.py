@@ -180,7 +180,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         if enough and not direct:
             return None
         if met and charges and self._stays(pose, turn) <= self.battery.capacity:
-            return pose  # it is counted when the charge suffices
+            return pose  # its goal counts once the charge suffices
         place = min(takes, key=lambda at: (kept >> at & 1, takes[at], at), default=None)
         if place is not None and takes[place] <= charge:
             return self._entry(pose, place)

@@ -161,7 +161,7 @@ class RobotState(Struct):
 
     @property
     def memory(self) -> Memory:
-        """The memory of its own objective; for formulas, also while it does something else."""
+        """The memory of its own objective; for formulas, also while it has another duty."""
         return Memory(self.own.memory.index, self.progress.memory.values)
 
     @property
@@ -368,7 +368,7 @@ class TeamState(Struct):
         return self._others(robot)[1]
 
     def _others(self, robot: Robot) -> tuple[list[RobotState], list[RobotState]]:
-        """The robots for which one may have to wait, and those of them in conflict with it."""
+        """The robots that one may have to wait for, and those of them in conflict with it."""
         found = self._known_others.get(robot.name)
         if found is None:
             others = [o for o in self.robots.values() if o.name != robot.name]

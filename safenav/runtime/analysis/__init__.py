@@ -1,1 +1,1 @@
-"""Runs that have ended: against their expectations, why an operator is needed, resumed."""
+"""Analysis of runs: expectations, reasons why an operator is needed, resumption."""

@@ -19,10 +19,9 @@ _KINDS = frozenset(kind.value for kind in EventKind)
 
 
 class Ledger(Struct):
-    """A listener that keeps what an expectation can be about, in the parts of a run together.
-
-    ``events``: those that a pattern can refer to; ``live``: ticks are passes, and mean no time;
-    ``before``: the ticks of the parts before; ``whole``: the first part is that of the beginning.
+    """A listener that keeps the data for expectations, over all parts of a resumed run. ``events``:
+    those to which a pattern can refer; ``live``: ticks are passes, not times; ``before``: the ticks
+    of earlier parts; ``whole``: the first part is the beginning of the run.
     """
 
     resolved: list[str] = field(default_factory=list)
@@ -39,11 +38,11 @@ class Ledger(Struct):
 
     @classmethod
     def after(cls, trace: Trace) -> Ledger:
-        """The ledger of the run of a trace, which another run continues."""
+        """Return the ledger of a trace whose run another one continues."""
         found = cls()
         for record in (trace.header, *trace.records):
             found(record)
-        if not found.live:  # a tick that is not over is one of the rest
+        if not found.live:  # an unfinished tick belongs to the rest
             found.ticks = int(TraceEnd.of(trace).begins)
         return found
 
@@ -70,9 +69,9 @@ class Ledger(Struct):
 
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
-    """Return the differences from ``expect``, one sentence each; empty if there are none.
-    ``word``: the name of a region. Without the beginning of a run, only what its end tells, and
-    ``never``."""
+    """Return the differences from ``expect``, one sentence each; empty if there are none. ``word``:
+    the name of a region. Without the beginning of a run, only its end and ``never`` are
+    compared."""
     if ledger.whole is False:
         of_all = ("resolved", "blocked", "helpers", "ticks", "least_ticks", "order")
         expect = replace(expect, **dict.fromkeys(of_all))
@@ -112,7 +111,8 @@ def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> lis
 
 
 def matches(pattern: EventPattern, event: records.Record) -> bool:
-    """Whether all that the pattern names has a part in the event, in whatever role."""
+    """Whether all robots, regions and obstacles that the pattern names take part in the event, in
+    any role."""
     if event.type != pattern.kind.value:
         return False
     if pattern.obstacle is not None and getattr(event, "obstacle", None) != pattern.obstacle:
@@ -131,8 +131,8 @@ def _parts(event: records.Record, *roles: str) -> set[object]:
 
 
 def _out_of_order(order: Sequence[EventPattern], events: Sequence[records.Record]) -> list[str]:
-    """The first pattern that nothing matches after what the ones before it matched. To take
-    the earliest match each time leaves most room for the rest."""
+    """Report the first pattern without a match after the matches of those before it. Taking the
+    earliest match each time leaves most events for the rest."""
     begin, before = 0, ""
     for pattern in order:
         after = range(begin, len(events))

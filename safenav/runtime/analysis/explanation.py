@@ -1,7 +1,7 @@
 """Reasons why a run cannot begin or cannot continue, in the scenario's terms.
 
-Combines what ``safenav.explain`` knows about one robot with the team: its state in a run, and the
-synthesis results for the start of a scenario.
+Combines the explanations of ``safenav.explain`` for one robot with the team's synthesis results at
+the start of a scenario.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def explain_team(
     """Return the reasons and repairs for each robot (of those with these names) that is
     unrealizable at the start. Empty if all are realizable.
 
-    Raises ResourceLimitError if a verdict itself cannot be had within the limits.
+    Raises ResourceLimitError if a first verdict exceeds the limits.
     """
     # Imported here: most runs need no explanation.
     from safenav.explain.investigation import explain

@@ -13,7 +13,7 @@ from safenav.world.moves import Pose
 
 class FollowedPlan(Struct):
     """A joint ``plan`` (None: there is none), with the number of steps that each robot has
-    ``taken``; ``to_follow``: it is that of the run before, which no robot follows yet."""
+    ``taken``; ``to_follow``: it is the plan of the earlier run, which no robot follows yet."""
 
     plan: PlanLeft | None = None
     taken: dict[str, int] = field(default_factory=dict)
@@ -26,7 +26,8 @@ class FollowedPlan(Struct):
         self.to_follow = to_follow
 
     def sets_out(self) -> None:
-        """Forget the plan of the run before: a robot sets out, and none follows it."""
+        """Forget the plan of the earlier run if a robot departs before any robot follows that
+        plan."""
         if self.to_follow:
             self.begin(None)
 
@@ -37,7 +38,7 @@ class FollowedPlan(Struct):
             self.taken[robot] += bool(ahead) and Pose.of(*ahead[0]) == pose
 
     def left(self, poses: Mapping[str, Pose]) -> PlanLeft | None:
-        """The rest of the plan; None where a robot has left it, or all have arrived."""
+        """The rest of the plan; None if a robot has left it, or all have arrived."""
         if self.plan is None or self.plan.robots.keys() != poses.keys():
             return None
         left = {name: way[self.taken[name] :] for name, way in self.plan.robots.items()}
@@ -45,7 +46,7 @@ class FollowedPlan(Struct):
             return None
         for name, way in left.items():
             here = poses[name]
-            if len(way) == 1:  # it may have left it
+            if len(way) == 1:  # the robot may have left the plan
                 left[name] = (here.place,)
             elif Pose.of(*way[0]) != here:
                 return None

@@ -1,6 +1,5 @@
-"""Actions that a team lacks for the obstacles that it must resolve, whichever it encounters first.
-
-A run names the first obstacle at which it ends; behind that one others may stand.
+"""Actions that a team lacks for all obstacles that it must resolve. A run names only the obstacle
+at which it ends, although others may be behind it.
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ from safenav.scenario.model import Obstacle, RobotModel, Scenario
 
 class Missing(Struct, frozen=True):
     """``actions`` that one robot must have for needs of ``obstacles`` (``needs``: the number of the
-    first such need of each). The needs take up to ``robots`` robots, ``together`` at one time, and
-    the robots ``have`` of the team have them; ``models``: those with these actions."""
+    first such need of each). The needs require up to ``robots`` robots, possibly ``together``;
+    ``have``: the robots of the team with these actions; ``models``: the models with them."""
 
     actions: tuple[str, ...]
     robots: int
@@ -31,8 +30,9 @@ class Missing(Struct, frozen=True):
 def missing_actions(
     scenario: Scenario, seen: Foresight, encountered: Collection[str], models: Iterable[RobotModel]
 ) -> tuple[Missing, ...]:
-    """Return what the team lacks for a minimal set of obstacles that must be resolved, with as many
-    ``encountered`` ones as possible, in the order of the scenario. ``seen``: its foresight."""
+    """Return the missing actions for a minimal set of obstacles that must be resolved, with as many
+    ``encountered`` ones as possible, in the scenario's order. ``seen``: the scenario's
+    foresight."""
     found: dict[tuple[str, ...], Missing] = {}
     known = tuple(models)
     for obstacle in _needed(scenario, seen, encountered):
@@ -42,7 +42,7 @@ def missing_actions(
             if len(able) >= need.robots or any(
                 skills < {*key} and obstacle in other.obstacles for key, other in found.items()
             ):
-                continue  # there are enough, or an earlier need asks the same robots for more
+                continue  # enough robots, or an earlier need requires more of the same ones
             key = tuple(sorted(skills))
             having = tuple(model.name for model in known if skills <= model.capabilities)
             one = found.get(key, Missing(key, 0, False, (), (), able, having))
@@ -58,9 +58,10 @@ def missing_actions(
 
 
 def _needed(scenario: Scenario, seen: Foresight, encountered: Collection[str]) -> list[Obstacle]:
-    """The obstacles without whose resolution some robot cannot meet its objective."""
+    """A minimal set of obstacles that must be resolved so that every robot can meet its
+    objective."""
     never = {each.obstacle for each in seen.lacks}
-    if not seen.stuck:  # what the run has given up may have appeared during it
+    if not seen.stuck:  # obstacles given up by the run may have appeared during it
         return [o for o in scenario.obstacles if o.name in encountered]
     stays: set[str] = set()
     for name in sorted(never, key=lambda name: (name in encountered, name)):

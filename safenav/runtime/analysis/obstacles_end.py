@@ -13,12 +13,12 @@ from safenav.world.moves import Pose
 
 
 class ObstaclesEnd(Struct):
-    """The obstacles at the end of a trace. ``gone``: resolved, or no longer there; ``closed``:
-    found untraversable; ``asked``: the requests that are open or given up, each with where its
-    requesters wait; ``due``: the ticks in which open requests are due, ``late``: those that were;
-    ``stays``: the obstacles of which an operator says that they stay, ``given_up``: those that no
-    robot can resolve as things stood; ``backs_up``: the robot and the obstacle from which it does;
-    ``continues``: the trace is that of a run that continues another one."""
+    """The obstacles at the end of a trace. ``gone``: resolved or disappeared; ``closed``: found
+    untraversable; ``asked``: the requests that are open or given up, each with the regions where
+    its requesters wait; ``due``: the ticks in which open requests are due; ``late``: requests that
+    missed theirs; ``stays``: obstacles that an operator declared permanent; ``given_up``: those
+    found never resolvable; ``backs_up``: a robot that backs up, and the obstacle; ``continues``:
+    the run continues another one."""
 
     gone: set[str] = field(default_factory=set)
     appeared: set[str] = field(default_factory=set)
@@ -49,7 +49,7 @@ class ObstaclesEnd(Struct):
         )
 
     def take(self, record: records.Record, poses: Mapping[str, Pose]) -> None:
-        """Follow a line. ``poses``: of the robots before it."""
+        """Process a line. ``poses``: those of the robots before it."""
         match record:
             case records.Violation():
                 self._encountered(record, poses[record.robot].region)
@@ -74,7 +74,7 @@ class ObstaclesEnd(Struct):
             case records.Reopened():
                 self.given_up.discard(record.obstacle)
             case records.Appeared():
-                if record.tick > 1 or not self.continues:  # else it has appeared before
+                if record.tick > 1 or not self.continues:  # else in the earlier run
                     self.met.pop(record.obstacle, None)
                 self.gone.discard(record.obstacle)
                 self.closed.discard(record.obstacle)
@@ -89,14 +89,14 @@ class ObstaclesEnd(Struct):
                 pass
 
     def waits(self, robot: str, here: int) -> None:
-        """Note where a robot waits that has backed up from an obstacle."""
+        """Record the region where a robot waits after it has backed up from an obstacle."""
         if self.backs_up is not None and robot == self.backs_up[0]:
             name, self.backs_up = self.backs_up[1], None
             if robot in self.asked.get(name, ()):
                 self.asked[name][robot] = here
 
     def _encountered(self, record: records.Violation, here: int) -> None:
-        """Note a request; obstacles that are known to stay are not requested."""
+        """Record a request; permanent obstacles are not requested."""
         name, robot = record.obstacle, record.robot
         if name not in self.closed | self.stays | self.given_up:
             requesters = self.asked.setdefault(name, {})
@@ -105,7 +105,7 @@ class ObstaclesEnd(Struct):
             self.backs_up = robot, name
 
     def _forget(self, obstacle: str) -> None:
-        """Note that an obstacle is no longer there as the team knew it."""
+        """Discard requests and verdicts on an obstacle that has changed."""
         self.asked.pop(obstacle, None)
         self.stays.discard(obstacle)
         self.given_up.discard(obstacle)
@@ -117,7 +117,7 @@ class ObstaclesEnd(Struct):
 
     def _judged(self, record: records.Deadline) -> None:
         if record.verdict is DeadlineVerdict.SET:
-            if record.cause is None:  # a charge is computed again
+            if record.cause is None:  # deadlines from a charge are recomputed
                 self.due[record.of] = record.due
         elif record.verdict is not DeadlineVerdict.LOST:
             self.due.pop(record.of, None)

@@ -40,17 +40,17 @@ from safenav.world.map import Heading, Region
 from safenav.world.moves import Mobility, Pose
 
 SECONDS = 20.0
-"""Wall time for trying repairs."""
+"""Wall time for trying repairs, in seconds."""
 RUN_SECONDS = 5.0
-"""Wall time of one of their runs."""
+"""Wall time of one run with a repair, in seconds."""
 TRIED = 6
-"""Candidates of one kind that are run at most."""
+"""Most candidates of one kind that are run."""
 
 
 class TeamRepair(Struct, frozen=True):
-    """A change under which a run was seen to complete: the scenario's items and their new values,
-    as they would be written. ``ticks``: what that run took, or its passes if it is live;
-    ``makespan``: its seconds then."""
+    """A change with which a run was completed: the scenario's items and their new values, as text.
+    ``ticks``: those of that run (in a live run, its passes); ``makespan``: the seconds of a live
+    run."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]
@@ -59,8 +59,8 @@ class TeamRepair(Struct, frozen=True):
 
 
 class Postmortem(Struct, frozen=True):
-    """The end of a run, its chain of reasons, and repairs. ``tried``: runs made to find these;
-    ``missing``: all actions that the team lacks, also for obstacles that the run did not reach."""
+    """The end of a run, its chain of reasons, and repairs. ``tried``: number of runs; ``missing``:
+    all actions that the team lacks, also for obstacles that the run did not reach."""
 
     result: RunResult
     chain: tuple[str, ...]
@@ -93,7 +93,7 @@ def explain_run(
         played = Mission(changed, synthesizer())
 
         def stop_in_time(_: Record) -> None:
-            if time.monotonic() > ends:  # 'limits: seconds' of a live run are those of its clock
+            if time.monotonic() > ends:  # 'limits: seconds' of a live run counts its own clock
                 played.stop()
 
         played.state.listeners = (*played.state.listeners, stop_in_time)
@@ -114,8 +114,8 @@ def explain_run(
 
 
 def as_it_stands(state: TeamState) -> Scenario:
-    """The rest of a mission as a scenario in ticks: robots begin where they are, with the obstacles
-    that the team knows of and those that the scenario still hides."""
+    """Return the rest of a mission as a lockstep scenario: robots begin in their present poses,
+    with the known obstacles and those still hidden."""
     known = state.knowledge.obstacles
     hidden = (o for o in state.scenario.obstacles if o.name not in known | state.failures.opened)
     return replace(
@@ -134,7 +134,7 @@ class _Failure:
         self, scenario: Scenario, mission: Mission, models: Mapping[str, RobotModel]
     ) -> None:
         self.scenario = scenario
-        # those of the team first: they are at hand
+        # the team's models first
         self.models = {robot.model.name: robot.model for robot in scenario.robots} | dict(models)
         seen: Foresight = foresee(scenario)
         self.reach = seen.reach
@@ -167,13 +167,13 @@ class _Failure:
         return Repair(kind, change, with_robots(self.scenario, robots))
 
     def without(self, wall: Region) -> Repair:
-        """The scenario with a wall taken away."""
+        """Return the scenario without a wall."""
         change = without_words(self.scenario, [wall], self.scenario.map.label(wall))
         return Repair(RepairKind.WALL, change, without_walls(self.scenario, [wall]))
 
 
 def _beside(failed: _Failure) -> list[Region]:
-    """The walls beside what the stuck robots reach, those between the robots first."""
+    """The walls beside the regions that the stuck robots reach, those between the robots first."""
     world = failed.scenario.map
     stuck = failed.stuck or [robot.name for robot in failed.scenario.robots]
     fields = [world.distances([failed.scenario.robot(name).start.region]) for name in stuck]
@@ -190,7 +190,7 @@ def _start(model: RobotModel, region: Region, heading: Heading | None) -> Pose:
 
 
 def _starts(failed: _Failure) -> Iterator[Repair]:
-    """Start a robot that has the action in the region where it is needed."""
+    """Yield repairs that start a robot with the action in a region where it is needed."""
     for lacks in failed.lacks:
         for helper in lacks.helpers:
             if helper.hindrance not in (Hindrance.GATES, Hindrance.WALLS):
@@ -219,8 +219,8 @@ def _capabilities(failed: _Failure) -> Iterator[Repair]:
 
 
 def _robots(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that add robots with the missing actions, which wait where they are needed: as
-    few as have all of them, else one."""
+    """Yield repairs that add robots with the missing actions, which wait where they are needed: a
+    few that have all of them together, else one."""
     more = _covering(failed)
     for shift in range(3 if len(more) > 1 else 0):
         used, added = set[Region](), []
@@ -239,8 +239,8 @@ def _robots(failed: _Failure) -> Iterator[Repair]:
 
 
 def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]:
-    """Models that together have all missing actions, by the largest share first, each with a need
-    for which it is added; none if no model has one of them."""
+    """Models that together have all missing actions, the largest share first, each with a need for
+    which it is added; empty if some action has no model."""
     left = {each: max(1, each.robots - len(each.have)) for each in failed.missing}
     found = []
     while left:
@@ -256,7 +256,7 @@ def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]
 
 
 def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Repair:
-    """The scenario with further robots, which stay where they start."""
+    """Return the scenario with further robots, which stay where they start."""
     robots, change = list(failed.scenario.robots), list[tuple[str, str]]()
     for model, region in added:
         names = {robot.name for robot in robots}
@@ -274,7 +274,8 @@ def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Rep
 
 
 def _needs(failed: _Failure) -> Iterator[Repair]:
-    """The type of an obstacle takes fewer robots, or can be resolved from beside it."""
+    """Yield repairs of an obstacle's type: it needs fewer robots, or can be resolved from adjacent
+    regions."""
     for lacks in failed.lacks:
         kind = failed.obstacle(lacks).type
         number = len(lacks.met)
@@ -300,8 +301,8 @@ def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) ->
 
 
 def _walls(failed: _Failure) -> Iterator[Repair]:
-    """A wall removed between a robot's reachable regions and its target; for robots in each
-    other's way beside where they are, as a place to give way."""
+    """Yield repairs that remove a wall between a robot's reachable regions and its target; for
+    robots that block each other, a wall beside them, to give way."""
     world, scenario = failed.scenario.map, failed.scenario
     if not failed.lacks:
         yield from map(failed.without, _beside(failed))
@@ -322,7 +323,7 @@ def _walls(failed: _Failure) -> Iterator[Repair]:
         reach = failed.reach[name]
         if target & reach:
             continue
-        around = replace(world, walls=world.walls | (closed - target))  # past no obstacle
+        around = replace(world, walls=world.walls | (closed - target))  # obstacles are walls
         beyond = {*around.distances(target)}
         for wall in sorted(world.walls - tried):
             beside = set(world.neighbours(wall))
@@ -332,7 +333,7 @@ def _walls(failed: _Failure) -> Iterator[Repair]:
 
 
 def _targets(failed: _Failure) -> Iterator[Repair]:
-    """A target moved to the nearest region that its robot can get to."""
+    """Yield repairs that move a target to one of the nearest regions that its robot can reach."""
     world = failed.scenario.map
     for name in failed.stuck:
         robot, reach = failed.scenario.robot(name), failed.reach[name]

@@ -1,4 +1,4 @@
-"""A robot's progress with its own objective, as the lines of a trace tell it."""
+"""A robot's progress with its own objective, derived from the lines of a trace."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from safenav.world.moves import Pose
 
 
 class Pursued(Struct):
-    """A robot's own objective, ``within`` so many ticks a round, and its progress with it.
-    ``begun``: what it meets counts; ``memories``: those of its formulas, if it has any."""
+    """A robot's own objective, with rounds of at most ``within`` ticks, and its progress with it.
+    ``begun``: goals count; ``memories``: those of its formulas, if it has any."""
 
     objective: TracedObjective
     within: int | None = None
@@ -31,7 +31,7 @@ class Pursued(Struct):
 
     @classmethod
     def at_start(cls, name: str, header: setting.ScenarioHeader) -> Pursued:
-        """The progress of a robot with which a trace begins."""
+        """Return the progress of a robot at the start of a trace."""
         within = {} if header.promises is None else header.promises.within
         own = cls(header.robots[name].objective, within.get(name))
         done = None if header.begun is None else header.begun.robots.get(name)
@@ -47,7 +47,7 @@ class Pursued(Struct):
 
     @property
     def pursuit(self) -> Objective:
-        """The objective itself; of an unknown kind, no targets count."""
+        """The objective itself; one without targets if its kind is unknown."""
         return objective_of(self.objective) or Ltl()
 
     def meet(self, goal: records.Goal) -> None:
@@ -55,7 +55,7 @@ class Pursued(Struct):
         known, counted = self.pursuit, goal.round > self.rounds
         self.begun, self.rounds = True, goal.round
         self.seen.add(goal.goal)
-        if counted or (known.settles and self.rounds):  # it stays where it has met all
+        if counted or (known.settles and self.rounds):  # it stays where it has met all targets
             self.seen.clear()
         if counted:
             self.clock.restart(goal.tick)
@@ -65,24 +65,25 @@ class Pursued(Struct):
             self.turn = ahead
 
     def stay(self, region: int) -> None:
-        """Count a turn that ends in a region: a tick where the robot settles has no line."""
+        """Count a turn that ends in a region: ticks in which a settled robot meets its target have
+        no line."""
         if self.begun and self.pursuit.stays(self.turn, region):
             self.rounds += 1
         self.begun = True
 
     def recount(self, tick: int) -> None:
-        """Count rounds from a resolution on."""
+        """Restart the round count at a resolution."""
         self.rounds = 0
         self.seen.clear()
         self.clock.restart(tick)
 
 
 class Memories(Struct):
-    """The memories that a robot's formulas may have, the likeliest first; none if too many fit: a
-    trace has poses, not nodes. Each that fits is one of a behaviour that keeps the formulas, so any
-    of them continues it. ``begun``: by a strategy, which has chosen among those at the start.
-    ``ahead``: the region to which it is on its way, and what it remembers there, if it has got a
-    strategy meanwhile."""
+    """The memories that a robot's formulas may have, the likeliest first; empty if they have more
+    than MOST_VALUATIONS values. Several may fit, since a trace has poses, not nodes. Each belongs
+    to a behaviour that keeps the formulas, so the run can continue with any of them. ``begun``: a
+    strategy has chosen among the initial ones. ``ahead``: the region to which a robot is in
+    transit, and its memory there, if it got a strategy meanwhile."""
 
     guarantees: Guarantees
     possible: Sequence[Mapping[str, int]]
@@ -91,25 +92,25 @@ class Memories(Struct):
 
     @classmethod
     def at_start(cls, guarantees: Guarantees, pose: Pose) -> Memories:
-        """Those with which the objective may begin in a pose."""
+        """Return the memories with which the objective may begin in a pose."""
         fit = (memory for memory in guarantees.memories if guarantees.begins(memory, pose))
         return cls(guarantees, [*fit])
 
     @property
     def likeliest(self) -> Mapping[str, int]:
-        """The one to continue with; none before the first step."""
+        """The memory with which to continue; empty before the first step."""
         return next(iter(self.possible), {}) if self.begun else {}
 
     def choose(self, memory: Mapping[str, int], region: Region, here: Region) -> None:
-        """Begin with a strategy that remembers that in a region: here, or where the robot is on its
-        way."""
+        """Begin with a strategy that has this memory in a region: ``here``, or where the robot's
+        step leads."""
         self.begun, self.ahead = True, None if region == here else (region, memory)
         if self.ahead is None:
             self.possible = [memory]
 
     def step(self, before: Pose, after: Pose, inputs: tuple[Values, Values]) -> None:
-        """Follow a step, or a turn in which a strategy has let the robot stay. A step that the
-        formulas forbid was made by no strategy: it changes nothing."""
+        """Process a step, or a turn in which a strategy let the robot stay. A step that the
+        formulas forbid was not a strategy's, and changes nothing."""
         ahead, self.ahead = self.ahead, None
         if ahead is not None and ahead[0] == after.region:
             self.possible = [ahead[1]]
@@ -118,8 +119,8 @@ class Memories(Struct):
         self.possible, self.begun = found or self.possible, True
 
     def stood(self, pose: Pose, *, long: bool) -> None:
-        """Note that a robot may have stayed in turns that have no lines. ``long``: time has passed
-        since it arrived there, so that it probably has."""
+        """Record that a robot may have stayed in turns without lines. ``long``: time has passed
+        since it arrived, so it probably has."""
         self.begun = True
         stayed = self._after(self.possible, pose, pose, ({}, {}))
         both = (*stayed, *self.possible) if long else (*self.possible, *stayed)
@@ -140,7 +141,7 @@ class Memories(Struct):
 
 
 def _different(memories: Iterator[Mapping[str, int]]) -> list[Mapping[str, int]]:
-    """The first so many different memories."""
+    """Return the first different memories, at most MOST_VALUATIONS."""
     found: dict[tuple[tuple[str, int], ...], Mapping[str, int]] = {}
     for memory in memories:
         found.setdefault(tuple(sorted(memory.items())), memory)

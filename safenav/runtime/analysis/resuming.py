@@ -1,11 +1,10 @@
-"""The rest of a run that was interrupted or killed, as a scenario, from what its trace says.
+"""The rest of an interrupted or killed run as a scenario, derived from its trace.
 
-Robots begin where the trace leaves them (one that was under way: where it set out), with what they
-have done of their objectives (``trace_end``). Obstacles that were resolved or disappeared are left
-out, as are the met needs of others; robots out of service stay so. Requests stay open, and what
-turned out untraversable still is. Robots carry the loads that they had taken. Formulas keep a
-memory that fits the steps so far (``memories``). A robot begins with the charge that it has; one
-whose battery is empty asks for help again.
+Robots begin in their last poses (in transit: the departure pose), with their progress
+(``trace_end``). Obstacles that were resolved or disappeared are left out, as are fulfilled needs of
+others; robots out of service stay so. Requests stay open, and untraversable regions stay closed.
+Robots carry the loads that they had taken. Formulas keep a memory that fits the steps so far
+(``memories``). A robot begins with its last charge; one with an empty battery requests help again.
 """
 
 from __future__ import annotations
@@ -48,8 +47,8 @@ from safenav.world.moves import Mobility, Pose
 UNREAD = {"promises": "deadlines"} | {
     key: key for key in ("suspects", "chargers", "inputs", "partition")
 }
-"""Parts of a header from which no scenario is made, and their names: the scenario's file is
-needed."""
+"""Parts of a header that do not suffice to rebuild a scenario, with their names: the scenario's
+file is needed."""
 ENDED = ("completed", "unrealizable")
 
 
@@ -73,7 +72,7 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     for record in trace.records:
         charges.take(record)
     by = base.until.by
-    if by is not None:  # one that has passed is due at the beginning, so that the rest is also late
+    if by is not None:  # a missed one is due at the beginning, so that the rest is also late
         by = None if ended_late(trace) else max(0, floor(by - state.begins))
     timed = base.deadlines and clock is settings.Clock.LOCKSTEP
     listed = _listed(base.obstacles, trace)
@@ -114,7 +113,8 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
 
 
 def _since_then(base: Scenario, header: setting.ScenarioHeader) -> Scenario:
-    """A scenario with what its run had left where the one with this header continued it."""
+    """Return a scenario with the changes, inputs and obstacles that remained when the run with this
+    header continued it."""
     return replace(
         base,
         obstacles=tuple(map(_made_obstacle, header.obstacles)),
@@ -137,7 +137,7 @@ def _robot(robot: Robot, state: TraceEnd, charges: TracedCharges) -> Robot:
 
 
 def _has_other_formulas(robot: Robot, state: TraceEnd) -> bool:
-    """Whether the scenario gives a robot other formulas than its run: they begin again."""
+    """Whether the scenario gives a robot other formulas than its run; they begin again then."""
     formulas = isinstance(robot.objective, Ltl)
     return formulas and objective_in_trace(robot.objective) != state.own[robot.name].objective
 
@@ -155,7 +155,7 @@ def _obstacles(
     truths = {(o.name, o.from_): o.traversable for o in trace.header.scenario.obstacles}
     known = state.obstacles
     there = known.appeared | known.closed | known.stays | known.asked.keys()
-    if trace.header.scenario.world == "external":  # which does not report all that appears
+    if trace.header.scenario.world == "external":  # such a world does not report all that appears
         there |= known.gone
     for obstacle in listed:
         to_come = obstacle.appears is not None and (
@@ -166,14 +166,14 @@ def _obstacles(
         if obstacle.goes is not None and obstacle.goes <= state.time:
             continue
         told = truths.get((obstacle.name, obstacle.appears))
-        truth = obstacle.traversable if told is None else told  # of an external world
+        truth = obstacle.traversable if told is None else told  # unknown in external worlds
         met = 0 if to_come else len(known.met.get(obstacle.name, ()))
         if met == len(obstacle.needs) and truth is None:
-            continue  # the trace has lost its resolution
-        # an order needs a tick at which it comes
+            continue  # the trace lacks the line of its resolution
+        # an order needs a tick at which it appears
         appears = _later(obstacle.appears, state) if to_come or obstacle.ordered else None
         if to_come and appears is not None and state.had and state.begins < state.time:
-            appears = max(2, appears)  # a robot stood in its way when this tick began
+            appears = max(2, appears)  # a robot was in its region when this tick began
         yield replace(
             obstacle,
             type=_left(obstacle.type, met),
@@ -184,7 +184,8 @@ def _obstacles(
 
 
 def _left(kind: ObstacleType, met: int) -> ObstacleType:
-    """A type without the needs that were met, but those of the robots that must meet the next."""
+    """Return a type without its fulfilled needs, except those whose robots must also fulfil the
+    next."""
     first = _first_left(kind.needs, met)
     return replace(kind, listed=kind.needs[first:]) if 0 < first < len(kind.needs) else kind
 
@@ -196,7 +197,8 @@ def _first_left(needs: Sequence[Need], met: int) -> int:
 
 
 def _met(listed: Iterable[Obstacle], state: TraceEnd) -> dict[str, tuple[tuple[str, ...], ...]]:
-    """The robots that met the needs of obstacles whose next need the same robots must meet."""
+    """The robots that fulfilled earlier needs of obstacles whose next need the same robots must
+    fulfil."""
     found = {}
     for obstacle in listed:
         groups = state.obstacles.met.get(obstacle.name, [])
@@ -207,15 +209,15 @@ def _met(listed: Iterable[Obstacle], state: TraceEnd) -> dict[str, tuple[tuple[s
 
 
 def _later(time: int | None, state: TraceEnd) -> int | None:
-    """A tick of the run in those of the rest."""
+    """Return a tick of the run in ticks of the rest."""
     return None if time is None else max(1, round(time - state.begins))
 
 
 def _input(
     each: settings.Input, state: TraceEnd, clock: settings.Clock, limits: settings.Limits
 ) -> settings.Input:
-    """An input in the time of the rest, which begins at tick 1, or live at 0. One that a user has
-    set stays so until the end."""
+    """Return an input in the time of the rest, which begins at tick 1 (live: at 0). One set by a
+    user stays so until the end."""
     begin, time = 0 if clock is settings.Clock.LIVE else 1, state.begins
     if each.name in state.chosen:
         last = limits.ticks if clock is settings.Clock.LOCKSTEP else limits.seconds
@@ -340,13 +342,14 @@ def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:
 
 
 def rest_with(told: Sequence[records.Record], scenario: Scenario, robot: str) -> Scenario:
-    """The rest of a run with a robot that joins the team. ``told``: the records of the run so far;
-    ``robot``: an item of ``robots`` in a scenario. Raises UsageError."""
+    """Return the rest of a run with a robot that joins the team. ``told``: the records of the run
+    so far; ``robot``: an item of ``robots`` in a scenario, as YAML. Raises UsageError."""
     header = next(record for record in told if isinstance(record, records.Header))
     trace = Trace("<run>", header, tuple(told), cut_off=False, ignored=0)
     return joined(resumed(trace, scenario), robot)
 
 
 def joins_words(rest: Scenario) -> str:
-    """The reason for which a run ends where a robot joins it. ``rest``: the scenario with it."""
+    """Return the reason why a run ends when a robot joins it. ``rest``: the scenario with that
+    robot."""
     return f"{rest.robots[-1].name} joins the team, and another run continues from here"

@@ -1,14 +1,14 @@
-"""Promises on rounds and on the whole mission, kept as simulated: the team run ahead.
+"""Deadlines of rounds and of the whole mission, checked by simulating the team.
 
-With steps of fixed length and without a surprise a team in lockstep is a deterministic machine, so
-the tick of its completion is exact. If its state repeats before that, all that follows repeats, and
-what was kept until then is kept forever. The state is that of each robot and of the traffic between
-them, but for the rounds counted; searches may not have been needed in between, since they depend on
-rounds and remember.
+With steps of fixed duration and no hidden obstacle a team in lockstep is deterministic, so the tick
+of its completion is exact. If its state repeats before that, the behaviour repeats, and deadlines
+met until then are met forever. The state is that of each robot and of the traffic, except round
+counts. No search may have occurred in between, since searches depend on rounds and earlier
+searches.
 
 Where steps vary, faster ones can end later for robots that wait for each other (Graham, Bounds on
-multiprocessing timing anomalies, 1969), and no promise is made. The path of a robot that shares its
-floor with no other does not depend on durations, so its slowest steps are the worst case.
+multiprocessing timing anomalies, 1969), and nothing is guaranteed. The path of a robot that shares
+its floor with no other does not depend on durations, so its slowest steps are the worst case.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict
 
 TICKS, WORK = 2_000, 20_000
-"""At most so many ticks, and so much work, in turns of a robot: about a second. Counted, not timed,
-so that a busy machine finds the same."""
+"""Most ticks, and most work in turns of a robot: about a second. Counted, not timed, so that a busy
+machine finds the same."""
 SYNTHESIS, PLAN, SPENT = 300, 500, 5_000
 """The work of a synthesis, of a joint plan, and of a search that exhausts its budget."""
 
@@ -49,8 +49,8 @@ class TeamSimulation(Struct, frozen=True):
 
 
 def simulate_team(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation | None:
-    """The team run ahead; None without a promise about rounds or the whole mission, and without a
-    battery whose charge other robots can cost."""
+    """Simulate the team. None without deadlines of rounds or the mission, and without a battery
+    whose charge may not suffice because of other robots."""
     promises = scenario.until.by is not None or any(r.within is not None for r in scenario.robots)
     if not promises and not any(_may_run_flat(robot, scenario) for robot in scenario.robots):
         return None
@@ -75,8 +75,8 @@ def simulate_team(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulatio
 
 
 def _may_run_flat(robot: Robot, scenario: Scenario) -> bool:
-    """Whether charges do not suffice for certain: the robot shares its floor, and no robot would
-    bring a battery."""
+    """Whether a robot's charge may not suffice: it shares its floor, and no robot would bring a
+    battery."""
     if robot.model.battery is None or scenario.flat is not None:
         return False
     return any(scenario.interfere(robot, other) for other in scenario.robots if other is not robot)

@@ -1,5 +1,5 @@
-"""The state in which a trace ends: where the robots are, and what they have done of their
-objectives. The rest of the run begins there (``runtime.analysis.resuming``).
+"""The state in which a trace ends: the robots' poses, and the progress with their objectives. The
+rest of the run begins there (``runtime.analysis.resuming``).
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ CHANGES = (
 
 class TraceEnd(Struct):
     """The end of a trace. ``in_force``: the objective that each robot pursues; ``chosen``: the
-    inputs that a user has set; ``plan``: the joint plan that is followed;
-    ``had``: the robots that have had their turn in the last tick, ``had_before``: those of tick 1
-    that had it in the run before, and in which all that they met was counted;
-    ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
-    which inputs changed, and their values then; ``arrived``: when robots with formulas did, or
-    began with a known memory there; ``flat``: the type of obstacle of robots without charge;
-    ``moved``: the robot whose turn it is, and where it is, until its goal is counted; ``stayed``:
-    it was there before; ``since``: the tick since which each robot stands with the same target."""
+    inputs that a user has set; ``plan``: the joint plan that is followed; ``had``: the robots that
+    have had their turn in the last tick; ``had_before``: those that had their turn of tick 1 in the
+    earlier run, with all goals counted; ``away``: those that an input keeps from their objective;
+    ``inputs``: the last two ticks in which inputs changed, with their values; ``arrived``: the
+    times at which robots with formulas arrived, or began with a known memory; ``flat``: the
+    obstacle type of robots with an empty battery; ``moved``: the robot whose turn it is and its
+    region, until its goal is counted; ``stayed``: it was there before; ``since``: the tick since
+    which each robot stands with the same target."""
 
     poses: dict[str, Pose]
     own: dict[str, Pursued]
@@ -64,13 +64,13 @@ class TraceEnd(Struct):
 
     @property
     def begins(self) -> float:
-        """The time before the first tick of the rest: a tick in which some robots have had no turn
-        yet, or a goal is not counted yet, is not over."""
+        """The time before the first tick of the rest. A tick is not over while some robot has not
+        had its turn, or a goal is not counted."""
         over = len(self.had) == len(self.poses) and not self._is_owed_goal()
         return self.time if over or self.live or not self.time else self.time - 1
 
     def _is_owed_goal(self) -> bool:
-        """Whether the robot that has moved last has met a target that is not counted yet."""
+        """Whether the robot that moved last has met a target that is not counted yet."""
         if self.moved is None or not self.pursues(self.moved[0]):
             return False
         own, region = self.own[self.moved[0]], self.moved[1]
@@ -103,7 +103,7 @@ class TraceEnd(Struct):
         return end
 
     def take(self, record: records.Record) -> None:
-        """Follow a line."""
+        """Process a line."""
         if record.tick and isinstance(record, CHANGES):
             self.since = dict.fromkeys(self.own, record.tick)
         elif record.tick and isinstance(record, records.Goal):
@@ -118,7 +118,7 @@ class TraceEnd(Struct):
         self._changed(record)
 
     def _moved(self, record: records.Record) -> None:
-        """Note where robots are, and whose turn it is."""
+        """Record the robots' poses, and whose turn it is."""
         match record:
             case records.Move():
                 self.plan.sets_out()
@@ -132,7 +132,7 @@ class TraceEnd(Struct):
                     pose = Pose.of(record.to, record.heading)
                     self._step(record.robot, pose, decided=record.by is MovedBy.STRATEGY)
                     if not (record.tick == 1 and record.robot in self.had_before):
-                        self.moved = record.robot, record.to  # else it has had its turn
+                        self.moved = record.robot, record.to  # otherwise it has had its turn
             case records.Arrive():
                 self._step(record.robot, Pose.of(record.at, record.heading), decided=False)
                 self.moved = record.robot, record.at
@@ -194,7 +194,7 @@ class TraceEnd(Struct):
                 pass
 
     def _step(self, robot: str, pose: Pose, *, decided: bool) -> None:
-        """Follow a step, or a turn in which a robot stays. ``decided``: by its strategy."""
+        """Process a step, or a turn in which a robot stays. ``decided``: by its strategy."""
         before, self.poses[robot] = self.poses[robot], pose
         self.stayed = before.region == pose.region
         if not self.stayed:
@@ -211,18 +211,20 @@ class TraceEnd(Struct):
             self.arrived[robot] = self.time
 
     def _stood(self, robot: str, long: bool) -> None:
-        """Note that a robot has stood where it is. ``long``: since it has arrived there."""
+        """Record that a robot has stayed in its pose. ``long``: time has passed since it arrived
+        there."""
         memories = self.own[robot].memories
         if memories is not None and robot not in self.away:
             memories.stood(self.poses[robot], long=long)
 
     def look(self) -> None:
-        """Note which robots do something else than their own objective."""
+        """Record the robots that do not pursue their own objective."""
         for name, pursued in self.own.items():
             pursued.clock.disturbed |= not self.pursues(name) or name in self.out
 
     def _waited(self) -> dict[str, int]:
-        """The ticks for which robots have stood with the same target, but where they are to be."""
+        """The ticks for which robots have stood with the same target, except those at the region
+        where they stay."""
         ages = {name: round(self.begins) + 1 - self.since.get(name, 1) for name in self.own}
         return {name: age for name, age in ages.items() if age > 0 and not self._stays(name)}
 
@@ -232,7 +234,7 @@ class TraceEnd(Struct):
         return there is not None and self.poses[robot].region in there
 
     def _turn_over(self) -> None:
-        """Count the turn that is over."""
+        """Count the turn that has ended."""
         if self.moved is not None and self.pursues(self.moved[0]):
             self.own[self.moved[0]].stay(self.moved[1])
         self.moved = None
@@ -278,7 +280,7 @@ class TraceEnd(Struct):
         )
 
     def _charges(self, robot: str, header: records.Header) -> bool:
-        """Whether a robot charges where it stands: it is to stay there, not for a request."""
+        """Whether a robot charges where it stands: it stays there, but not for a request."""
         here, chargers = self.poses[robot].region, header.scenario.chargers or ()
         waits = any(here == waits.get(robot) for waits in self.obstacles.asked.values())
         charges = header.scenario.robots[robot].battery is not None and here in chargers
@@ -286,7 +288,7 @@ class TraceEnd(Struct):
 
     def _clock(self, robot: str, tick: int) -> RoundClock:
         """The clock of a round at a tick; one that is due by then is due at the start."""
-        if robot in self.away:  # another round begins when it is back, be it in tick 1
+        if robot in self.away:  # another round begins when it is back, even in tick 1
             return RoundClock(-1)
         own = self.own[robot]
         clock, since = own.clock, tick - own.clock.begun
@@ -295,8 +297,8 @@ class TraceEnd(Struct):
         return RoundClock(since, clock.disturbed, clock.before, clock.over)
 
     def _is_uncounted(self, robot: str) -> bool:
-        """Whether what a robot meets where it stands is not counted yet: its turn was not over, it
-        did something else, or its next target is there, too, which its strategy takes as met."""
+        """Whether a robot's goal in its region is not counted yet: its turn was not over, it had
+        another duty, or its next target is also there, which its strategy takes as met."""
         own, region = self.own[robot], self.poses[robot].region
         moves = self.moved is not None and self.moved[0] == robot
         if not self.pursues(robot) or not own.begun:
@@ -310,7 +312,7 @@ class TraceEnd(Struct):
         robot, own = record.robot, self.own[record.robot]
         if record.at_once:
             self.in_force[robot] = record.objective
-        if record.cause is ChangeCause.INPUT:  # until it changes again
+        if record.cause is ChangeCause.INPUT:  # until the input changes again
             same = record.objective == own.objective
             (self.away.discard if same else self.away.add)(robot)
             own.rounds, own.begun, own.clock = 0, True, Round(record.tick)

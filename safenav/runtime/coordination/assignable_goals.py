@@ -61,7 +61,7 @@ def _led(
     planner = robot.planner
     before = planner.node
     if before is None or not planner.strategy.values(before)["wait"]:
-        return None  # an open request keeps its region
+        return None  # a command in progress keeps its region
     places = [p for p in sorted(switch.assignable.places) if p != place]
     allowed = [p for p in places if switch.assignable.allows(robot.pose, robot.memory.values, p)]
     for node in (before, *planner.strategy.alike(before)):

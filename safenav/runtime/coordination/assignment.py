@@ -83,7 +83,7 @@ class Assigner(Struct, frozen=True):
             if robot.assignment.role is Role.HELPS:
                 return self._wait(robot, index)
             return _as_before(robot)
-        stop = robot.stop  # if that is blocked, another one follows after this turn
+        stop = robot.stop  # if it is blocked, another stop follows after this turn
         if stop is not None and self._alternates(index, (self._stop(robot, index, stop),)):
             return self._charge(robot, index, stop)
         duty = self.found.duties.get(index)
@@ -114,7 +114,7 @@ class Assigner(Struct, frozen=True):
             objective = alternation((frozenset({charger.region}),), own)
         goal = self._mask(index, {charger.region})
         role = Role.OWN if objective == robot.own.objective else Role.CHARGES
-        duty = self.found.duties.get(index)  # afterwards
+        duty = self.found.duties.get(index)  # the duty after charging
         obstacle = None if duty is None else self.floor.problem.gates[duty.gate].name
         return self._toward(robot, index, (goal,), Assignment(role, objective, obstacle, goal))
 
@@ -146,7 +146,7 @@ class Assigner(Struct, frozen=True):
         for before in () if direct else self._before(robot, gate.name):
             others = [self._mask(index, target) for target in before.targets[1:]]
             if before.targets[0] == places and self._alternates(index, (duty.goal, *others)):
-                objective = ruled(before, robot.robot.objective)  # it continues what it has begun
+                objective = ruled(before, robot.robot.objective)  # it keeps its former order
                 break
         wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
         served = gate.name if role is Role.HELPS else None
@@ -230,7 +230,7 @@ class Assigner(Struct, frozen=True):
         if there != here and self._alternates(index, targets):
             objective = holding(robot.robot.objective, there)
             return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
-        if not self._may_stay_at(robot, [robot.next_pose]):  # it leaves and returns
+        if not self._may_stay_at(robot, [robot.next_pose]):  # it cannot stay: it leaves and returns
             objective = helping(robot.robot.objective, frozenset({here}), None, stays=False)
             targets = (self._mask(index, {here}),)
             return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))

@@ -170,7 +170,7 @@ def stack(
         after.append(replace(request, helpers=helpers, aside=aside))
     changed = any(isinstance(line, records.Push | records.Pop) for line in entries.lines)
     if team.scenario.coordination is Coordination.ASSIGNABLE and not changed:
-        entries.lines += [  # else lines of syntheses say so
+        entries.lines += [  # otherwise synthesis lines record them
             records.Told(team.tick, name, objective)
             for name, objective in objectives.items()
             if objective != team.recorded[name]

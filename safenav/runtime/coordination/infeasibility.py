@@ -145,8 +145,8 @@ def unserved(end: Conclusion, refused: Mapping[tuple[str, str], TaskResult]) -> 
 def no_strategy(
     state: TeamState, results: Mapping[str, TaskResult], outcome: Outcome
 ) -> Conclusion:
-    """The end of a run in which a robot has no strategy: ``unrealizable`` before the start, else
-    ``operator_needed``, whichever robot helps."""
+    """The end of a run in which a robot has no strategy: ``unrealizable`` before the start,
+    otherwise ``operator_needed``."""
     said = {name: _why_not(state, name, results[name].task) for name in failed(results)}
     specs = {name: results[name].result.spec_sha256 for name in said}
     links, stuck = tuple(said.values()), tuple(specs)

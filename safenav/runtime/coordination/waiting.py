@@ -65,7 +65,7 @@ def early(floor: Floor, found: Settlement, chosen: InTime) -> dict[int, Duty]:
         for robot, pose in zip(act.group, act.poses, strict=True):
             graph = floor.problem.members[robot].graph
             there = spot_of(floor, robot, pose)
-            if robot not in goals:  # its last one
+            if robot not in goals:  # its last act
                 there = graph.poses_on(1 << pose % graph.size)
             goals[robot] = Duty(act.gate, act.need, act.group, there, stays=True)
     for robot, duty in [*goals.items()]:

@@ -31,7 +31,8 @@ BATTERY = "battery"
 
 
 class RunningDeadline(Struct, frozen=True):
-    """A running deadline: ``due`` at the end of that tick. ``said``: it was reported as lost."""
+    """A running deadline. ``due``: the tick at whose end it expires. ``said``: it was reported as
+    lost."""
 
     due: int
     said: bool = False
@@ -39,9 +40,9 @@ class RunningDeadline(Struct, frozen=True):
 
 
 class Round(Struct):
-    """The clock of a robot's rounds. ``disturbed``: it did not only pursue its objective in this
-    round; ``before``: in the previous one. ``over``: this round is already judged, or (``said``)
-    was reported as lost; ``done``: rounds since the last resolution."""
+    """The clock of a robot's rounds. ``disturbed``: in this round the robot did not only pursue its
+    objective; ``before``: nor in the previous one. ``over``: this round is already judged, or
+    (``said``) was reported as lost; ``done``: rounds since the last resolution."""
 
     begun: int = 0
     disturbed: bool = False
@@ -52,7 +53,7 @@ class Round(Struct):
 
     @classmethod
     def continued(cls, told: RoundClock | None, done: int = 0) -> Round:
-        """The clock of a round that has begun before the run; None: it begins with that."""
+        """Return the clock of a round that began before the run (None: it begins with the run)."""
         if told is None:
             return cls(done=done)
         return cls(-told.since, told.disturbed, told.before, told.over, done=done)
@@ -110,7 +111,7 @@ class Deadlines(Struct):
             if robot.progress is robot.own:
                 self._turn.append(record)
         elif isinstance(record, records.NewObjective):
-            self._rounds[record.robot] = Round(self.team.tick)  # before its next turn
+            self._rounds[record.robot] = Round(self.team.tick)  # it begins before the next turn
         elif isinstance(record, records.Acts) and record.spent:
             said = Wording(self.team.scenario.map.word).sentence(record)
             self.reasons.append(f"tick {record.tick}: {said}")
@@ -137,7 +138,7 @@ class Deadlines(Struct):
             raise RunEnded(Conclusion(Outcome.LATE, f"a deadline was missed: {told}"))
 
     def turn_begins(self, number: int) -> None:
-        """Robot ``number``, from 1, has its turn."""
+        """Record that robot ``number`` (from 1) has its turn."""
         self._had = number
 
     def dues(self, floor: Floor) -> Dues | None:
@@ -149,7 +150,7 @@ class Deadlines(Struct):
             promise = self._open.get(name)
             due = None if promise is None else promise.due
             if name in self._past:
-                due = tick - 1  # late: as soon as possible
+                due = tick - 1  # already late: as soon as possible
             elif promise is None:
                 found = self._due(name)
                 due = None if found is None else found[0]
@@ -208,7 +209,8 @@ class Deadlines(Struct):
         return tuple((self.team.tick - each.begun, each.over) for each in self._rounds.values())
 
     def completed(self) -> None:
-        """The mission is completed at the end of this tick; judge what came after the turns."""
+        """Record that the mission is completed at the end of this tick; process the remaining
+        records."""
         heard, self._turn = self._turn, []
         for record in heard if self.active else ():
             self._happened(record)
@@ -341,7 +343,7 @@ class Deadlines(Struct):
 
 
 def mission_end(team: TeamState, moment: bound.BoundMoment, times: bound.Times) -> int | None:
-    """A tick before whose end the mission cannot be completed; None if it never can."""
+    """Return a tick before whose end the mission cannot be completed; None if it never can."""
     ends = [team.tick]
     for index, robot in enumerate(team.robots.values()):
         goals = goals_left(team, robot, team.scenario.until.rounds)
@@ -351,7 +353,7 @@ def mission_end(team: TeamState, moment: bound.BoundMoment, times: bound.Times) 
 
 
 def _nearest(team: TeamState, moment: bound.BoundMoment, number: int) -> str:
-    """``: digit is 12 steps away``, of the robots that can meet the next need the nearest."""
+    """``: digit is 12 steps away``: the nearest of the robots that can fulfil the next need."""
     one = moment.opens[number]
     skills, steps = one.gate.skills[one.stage.need], dict[str, int]()
     for name, walker in zip(team.robots, moment.walkers, strict=True):

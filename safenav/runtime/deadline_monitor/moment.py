@@ -15,8 +15,9 @@ from safenav.world.poses import Mask, plain_graph, region_mask
 def moment_of(
     team: TeamState, had_turn: int, begun: Mapping[str, int]
 ) -> tuple[BoundMoment, list[str]]:
-    """The team once the first ``had_turn`` robots have had their turns of the present tick, and the
-    names of the open obstacles in it. ``begun``: when robots in transit began their steps.
+    """Return the state after the turns of the first ``had_turn`` robots in the present tick, and
+    the names of its open obstacles. ``begun``: the ticks in which robots in transit began their
+    steps.
 
     Obstacles that will disappear and formulas are ignored, and robots out of service count as in
     service: this only lowers the bounds.
@@ -50,8 +51,8 @@ def objectives_change(team: TeamState) -> bool:
 
 
 def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) -> list[Mask] | None:
-    """The targets that a robot must still meet for its round, one after the other, or for all of
-    ``rounds``; None where their order is its own."""
+    """The targets that a robot must still meet in sequence for its round, or for all of ``rounds``;
+    None if it chooses their order."""
     objective = robot.own.objective
     targets = objective.targets
     if not objective.ordered():
@@ -68,10 +69,10 @@ def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) ->
 
 
 def goals_from_start(team: TeamState, robot: RobotState) -> list[list[Mask]]:
-    """The targets that a robot must meet for all rounds, one after the other, before its objective
-    begins; several lists where it may begin with any target (``literal``: with the first, or with
-    that on which it stands); none where the order is its own. A target on which it stands is met
-    by then."""
+    """The targets that a robot must meet in sequence for all rounds, from the start of its
+    objective; several lists if it may begin with any target (``literal``: with the first, or with
+    the one on which it stands); none if it chooses the order. A target on which it stands counts as
+    met."""
     objective, rounds = robot.own.objective, team.scenario.until.rounds
     if not objective.ordered():
         return []

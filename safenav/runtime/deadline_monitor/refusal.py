@@ -19,8 +19,9 @@ _NUMBERS = {1: "its target", 2: "both targets"}
 
 
 def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
-    """The conclusion of a run before its first tick, unrealizable: a deadline that the robots could
-    not meet even alone, or an insufficient charge. None if there is none, or in a resumed run."""
+    """Return the conclusion of a run that is unrealizable before its first tick: a deadline that
+    the robots could not meet even alone, or an insufficient charge. None if there is neither, or in
+    a resumed run."""
     if team.scenario.continues:
         return None
     refused: dict[str, int | None] = {}
@@ -57,7 +58,8 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
 
 
 def _soonest(team: TeamState, moment: BoundMoment) -> int | None:
-    """A tick before whose end the mission cannot be completed, as it begins; None if never."""
+    """Return a tick before whose end the mission cannot be completed from its start; None if it
+    never can."""
     times, ends = earliest(moment), [team.tick]
     for index, robot in enumerate(team.robots.values()):
         orders = goals_from_start(team, robot)
@@ -87,7 +89,7 @@ def _least(team: TeamState, robot: RobotState) -> int | None:
     ticks = robot.robot.model.timing.least
     walk = Walk(graph, masks, permitted(robot.robot, graph), start, ticks)
     least = least_within(replace(walk, strict=robot.robot.objective.literal))
-    return least_within(walk) if least is None else least  # without any strict one, synthesis says
+    return least_within(walk) if least is None else least  # else synthesis reports it
 
 
 def _words(robot: RobotState, within: int, least: int | None) -> str:

@@ -123,8 +123,8 @@ def own_turn(turn: int, robot: int, count: int) -> int:
 
 
 def still(turn: int, robot: int, count: int, ticks: int) -> int:
-    """Return the tick after which a robot may depart and in a given turn still count as where it
-    was: until it arrives elsewhere it can act there, also in a group."""
+    """Return the tick after which a robot may depart and still act at its departure pose in a given
+    turn: it can until it arrives, also in a group."""
     return (turn - robot) // count + 1 - ticks
 
 
@@ -146,7 +146,7 @@ class Spread:
     def field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
         """Return its poses by tick if it may be in those of ``seeds`` from the end of their ticks
         on."""
-        begun = min(seeds) + 1  # obstacles that are open then have never stopped it
+        begun = min(seeds) + 1  # obstacles open by then have never blocked it
         gates = [gate for gate in self._gates if gate[1] > begun]
         key = (self.robot, *sorted(seeds.items()), None, *gates)
         found = self._fields.get(key)
@@ -246,8 +246,8 @@ class ReachByTick:
 
 
 def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
-    """Return the turn after which an obstacle no longer stops a robot; None if it does not stop it
-    now."""
+    """Return the turn after which an obstacle no longer blocks a robot; None if it does not block
+    it now."""
     first = one.stage.need - len(one.met)
     for number in range(first, len(one.gate.needs)):
         if robot not in one.gate.closed_to[number]:
@@ -263,7 +263,7 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
     before = moment.now + 1
     parts, stage, done = one.gate.needs, one.stage.need, one.stage.done
     for number in range(stage, len(parts)):
-        # Needs may be met one after the other in one turn, the next one not before the next turn.
+        # Needs may be met in sequence in one turn, the first one not before the next turn.
         part = parts[number]
         begun, before = before, found[-1] if one.met or number > stage else moment.now + 1
         if before >= NEVER:
@@ -295,9 +295,9 @@ def _field(
     since: tuple[int, int],
     previous: Mapping[int, ReachByTick],
 ) -> ReachByTick | None:
-    """Return where a robot may be when it takes part in a need; None if it cannot. ``since``: the
-    turns from which the previous need and this one can be met; ``previous``: where robots were when
-    they took part in the previous need."""
+    """Return the poses, by tick, of a robot that takes part in a need; None if it cannot.
+    ``since``: the turns from which the previous need and this one can be met; ``previous``: the
+    poses of the robots that took part in the previous need."""
     robot, walker, first = spread.robot, spread.walker, number == one.stage.need
     begun, before = since
     if first and not one.open_to(robot):
@@ -309,7 +309,7 @@ def _field(
         return spread.field(_when_met(spread, robot, before, previous, former))
     if robot not in previous:
         return None
-    # alone, it may have left long before the need is met
+    # if it acts alone, it may have left long before the need is fulfilled
     part_at = before if former.together else own_turn(begun, robot, spread.count)
     left = still(part_at, robot, spread.count, walker.ticks)
     had = previous[robot].on(walker.graph.poses_on(former.regions), left)
@@ -331,14 +331,14 @@ def _meets(spread: Spread, field: ReachByTick, part: OpenNeed, before: int) -> i
 def _when_met(
     spread: Spread, robot: int, turn: int, fields: Mapping[int, ReachByTick], need: OpenNeed
 ) -> dict[int, Mask]:
-    """Return where a robot may be, by tick, once a need is met in a turn: where it was before, or
-    where it took part in the need."""
+    """Return the poses of a robot, by tick, once a need is met in a turn: those from before, or
+    those in which it took part in the need."""
     walker = spread.walker
     first = max(walker.ready, (turn - robot) // spread.count)
     had = fields[robot].on(walker.graph.poses_on(need.regions), first) if robot in fields else {}
     alone = need.together or need.robots == 1  # otherwise it may have left since then
     if had and alone and len(fields) == need.robots:
-        return had  # it took part: no other robot could
+        return had  # it took part, since no other robot could
     return {first: 1 << walker.pose | had.pop(first, 0), **had}
 
 

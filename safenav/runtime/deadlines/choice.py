@@ -106,11 +106,11 @@ def choose(solver: Solver, floor: Floor, served: frozenset[int], dues: Dues) -> 
     standing = replace(moment, walkers=tuple(walkers))
     if not leads_through(moment, hopeful.acts, dues.suspected):
         return hopeful
-    known = possible(standing, hopeful.acts)  # by other paths that take no longer
+    known = possible(standing, hopeful.acts)  # by other paths as fast as these
     careful = hopeful if known else _choose(solver, floor, served, dues, standing)
     crowded = any(floor.problem.interferes(i) for act in careful.acts for i in act.group)
     if careful.spent or careful.beyond or crowded:
-        return hopeful  # joint plans keep out of known obstacles only
+        return hopeful  # joint plans avoid known obstacles only
     return replace(careful, around=True)
 
 

@@ -201,8 +201,7 @@ def _full(moment: bound.BoundMoment) -> frozenset[int]:
 
 
 def possible(moment: bound.BoundMoment, acts: Acts) -> bool:
-    """Return whether robots can keep to acts that were chosen in another state of the same
-    robots."""
+    """Return whether acts chosen in another state of the same robots are still possible."""
     return all(
         spread.field(spread.start()).contact(1 << pose) <= came
         for spread, pose, came in _journeys(moment, acts)
@@ -227,7 +226,7 @@ def leads_through(moment: bound.BoundMoment, acts: Acts, regions: Sequence[Mask]
 
 
 def _journeys(moment: bound.BoundMoment, acts: Acts) -> Iterator[tuple[bound.Spread, int, int]]:
-    """Yield the possibilities of each robot before each of its acts, its pose there, and the tick
+    """Yield for each act and robot its possible poses before the act, its pose in it, and the tick
     at whose end it arrives."""
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):

@@ -1,10 +1,10 @@
 """Best and worst times from the request for an obstacle to its resolution, computed before any run.
 
-They are taken over all poses of a requester beside the obstacle, and all poses that the helpers'
-own strategies visit: once with this obstacle alone, once with all others present and known, which
-is the worst case. At best steps are fast, and some needs were met before the request; at worst
-steps are slow, and have just begun. The times are the lower bounds of ``bound``: for one obstacle
-that one robot resolves they are exact except for collisions.
+They cover all poses of a requester beside the obstacle, and all poses that the helpers' own
+strategies visit: once with this obstacle alone, once with all others present and known (the worst
+case). In the best case steps are fast, and some needs were fulfilled before the request; in the
+worst case steps are slow, and have just begun. The times are the lower bounds of ``bound``: for one
+obstacle that one robot resolves they are exact except for collisions.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import FAR, bits, plain_graph, region_mask
 
 MOST_MOMENTS = 2_000
-"""Moments of one obstacle that are compared; beyond that the helpers are examined one by one."""
+"""Most moments of one obstacle that are compared; beyond that the helpers are examined one by
+one."""
 WORK, ALL_WORK = 3_000, 50_000
 """Work of one comparison, and of all together, in bounds for one robot and one obstacle of a moment
 (20 to 70 microseconds each); further moments are left out, and reported so. Counted, not timed, so
@@ -76,8 +77,8 @@ def worst_cases(
     scenario: Scenario, poses: Mapping[str, Sequence[Pose]], never: Collection[str] = ()
 ) -> list[Worst]:
     """Return the times of each listed or suspected obstacle that some robot can encounter from its
-    ``poses``. ``never``: obstacles that are known to remain unresolved, which the bounds may not
-    show."""
+    ``poses``. ``never``: obstacles known to remain unresolved, although the bounds may not show
+    it."""
     listed = (*(scenario.suspects or ()), *scenario.obstacles)  # if both: with its deadline
     known = list({o.name: o for o in listed if o.appears is None and o.goes is None}.values())
     found, work = [], min(WORK, ALL_WORK // (2 * max(1, len(known))))

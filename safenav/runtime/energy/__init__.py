@@ -1,1 +1,1 @@
-"""Batteries: what charge a robot needs, its charging stops, and flat robots."""
+"""Batteries: charges, charging stops, and robots with an empty battery."""

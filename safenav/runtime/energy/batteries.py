@@ -42,7 +42,7 @@ class Batteries:
         self, team: TeamState, relocation: Relocation, world: SimulatedWorld | None
     ) -> None:
         self.team, self.relocation, self.world = team, relocation, world
-        self._flat: dict[str, str] = {}  # the robot that an obstacle represents
+        self._flat: dict[str, str] = {}  # the robot that each obstacle represents
         self._charged: list[str] = []
         self._later: dict[str, None] = {}  # robots whose stop is not decided yet
         self._known: dict[str, tuple[object, Stops]] = {}
@@ -82,7 +82,7 @@ class Batteries:
         for name in [*self._charges.since]:
             robot = self.team.robots[name]
             before, robot.charge = robot.charge, self._charges.at(name, self._now())
-            if robot.charge != before or self._makes_room(robot):  # before its next step
+            if robot.charge != before or self._makes_room(robot):  # decide before its next step
                 yield from self.turn_ends(robot)
         for robot in self.team.robots.values() if begins else ():
             if robot.too_flat or not self.team.has_had_turn(robot):  # count its targets first
@@ -115,7 +115,7 @@ class Batteries:
         on_charger = robot.pose.region in scenario.chargers
         if robot.too_flat and not on_charger:
             yield from self._runs_flat(robot)
-        elif completes or self._keeps_to_plan(robot):  # decided after that
+        elif completes or self._keeps_to_plan(robot):  # the stop is decided afterwards
             self._later[robot.name] = None
         elif scenario.chargers:
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
@@ -124,7 +124,7 @@ class Batteries:
                     yield from self.relocation.leave_plan()
                 if self.team.waiting is None:
                     yield Unsettled(Reason.CHARGE)
-                else:  # the duties of the team cannot be decided
+                else:  # a waiting team decides no duties
                     yield OutsideStrategy(robot.name, Reason.CHARGE)
 
     def _keeps_to_plan(self, robot: RobotState) -> bool:
@@ -161,7 +161,7 @@ class Batteries:
         if shut.need(pose, turn) <= charge or need > charge:
             return None
         if shut.nearest(pose, shut.chargers) * battery.move <= charge:
-            return None  # it can wait there
+            return None  # it can wait at a charger
         return self.team.tick + int(charge - need) // battery.stay
 
     def times(self) -> Iterator[float]:
@@ -266,7 +266,7 @@ class Batteries:
         battery, charge = stops.battery, robot.charge
         pose = stops.graph.number(robot.pose)
         assert charge is not None
-        if not battery.stay or not self._is_cut_off(robot):  # only its charge is too low: it tries
+        if not battery.stay or not self._is_cut_off(robot):  # a low charge alone: it tries
             return None
         if stops.chargers >> pose & 1:
             return pose if robot.stop == robot.pose and not self._makes_room(robot) else None
@@ -352,7 +352,7 @@ class Batteries:
         if obstacle is None or any(
             one.region == region and (not one.ordered or one.name == obstacle.name)
             for one in there.values()
-        ):  # the region holds another obstacle, or this one already, unresolved
+        ):  # the region already holds an unresolved obstacle
             yield from self.relocation.serve(robot, active=False, cause=ChangeCause.BATTERY)
             return
         self._flat[obstacle.name] = robot.name

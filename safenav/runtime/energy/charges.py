@@ -86,8 +86,8 @@ class Charges:
 
 
 class TracedCharges(Charges):
-    """The charges at the end of a trace, computed from its lines alone. ``flat``: for each obstacle
-    that represents a robot with an empty battery that robot, until the battery is replaced."""
+    """The charges at the end of a trace, computed from its lines alone. ``flat``: the robot with an
+    empty battery that each obstacle represents, until the battery is replaced."""
 
     def __init__(self, header: records.Header) -> None:
         robots = header.scenario.robots

@@ -57,12 +57,12 @@ class Interventions(Struct):
 
     @property
     def asked(self) -> bool:
-        """Whether an intervention is to be applied."""
+        """Whether a requested intervention has not been applied yet."""
         return bool(self._asked)
 
     def ask(self, wanted: kinds.Intervention, *, late: bool = False) -> None:
-        """Raises UsageError for an impossible intervention, with the reason. ``late``: drop and
-        record it instead."""
+        """Request an intervention. Raises UsageError, with the reason, for an impossible one; with
+        ``late`` that is dropped and recorded instead."""
         if (found := kinds.misfit(wanted)) is not None:
             raise UsageError(found)
         if not late:
@@ -121,7 +121,7 @@ class Interventions(Struct):
             wanted = self._asked.pop(0)
             try:
                 self._check(wanted)
-            except UsageError as error:  # since then it has become impossible, maybe by another
+            except UsageError as error:  # it has become impossible meanwhile
                 now = self.state.time if self.state.live else None
                 self.turns.tell.late("intervention", str(error), None, None, now)
                 continue
@@ -152,12 +152,14 @@ class Interventions(Struct):
 
     @property
     def finds_lost(self) -> bool:
-        """Whether an operator puts a lost robot back: all regions where it may have been open."""
+        """Whether an operator puts a lost robot back, which opens all regions where it may have
+        been."""
         back = (wanted for wanted in self._asked if isinstance(wanted, kinds.PutBack))
         return any(self._is_lost(wanted.robot) for wanted in back)
 
     def _comes_back(self, name: str) -> bool:
-        """Whether an operator has put the robot back, before anything of it is applied."""
+        """Whether an operator has requested to put the robot back, even if that is not applied
+        yet."""
         return any(isinstance(w, kinds.PutBack) and w.robot == name for w in self._asked)
 
     def _orders(self) -> Iterator[events.Event]:
@@ -170,7 +172,7 @@ class Interventions(Struct):
                 yield from self._placed(Change(obstacle, appeared=True))
 
     def _placed(self, order: Change) -> Iterator[events.Event]:
-        """The team learns of an order, and duties change with it."""
+        """Announce an order to the team; duties change with it."""
         yield from self.turns.relocation.leave_plan()
         yield events.ObstacleChanged(order)
 
@@ -257,8 +259,8 @@ class Interventions(Struct):
                 self._tell(OperatorIntervention.GIVE_UP)
 
     def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[events.Event]:
-        """The robot continues from another pose; it is no longer lost."""
-        robot.pose, robot.asked = pose, False  # it acts there as one that comes
+        """Let a robot continue from another pose, no longer lost."""
+        robot.pose, robot.asked = pose, False  # it acts there like a robot that arrives
         self.turns.world.placed(robot.robot, pose)
         self.turns.relocation.is_placed(robot)
         yield from self.turns.relocation.leave_plan()
@@ -285,7 +287,7 @@ class Interventions(Struct):
         own = robot.assignment.role is Role.OWN and not _holds_at_stop(robot)
         state.emit(records.NewObjective(state.tick, robot.name, told, own, cause, within))
         yield from self.turns.relocation.leave_plan()
-        hope = state.waiting is None  # it may resolve what it kept out of
+        hope = state.waiting is None  # it may resolve obstacles that it avoided before
         yield events.ObjectiveGiven(robot.name, objective, within, own_progress, hope)
 
     def _may_close(self, wanted: kinds.AddObstacle) -> None:
@@ -326,7 +328,7 @@ class Interventions(Struct):
                 raise UsageError(f"{wanted.robot} cannot reach {where} from its region")
 
     def _met(self, name: str) -> Obstacle:
-        """The obstacle of that name that the team knows."""
+        """Return the known obstacle of that name. Raises UsageError if there is none."""
         known = self.state.knowledge.obstacles
         if name not in known:
             word = self.state.scenario.map.word
@@ -360,7 +362,7 @@ class Interventions(Struct):
         if region in taken(self.state, robot.robot):
             raise UsageError(f"another robot is in region {region}")
         for there in self._standing_at(region):
-            own = stands_for(there, robot.name)  # it is lost no more
+            own = stands_for(there, robot.name)  # it is no longer lost
             if not own and self.state.knowledge.closed_to(there, robot.robot):
                 raise UsageError(f"{there.name} is in region {region}: resolve it first")
 
@@ -389,7 +391,7 @@ class Interventions(Struct):
 
 
 def _holds_at_stop(robot: RobotState) -> bool:
-    """Whether a robot that pursues its own objective thereby stays at its stop: it keeps its
-    strategy as long as it is to charge."""
+    """Whether a robot's own objective makes it stay at its stop: then it keeps its strategy while
+    it charges."""
     own, stop = robot.robot.objective, robot.stop
     return stop is not None and holding(own, stop.region).relaxed() == own.relaxed()

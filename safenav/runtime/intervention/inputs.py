@@ -16,12 +16,12 @@ from safenav.trace import records
 
 
 class EnvironmentInputs(Struct):
-    """The inputs, as ``world`` sets them, if it does, and a user."""
+    """The inputs, set by ``world`` (None: by no world) and by a user."""
 
     state: TeamState
     world: InputWorld | None
     _by_user: dict[str, bool] = field(default_factory=dict)
-    _recorded: frozenset[str] = frozenset()  # those by a user that a line names
+    _recorded: frozenset[str] = frozenset()  # inputs set by a user, as last recorded
     _looked: int = -1
 
     @property
@@ -33,11 +33,11 @@ class EnvironmentInputs(Struct):
 
     @property
     def changed(self) -> bool:
-        """Whether an input has changed since it was read last."""
+        """Whether an input has changed since the last reading."""
         return self.values != self.state.inputs
 
     def set(self, name: str, on: bool) -> None:
-        """A user sets an input."""
+        """Set an input for a user."""
         self._by_user[name] = on
 
     def read(self) -> None:

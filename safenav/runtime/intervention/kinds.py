@@ -22,8 +22,7 @@ class AddObstacle(Struct, frozen=True):
 
 
 class PlaceOrder(Struct, frozen=True):
-    """Work that somebody wants done in a region: an obstacle of a type that blocks no robot,
-    requested by no robot."""
+    """An order: an obstacle of a type that blocks no robot, requested by no robot."""
 
     type: ObstacleType
     region: Region
@@ -50,7 +49,7 @@ class AssignObjective(Struct, frozen=True):
 
 
 class SetService(Struct, frozen=True):
-    """A robot stands still, or is back in service."""
+    """A robot is out of service, or back in it."""
 
     robot: str
     active: bool
@@ -83,7 +82,7 @@ class PutBack(Struct, frozen=True):
 
 
 class GiveUp(Struct, frozen=True):
-    """The run ends: as it would have ended where it waits, else as interrupted."""
+    """The run ends: with the conclusion for which it waits, else as interrupted."""
 
 
 Intervention = (

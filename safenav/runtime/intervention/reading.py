@@ -38,7 +38,7 @@ LINES = {
 
 
 def read_intervention(line: str, scenario: Scenario) -> kinds.Intervention:
-    """An intervention from a line of words. Raises UsageError with the form that is expected."""
+    """Return the intervention of a line of words. Raises UsageError, with the expected form."""
     word, *rest = line.split(maxsplit=2) or [""]
     if word not in LINES:
         raise UsageError(f"unknown intervention '{word[:40]}'; known: {'; '.join(LINES.values())}")
@@ -72,7 +72,7 @@ def read_intervention(line: str, scenario: Scenario) -> kinds.Intervention:
 
 def _value(text: str) -> object:
     try:
-        read_document(text)  # its limits of depth and size
+        read_document(text)  # checks the limits of depth and size
         return yaml.safe_load(text)
     except (DocumentError, yaml.YAMLError) as error:
         why = f": {error.found}" if isinstance(error, DocumentError) else ""
@@ -80,8 +80,8 @@ def _value(text: str) -> object:
 
 
 def intervention(data: Mapping[str, Any], scenario: Scenario) -> kinds.Intervention:
-    """A change that a page requests, read as the scenario's loader reads its parts. Raises
-    UsageError for one that is not possible."""
+    """Return the change that a page requests, read like the parts of a scenario. Raises UsageError
+    for an impossible one."""
     reading = Reading("the change", world=scenario.map, reachable=False)
     found = _read(data, scenario, reading)
     reading.refuse_if_any()

@@ -162,7 +162,7 @@ def options(
         found += _for_gate(gate, now, origins, present, every)
         sure = next((option for option in found if option.lossless), None)
         if origins is None and not every and sure is not None:
-            return [sure]  # no optimum is required, and it is lossless
+            return [sure]  # a lossless step suffices: no optimum is required
     return sorted(found, key=lambda option: (option.partial, not option.lossless, option.rank))
 
 
@@ -206,7 +206,7 @@ def _for_gate(
         step = Step(gate, stages[gate].need, group, tuple(places[i] for i in group))
         yield RankedStep(step, lossless, (*rank, *group))
         if lossless and not every:
-            return  # the first group is the best of those that lose nothing
+            return  # the first group is the best lossless one
     for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
         step = Step(gate, stages[gate].need, (i,), (places[i],))
@@ -232,7 +232,7 @@ def _replayed(plan: Plan, now: PoseSets, wanted: frozenset[int]) -> Plan | None:
         need = now.problem.next_need(step.gate, now.stages)
         places = {robot: now.spots(robot, need.regions) for robot in step.group}
         together = need.together and not fits(now.problem, step.group, places)
-        able = now.problem.able(step.gate, now.stages)  # not before another load is put down
+        able = now.problem.able(step.gate, now.stages)  # full robots cannot take another load
         if together or not all(places.values()) or not {*step.group} <= {*able}:
             return None
         rebuilt.append(replace(step, at=tuple(places.values())))

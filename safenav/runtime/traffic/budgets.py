@@ -32,7 +32,8 @@ ROUNDS_FIRST = 4
 search is often easier, so each effort is made four times before a larger one."""
 MOST_FAILURES = 24
 MOST_FAILURES_HINDERED = 6
-"""The same with a robot out of service, which no search can move: the end is then no verdict."""
+"""The same limit with a robot out of service, which no search can move: the run then ends without a
+verdict."""
 MOST_WORK = 1_000_000
 """Effort of searches in a row without success, in steps of one robot in a joint state: the run ends
 at ``search_limit`` then. Some 220,000 a second were measured: about 5 s of the processor. No plan
@@ -52,7 +53,7 @@ MOST_FOR_AN_ORDER = 800
 SINGLES_BUDGET = 4_000
 """Budget of the breadth-first search of at most four robots, after the first round."""
 PROOF_BUDGET = 60_000
-"""Budget of the same search as a proof: the joint states that an auditor enumerates again."""
+"""Budget of this search as a proof: the joint states that an auditor enumerates again."""
 
 LEG_BUDGET = 30
 """Budget of a leg, beyond two for each of its steps."""

@@ -180,5 +180,5 @@ class PlanProgress:
         counts, course = self.searches.counts(floor), self.searches.course(floor)
         states = course.along(course.begun(floor.poses, counts, floor.stages), joint[1:])
         if not all(after.poses in course.next_poses(state) for state, after in pairwise(states)):
-            return  # the scenario has changed since then
+            return  # the scenario has changed
         self._follow(floor, joint, states, counts, left.reason)

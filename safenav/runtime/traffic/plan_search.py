@@ -66,14 +66,14 @@ class PlanSearch(Struct):
         self.work = Effort(budgets.MOST_WORK - self.used)
         problem = self.searches.problem(floor)
         if self.state.live and problem.start.stages != floor.stages:
-            return problem, BudgetExhausted(0)  # a robot is about to resolve something
+            return problem, BudgetExhausted(0)  # a robot is about to resolve an obstacle
         problem, search, answer = self._searched(problem, helping)
         if (isinstance(answer, Exhausted) or self.hopeless) and floor is not plain:
             if remembering(floor.problem):
                 if isinstance(answer, Exhausted) and (proof := self._proof(plain)) is not None:
                     return proof
                 self.searches.give_up(plain)
-            # other paths exist beside those of the strategies
+            # there are paths besides those of the strategies
             problem, search, answer = self._searched(self.searches.problem(plain), helping)
         exhausted, floor = isinstance(answer, Exhausted), problem.floor
         if (exhausted or self.hopeless) and any(m.any_first for m in floor.problem.members):
@@ -315,7 +315,7 @@ class PlanSearch(Struct):
                 problem, search, answer = self._without_hopeless(problem)
             if turning or not isinstance(answer, BudgetExhausted):
                 return problem, search, answer
-        # All moves can be undone: a plan to the present goals alone is safe.
+        # All moves can be undone, so a plan for the present goals alone is safe.
         search.goal = partial(self.leg_done, problem, helping=helping)
         answer = search.run(self._rounds, 0)
         if isinstance(answer, Found) and self._through_the_mission(helping):
@@ -324,7 +324,7 @@ class PlanSearch(Struct):
             aside, sent = self.state.requests.aside, problem.course.sent.values()
             sent_to = frozenset(g for g in sent if floor.gates[g] not in aside)
             self.hopeless = problem.course.served
-            if sent_to:  # others may be served without those
+            if sent_to:  # other requests may be served without these
                 self.hopeless = self._with_those_after(sent_to)
             problem = replace(problem, course=problem.course.serving(frozenset()))
             search.goal = problem.course.completed

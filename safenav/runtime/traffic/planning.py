@@ -130,7 +130,7 @@ class Traffic:
         if self.state.live:
             now = self.clock()
             if now == self._looked or self._anybody_busy():
-                return None  # waits are unchanged; or the others continue meanwhile
+                return None  # waits are unchanged, or the other robots continue meanwhile
             self._looked = now
         if self.wanted is None:
             self.wanted = self.occasions.next()
@@ -171,7 +171,7 @@ class Traffic:
         if gate is None:
             return False
         if not self.state.last_settled.notes.hurried:
-            return True  # the team has decided again since
+            return True  # the team has decided again since the trigger
         floor, self.search.starved = self.searches.floor(), occasion.robot
         states = self.resolving.quickest(floor, gate)
         careful = self.resolving.around_suspects(floor, gate, states)
@@ -195,7 +195,7 @@ class Traffic:
         problem, answer = found
         floor = problem.floor
         if self.state.live and problem.start.stages != floor.stages:
-            return  # a robot is about to resolve something: that changes what is possible
+            return  # a robot is about to resolve an obstacle, which may allow other plans
         if not isinstance(answer, Found):
             self._without_plan(problem, answer, occasion)
             return
@@ -204,7 +204,7 @@ class Traffic:
             return
         self.search.failures = self.search.used = 0
         if self._must_turn(problem, answer):
-            return  # their new strategies begin with those targets, and another plan is made
+            return  # new strategies begin with those targets; then another plan is made
         if self.searches.turning:
             self._certificates.keep(problem.course, answer.states)
         counts = self.searches.counts(floor)

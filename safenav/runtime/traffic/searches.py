@@ -90,8 +90,8 @@ class Searches:
         return replace(floor, problem=self._with_memory(floor.problem, graphs), poses=poses)
 
     def everything(self, floor: Floor) -> Floor | None:
-        """Return the same including the memory changes of robots that stay, for proofs; None if a
-        robot is in transit, since its memory changes at the end of its step, or if formulas name
+        """Return the problem including the memory changes of robots that stay, for proofs; None if
+        a robot is in transit, since its memory changes at the end of its step, or if formulas name
         inputs."""
         graphs, poses = self._states(floor, stays=True)
         robots = [self._state.robots[floor.names[index]] for index in graphs]
@@ -350,6 +350,6 @@ class Searches:
 
 
 def _lifted(floor: Floor, index: int, poses: Mask) -> Mask:
-    """Poses of a robot in the numbers of a floor."""
+    """Return poses of a robot in the numbering of a floor."""
     graph = floor.problem.members[index].graph
     return graph.lifted(poses) if isinstance(graph, formula_memory.StateGraph) else poses

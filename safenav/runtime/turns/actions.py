@@ -49,15 +49,15 @@ class Actions(Struct):
             return False
         chosen = self._chosen()
         if chosen is not None and chosen.has_act(self.state.last_settled.floor, robot.name):
-            return False  # it keeps to its acts, and may leave without others
+            return False  # its acts are planned: it may leave without others
         reach = self.world.within_reach(robot.robot, self._cleared(robot))
         if reach is not None:
             return reach
         if not robot.asked and not self._must_not_sweep(robot):
             robot.asked = True
-            here = self.world.start(robot.robot, robot.pose, robot.pose)  # as before any action
+            here = self.world.start(robot.robot, robot.pose, robot.pose)  # as before every action
             if not isinstance(here, Arrived):
-                robot.moved = here  # its stay in this turn ends there
+                robot.moved = here  # its stay in this turn ends in that pose
                 return True
             event = self._done_by(robot)
             robot.acted = event if event.found else None

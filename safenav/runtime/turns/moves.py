@@ -257,7 +257,7 @@ class Moves(Struct, frozen=True):
                 closed[region] = closed.get(region, frozenset()) | zone.robots - {robot.name}
         robot.claims = closed
         yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
-        # Taking it out of service, which follows, requests help; it may be out of service already.
+        # The caller takes it out of service, which requests help, unless it already is.
         yield from self.close(robot) if robot.active else self.close_vacated(robot)
 
     def close(self, robot: RobotState) -> Iterator[events.ObstacleEncountered]:

@@ -71,7 +71,7 @@ class Relocation(Struct, frozen=True):
         robot.planner.node = None
         told = robot.progress.objective.relaxed()
         if robot.planner.task.objective.relaxed() == told:
-            self.strategies.relocate(robot)  # else its assignment has changed meanwhile
+            self.strategies.relocate(robot)  # otherwise its assignment has changed
 
     def go_on(self, robot: RobotState) -> Iterator[Event]:
         """Continue a robot off its strategy from its pose, in that strategy if it has a node for
@@ -109,7 +109,7 @@ class Relocation(Struct, frozen=True):
         if broken:
             yield events.OutsideStrategy(robot.name, Reason.BLOCKED, end)
             return
-        # A joint plan has left it where its formulas forbid it to stay: another one may help.
+        # A joint plan ended in a pose where its formulas forbid it to stay: another may help.
         end = Conclusion(Outcome.OPERATOR_NEEDED, f"{robot.name} has no strategy from here")
         helped = self.state.frees(robot.name)
         yield events.OutsideStrategy(robot.name, Reason.BLOCKED, None if helped else end)

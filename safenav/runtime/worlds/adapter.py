@@ -1,5 +1,5 @@
-"""A blocking world as one of commands and events: each command is over when it returns (lockstep),
-but for steps that take several ticks by their robots' timing."""
+"""A blocking world as one of commands and events: each command has ended when it returns
+(lockstep), except steps of several ticks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class WorldError(SafenavError):
 
 
 def asked(call: str, ask: Callable[[], T]) -> T:
-    """The answer of a world. Raises WorldError if it has failed."""
+    """Return the result of a call to a world. Raises WorldError if the call fails."""
     try:
         return ask()
     except SafenavError:
@@ -71,7 +71,7 @@ class BlockingAdapter:
 
     @property
     def left(self) -> tuple[tuple[str, int], ...]:
-        """The ticks that steps under way still take."""
+        """The remaining ticks of steps in transit."""
         return tuple((name, each[0] - self._tick) for name, each in self._open.items())
 
     def times(self) -> Sequence[float]:
@@ -100,8 +100,8 @@ class BlockingAdapter:
         return None
 
     def ended(self, name: str) -> protocol.Ended | None:
-        """The end of a robot's step, if that is due: asked for in its turn, since only then the
-        world hears of it."""
+        """Return the end of a robot's step, if it is due. Call in the robot's turn: the world
+        receives the step only then."""
         due = self._open.get(name)
         if due is None or self._tick < due[0]:
             return None
@@ -112,7 +112,7 @@ class BlockingAdapter:
         self, robot: Robot, obstacles: Sequence[Obstacle], command: int, takers: Takers = NO_TAKERS
     ) -> protocol.Acted:
         """The obstacles that the robot has resolved, each checked to be one that it can."""
-        if self._simulated is not None:  # others do what they can
+        if self._simulated is not None:  # other worlds do all that they can
             self._simulated.works.takers = takers
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
@@ -125,7 +125,8 @@ class BlockingAdapter:
         return protocol.Acted(self.now(), robot.name, found, command=command)
 
     def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
-        """Whether the robot can act on something where it stands; None if only acting shows it."""
+        """Whether the robot can act on an obstacle where it stands; None if only acting shows
+        it."""
         if self._simulated is None:
             return None
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
@@ -133,11 +134,11 @@ class BlockingAdapter:
 
     @property
     def external(self) -> bool:
-        """Whether the world is a user's."""
+        """Whether the world is not the simulation."""
         return self._simulated is None
 
     def cancel(self, robot: Robot) -> None:
-        """Forget a step that takes several ticks: the world hears only of its end."""
+        """Forget a step of several ticks, of which the world receives only the end."""
         self._open.pop(robot.name, None)
 
     def wait(self, timeout: float | None) -> Sequence[protocol.WorldEvent]:
@@ -163,7 +164,7 @@ class BlockingAdapter:
         return changes
 
     def _duration(self, robot: Robot, target: Pose) -> int:
-        """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
+        """Ticks of a step: drawn from the seed if the model gives a range; staying takes 1."""
         if target.region == self._regions[robot.name]:
             return 1
         timing = robot.model.timing

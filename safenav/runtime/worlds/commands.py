@@ -35,13 +35,14 @@ from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 SLICE = 0.05
-"""Seconds between checks for posted events and finished syntheses while a real world is waited
-for."""
+"""Seconds between checks for posted events and finished syntheses during a wait for a real
+world."""
 LEAST = 1e-6
 """Seconds of the shortest wait: a clock that advances only by waits, and counts seconds since 1970
 in floating point, does not change by much less."""
 KEPT, FEWEST = 50, 5
-"""Durations of a robot's commands that are kept, and with which their median means something."""
+"""Most durations of a robot's commands that are kept, and the fewest from which a median is
+taken."""
 FIRST = 60.0
 """Seconds that a step may take at least before that: the robot's own software may be starting."""
 SOONEST = 1.0
@@ -50,8 +51,8 @@ the world's clock, or that of a mock-up, is shorter than a pause of the operatin
 
 
 class OpenCommand(Struct):
-    """A command that is not over. ``target``: where a step goes; None: an action. ``trouble``: why
-    it could not be cancelled."""
+    """A command that has not ended. ``target``: the pose to which a step leads; None: an action.
+    ``trouble``: why it could not be cancelled."""
 
     command: int
     robot: Robot
@@ -70,9 +71,9 @@ class OpenCommand(Struct):
 
 
 class Commands:
-    """Gives commands to a world, and takes in what it reports. ``busy``: seconds in which each
-    robot had a command; ``over``: the time of the last end of one; ``dropped`` (with the reason)
-    and ``sensed``: reports that wait for their reader, who removes them."""
+    """Gives commands to a world, and receives its reports. ``busy``: seconds in which each robot
+    had a command; ``over``: the time of the last end of one; ``dropped`` (with the reason) and
+    ``sensed``: reports that wait for their reader, who removes them."""
 
     def __init__(self, world: protocol.World, scenario: Scenario) -> None:
         self.world = world
@@ -101,7 +102,7 @@ class Commands:
 
     @property
     def idle(self) -> bool:
-        """Whether no command is open and no end of one is to be taken in."""
+        """Whether no command is open and no end of one is unprocessed."""
         return not self._open and not self._ended
 
     def now(self) -> float:
@@ -110,8 +111,8 @@ class Commands:
         return self._now
 
     def steps(self) -> float:
-        """The time in durations of a step: ticks in lockstep; live, the sum of those since the
-        beginning, each as long as the median of the last ones."""
+        """The time in durations of a step: in lockstep the ticks; in a live run, elapsed time
+        divided by the median duration of the last steps."""
         now = self.now()
         if self.live and self._all:
             self._steps += (now - self._looked) / (median(self._all) or 1.0)
@@ -125,11 +126,11 @@ class Commands:
         self._posted.put(event)
 
     def begin(self) -> None:
-        """The run begins now: its times count from ``zero`` on the world's clock."""
+        """Begin the run: its times count from ``zero`` on the world's clock."""
         self.zero = self._clock() if self.live else 0.0
 
     def at(self, event: protocol.WorldEvent) -> float:
-        """The seconds of the run at which an event was so."""
+        """The time of an event in seconds of the run."""
         return float(event.at) - self.zero
 
     def number(self, name: str) -> int:
@@ -151,7 +152,7 @@ class Commands:
             self.world.cleared(obstacle)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The obstacle in ``region``, as far as the world's sensors know. Raises WorldError."""
+        """The obstacle in ``region``, according to the world's sensors. Raises WorldError."""
         if not self.live:
             return self.world.sense(robot, region)
         call = f"sense({robot.name!r}, {region})"
@@ -165,13 +166,13 @@ class Commands:
         raise WorldError(f"World.{call} returned {found!r}")
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
-        """Send a robot to ``pose``; the end of its step, if that is over already."""
+        """Send a robot to ``pose``; return the end of its step, if it has already ended."""
         number = self._begin(robot, here, pose, ())
         self._send(robot, here, "start", lambda: self.world.start(robot, pose, number))
         return self.ended(robot)
 
     def ended(self, robot: Robot) -> protocol.Ended | None:
-        """The end of a robot's step, taken in its turn; None while it is under way."""
+        """The end of a robot's step, taken in its turn; None while it is in transit."""
         if isinstance(self.world, BlockingAdapter) and robot.name in self._open:
             event = self.world.ended(robot.name)
             if event is not None:
@@ -191,7 +192,7 @@ class Commands:
         return self.ended(robot)
 
     def may_have_ended(self, name: str) -> bool:
-        """Whether a robot's step has ended, as far as that is known before its turn."""
+        """Whether a robot's step may have ended, as far as is known before its turn."""
         return not self.live or name in self._ended
 
     def claims(self) -> Iterator[tuple[str, Collection[Region]]]:
@@ -202,29 +203,29 @@ class Commands:
     def act(
         self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle], takers: Takers = NO_TAKERS
     ) -> protocol.Acted | None:
-        """Let a robot act where it stands; the results, if it is over already. ``takers``: in
-        lockstep, of some loads the only robots that take them."""
-        if isinstance(self.world, BlockingAdapter):  # also while it is on its way
+        """Let a robot act where it stands; return the results, if the action has already ended.
+        ``takers`` (lockstep): for some loads, the only robots that take them."""
+        if isinstance(self.world, BlockingAdapter):  # also while it is in transit
             return self.world.act(robot, obstacles, self._count, takers)
         number = self._begin(robot, here, None, obstacles)
         self._send(robot, here, "act", lambda: self.world.act(robot, obstacles, number))
         return self.acted(robot)
 
     def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
-        """Lockstep: whether a robot can act on something where it stands; None if the world does
-        not say so before it acts."""
+        """Lockstep: whether a robot can act on an obstacle where it stands; None if the world does
+        not report it before the action."""
         assert isinstance(self.world, BlockingAdapter), "a live world is asked by a command"
         return self.world.within_reach(robot, cleared)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
-        """The end of a robot's action, taken in its turn; None while it is under way."""
+        """The end of a robot's action, taken in its turn; None until then."""
         found = self._ended.pop(robot.name, None)
         assert found is None or isinstance(found, protocol.Acted)
         return found
 
     def hear(self, due: float | None, changed: bool) -> bool:
-        """Take in what has happened, and if that is nothing and nothing has ``changed``, wait for
-        something until ``due`` (None: without limit); whether there is something to do."""
+        """Receive events. If there are none and nothing has ``changed``, wait for one until ``due``
+        (None: no limit). Return whether there is something to do."""
         if not self.live:
             self.world.wait(None)
             return True
@@ -245,7 +246,7 @@ class Commands:
         return self._drain() or heard or over or self.simulated
 
     def times(self) -> Sequence[float]:
-        """The times to come at which a simulation changes something."""
+        """The future times at which a simulation changes something."""
         if isinstance(self.world, BlockingAdapter):
             return self.world.times()
         return () if self._timed is None else self._timed.times()
@@ -276,7 +277,8 @@ class Commands:
     def _send(
         self, robot: Robot, here: Pose, word: str, send: Callable[[], protocol.WorldEvent | None]
     ) -> None:
-        """Give the world the command that has just begun; an exception of the world ends it."""
+        """Give the world the command that has just begun; an exception of the world ends that
+        command."""
         command = self._open[robot.name]
         try:
             event = send()
@@ -300,8 +302,8 @@ class Commands:
         return heard
 
     def _recordable(self, event: Any) -> protocol.WorldEvent:
-        """A malformed report, with its time replaced; only the time if it is not an event,
-        or names no robot of the team."""
+        """Return a malformed report with its time replaced; only the time if it is not an event, or
+        names an unknown robot."""
         now, name = self.zero + self.now(), getattr(event, "robot", None)
         known = name is None or (isinstance(name, str) and name in self._names)
         if known and isinstance(event, protocol.WorldEvent):
@@ -339,8 +341,8 @@ class Commands:
     def _checked(
         self, event: protocol.WorldEvent, open_: OpenCommand, wrong: str | None
     ) -> protocol.WorldEvent:
-        """The event; a failed action if it cannot be true, or a robot that is lost: where it is
-        cannot be said by one that says so. ``wrong``: why it is malformed."""
+        """Return the event; if it cannot be true, a failed action or a lost robot, since the pose
+        in the report is unreliable. ``wrong``: why it is malformed."""
         name, here, at = open_.robot.name, open_.start, self.zero + self.now()
         if open_.target is None:
             wrong = wrong or wrong_result(event)
@@ -360,7 +362,7 @@ class Commands:
         took = self._took.get(robot.name, ())
         known = self.expected(robot) or 0.0
         if command.target is None:
-            pass  # an action takes as long as it takes
+            pass  # actions have no limit of their own
         elif len(took) >= FEWEST:
             limits.append(max(SOONEST, policy.patience * max(median(took), known)))
         elif robot.model.motion is not None:
@@ -371,7 +373,7 @@ class Commands:
         return min(limits, default=None)
 
     def _overdue(self) -> Iterator[tuple[OpenCommand, float]]:
-        """Return the open commands, each with the time of its next timeout."""
+        """Yield the open commands, each with the time of its next timeout."""
         for open_ in self._open.values():
             if open_.limit is not None:
                 since = open_.since if open_.cancelled is None else open_.cancelled
@@ -387,7 +389,7 @@ class Commands:
                 open_.cancelled = now
                 try:
                     self.world.cancel(open_.robot)
-                except Exception as error:  # it may end all the same
+                except Exception as error:  # the command may still end
                     open_.trouble = f" (cancel: {error})"
             elif open_.target is not None:
                 regions = frozenset({open_.start.region, open_.target.region})

@@ -1,5 +1,5 @@
-"""Reports of a world, judged before they are used: whether they are well formed, and whether they
-can be true. Any world may report anything, so nothing is taken for granted."""
+"""Checks of a world's reports before they are used: whether they are well formed, and whether they
+can be true. Any world may report anything."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def is_time(found: Any) -> bool:
 
 
 def is_region(found: Any) -> bool:
-    """Whether a value can be the number of a region; one of numpy is not written to traces."""
+    """Whether a value can be the number of a region; traces cannot contain numpy's integers."""
     return type(found) is int
 
 
 def misfit(obstacle: Obstacle) -> str | None:
-    """The reason why an obstacle cannot be one of a scenario; None if it can. Python checks neither
-    types nor bounds: ``Obstacle("door", 47)`` is an Obstacle."""
+    """Return the reason why an obstacle cannot be part of a scenario; None if it can. Python checks
+    neither types nor bounds: it accepts ``Obstacle("door", 47)``."""
     where = f"the obstacle in region {obstacle.region}"
     try:
         same = msgspec.convert(msgspec.to_builtins(obstacle), Obstacle) == obstacle
@@ -52,7 +52,8 @@ def misfit(obstacle: Obstacle) -> str | None:
 
 
 def malformed(event: Any, robots: Collection[str]) -> str | None:
-    """The reason why a report says nothing, as its parts are of wrong types; None if it does."""
+    """Return the reason why a report is malformed (parts of wrong types, unknown names); None if it
+    is well formed."""
     if not isinstance(event, protocol.WorldEvent):
         return f"{event!r} is not an event"
     if not is_time(event.at):
@@ -89,7 +90,7 @@ _PARTS: dict[str, tuple[type, ...]] = {
     "regions": (frozenset, set),
     "obstacle": (Obstacle,),
 }
-"""Parts of events, and their types where they are given."""
+"""The allowed types of parts of events."""
 _LEFT_OUT = {"by", "command", "reason", "obstacle"}
 """Parts that may be None."""
 
@@ -103,7 +104,8 @@ def claimed(event: protocol.WorldEvent) -> Collection[Region]:
 def wrong_step(
     event: protocol.WorldEvent, world: RegionMap, robot: Robot, here: Pose, target: Pose
 ) -> str | None:
-    """The reason why a well-formed event cannot end a step from ``here`` to ``target``."""
+    """Return the reason why a well-formed event cannot end a step from ``here`` to ``target``; None
+    if it can."""
     match event:
         case protocol.Arrived():
             return None
@@ -134,7 +136,8 @@ def wrong_step(
 
 
 def wrong_result(event: protocol.WorldEvent) -> str | None:
-    """The reason why a well-formed event reports no results of an action."""
+    """Return the reason why a well-formed event does not report valid results of an action; None if
+    it does."""
     match event:
         case protocol.Acted(found=found) if isinstance(found, Sequence) and all(
             isinstance(pair, tuple | list)

@@ -1,5 +1,5 @@
-"""The actual world of a scenario in time: commands take the seconds of the robots' motion, or as
-the model's timing has it. Time passes in ``wait`` only."""
+"""The actual world of a scenario in seconds: durations of commands follow the robots' motion, or
+the timing of their models. Time passes in ``wait`` only."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class LiveSimulation:
         return acted_by(team, now, work.obstacle.region) / slowest
 
     def cancel(self, robot: Robot) -> None:
-        """A command of the simulation ends by itself."""
+        """Do nothing: each command of the simulation ends by itself."""
 
     def wait(self, timeout: float | None) -> list[WorldEvent]:
         """Return all events of the next moment with an event."""
@@ -115,7 +115,7 @@ class LiveSimulation:
         return found
 
     def placed(self, robot: Robot, pose: Pose) -> None:
-        """An operator has put a robot somewhere."""
+        """Record that an operator has put a robot in ``pose``."""
         self._poses[robot.name] = pose
         self._paces[robot.name].placed(self._now, pose.facing)
         self.truth.move(robot, pose)
@@ -159,8 +159,8 @@ class LiveSimulation:
     def _face(
         self, before: Mapping[str, float], done: Sequence[tuple[Work, Sequence[str]]]
     ) -> None:
-        """Let robots face the last obstacle on which their action had an effect: no trace tells to
-        which others they have turned."""
+        """Let robots face the last obstacle on which their action had an effect: traces do not
+        record turns towards others."""
         for name, facing in before.items():
             self._paces[name].facing = facing
         for work, group in done:
@@ -169,7 +169,7 @@ class LiveSimulation:
 
 
 def _as_moved(found: tuple[Work, Sequence[str]]) -> tuple[bool, str]:
-    """The order in which a motion shows the parts of an action: loads that it takes come last."""
+    """The order in which a motion performs the parts of an action: taking loads comes last."""
     work, _ = found
     return work.takes, work.obstacle.name
 

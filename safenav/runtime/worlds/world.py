@@ -1,4 +1,4 @@
-"""The actual world of a scenario, simulated, and how far its obstacles are resolved.
+"""The simulated actual world of a scenario, and the progress of its obstacles.
 
 The modelled world is the map with its known obstacles O; the actual one also holds the hidden
 obstacles R, found when a robot is about to enter one (paper, Sections III and V-A).
@@ -20,8 +20,8 @@ from safenav.world.moves import Pose
 
 class Change(Struct, frozen=True):
     """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
-    watches the run caused it. ``truth``: revealed by resolving it; ``another`` than the last of
-    that name had."""
+    watches the run caused it. ``truth``: revealed by resolving it; ``another``: it differs from
+    that of the last obstacle of this name."""
 
     obstacle: Obstacle
     appeared: bool
@@ -71,14 +71,14 @@ class Work(Struct):
 
     @property
     def is_taken_whole(self) -> bool:
-        """Whether all robots that take it do so in one turn."""
+        """Whether one robot, or all of a group in one turn, take the whole load."""
         need = self.obstacle.needs[min(self.need, len(self.obstacle.needs) - 1)]
         return need.robots == 1 or need.together
 
     @property
     def carriers(self) -> Collection[str]:
-        """The robots that carry the load: those that took it, and those that had a part in taking
-        it; none if it is not a load. Whether the last ones have put it down, the world says."""
+        """The robots that carry the load: those that took it or their part of it; none if it is not
+        a load. The world reports whether it has been put down."""
         number = min(self.need, len(self.obstacle.needs) - 1)
         if self.obstacle.needs[number].same:
             return self.groups[number - 1]
@@ -86,14 +86,13 @@ class Work(Struct):
 
 
 Takers = Mapping[str, Collection[str]]
-"""By the names of loads: the only robots that take them."""
+"""For names of loads, the only robots that take them."""
 NO_TAKERS: Takers = {}
 
 
 class Works(Struct):
-    """The obstacles in a world by name, and how far each is resolved by robots that stand
-    somewhere. ``others``: further ones, whose loads count as carried. ``takers``: of some loads the
-    only robots that take them."""
+    """The obstacles in a world by name, with their progress. ``others``: further ones, whose loads
+    count as carried. ``takers``: for some loads, the only robots that take them."""
 
     scenario: Scenario
     open: dict[str, Work] = field(default_factory=dict)
@@ -103,10 +102,10 @@ class Works(Struct):
     def perform(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[Work]:
-        """Let ``robot`` do what it can where it stands, with the others where they are; the
-        obstacles that are resolved by it. ``cleared``: those by name that the team lets it act on:
-        others are left alone if they sweep regions, or are loads to be taken. It takes loads last,
-        in the order of ``taking``, as many as it can carry."""
+        """Let ``robot`` do all that it can where it stands, with the others in their ``regions``;
+        return the obstacles that this resolves. ``cleared``: names of obstacles that sweep regions
+        or are loads to be taken, and on which it may act. It takes loads last, in the order of
+        ``taking``, as many as it can carry."""
         before = self._here(robot, regions)
         for work in before:
             while not work.takes and self._advance(work, robot, regions, cleared):
@@ -117,7 +116,7 @@ class Works(Struct):
         return [work for work in before if work.finished]
 
     def among(self, names: Collection[str] | None) -> Works:
-        """The same work on the obstacles with these names (None: all)."""
+        """Return the same work on the obstacles with these names (None: all)."""
         open_ = {n: work for n, work in self.open.items() if names is None or n in names}
         others = {n: w for n, w in {**self.others, **self.open}.items() if n not in open_}
         return Works(self.scenario, open_, others, self.takers)
@@ -125,7 +124,8 @@ class Works(Struct):
     def _advance(
         self, work: Work, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str]
     ) -> bool:
-        """Let a robot meet the next need of an obstacle; whether there is one after it."""
+        """Let a robot fulfil the next need of an obstacle; return whether it did and another need
+        follows."""
         if work.finished or self._waits(work, cleared) or not self.meet(work, robot, regions):
             return False
         if work.finished:
@@ -137,22 +137,23 @@ class Works(Struct):
         return asks and work.obstacle.name not in cleared
 
     def _here(self, robot: Robot, regions: Mapping[str, Region]) -> list[Work]:
-        """The obstacles of which the next need is met where a robot stands."""
+        """The obstacles whose next need is fulfilled in a robot's region."""
         here, left = regions.get(robot.name), [w for w in self.open.values() if not w.finished]
         return [work for work in left if here in self.regions(work)]
 
     def regions(self, work: Work) -> tuple[Region, ...]:
-        """The regions where the next need of an obstacle is met."""
+        """The regions where the next need of an obstacle is fulfilled."""
         return work.obstacle.resolution_regions(self.scenario.map, work.need)
 
     def room_at(self, robot: Robot, here: Region) -> int:
-        """The loads that a robot can take in a region, where it puts down others first."""
+        """The number of loads that a robot can take in a region after it has put down others
+        there."""
         carried = [work for work in self._carried(robot) if not work.finished]
         last = [work for work in carried if work.need + 1 == len(work.obstacle.needs)]
         return self.room(robot) + sum(here in self.regions(work) for work in last)
 
     def room(self, robot: Robot) -> int:
-        """The further loads that a robot can carry."""
+        """The number of further loads that a robot can carry."""
         return robot.model.carries - len(self._carried(robot))
 
     def _carried(self, robot: Robot) -> list[Work]:
@@ -162,8 +163,8 @@ class Works(Struct):
     def within_reach(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[tuple[Work, tuple[str, ...]]]:
-        """The obstacles of which ``robot`` can meet a need where it stands, or its part of one;
-        each with the robots that take part. Of loads as many as it can carry."""
+        """The obstacles of which ``robot`` can fulfil a need, or its part of one, where it stands;
+        each with the robots that take part. Loads: as many as it can carry."""
         here = self._here(robot, regions)
         if not here:
             return []
@@ -181,8 +182,8 @@ class Works(Struct):
         return found
 
     def _group(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> tuple[str, ...]:
-        """The robots that meet the next need of an obstacle, or have done their part of it, once
-        ``robot`` does what it can; empty if it can do nothing."""
+        """The robots that fulfil the next need of an obstacle, or have done their part of it, once
+        ``robot`` acts; empty if it cannot act on it."""
         need = work.obstacle.needs[work.need]
         skills = work.obstacle.type.actions(work.need)
         places = self.regions(work)
@@ -204,7 +205,7 @@ class Works(Struct):
         return tuple(other.name for other in self.scenario.robots if other.name in had)
 
     def meet(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> bool:
-        """Let the robot do its part of one need; whether that meets it, for the next one."""
+        """Let the robot do its part of the next need; return whether that fulfils the need."""
         group = self._group(work, robot, regions)
         done, met = group_of(work.obstacle.needs[work.need], work.done, group)
         if not met:
@@ -216,8 +217,8 @@ class Works(Struct):
 
 
 def work_on(obstacle: Obstacle, scenario: Scenario) -> Work:
-    """Return the work on an obstacle, as far as the run has it done that this one continues. An
-    order that was given in it comes again in tick 1."""
+    """Return the work on an obstacle, with its progress in the run that this one continues. An
+    order given in that run appears again in tick 1."""
     before = obstacle.appears is None or (obstacle.ordered and obstacle.appears == 1)
     begun = scenario.begun if before else None
     groups = () if begun is None else begun.met.get(obstacle.name, ())
@@ -225,7 +226,7 @@ def work_on(obstacle: Obstacle, scenario: Scenario) -> Work:
 
 
 def taking(works: Iterable[Work]) -> list[Work]:
-    """The loads that are to be taken next, in the order in which a robot takes them: by type,
+    """The loads whose next need is to take them, in the order in which a robot takes them: by type,
     region and number."""
     return sorted((work for work in works if work.takes), key=lambda work: work.obstacle.order)
 
@@ -251,20 +252,21 @@ class SimulatedWorld:
         self._drawn = draw_truths(scenario)
         self.truths: dict[str, bool | None] = {}
         for obstacle, truth in sorted(self._drawn.items(), key=lambda each: each[0].appears or 0):
-            self.truths.setdefault(obstacle.name, truth)  # of several, that of the first to appear
+            self.truths.setdefault(obstacle.name, truth)  # the truth of the first to appear
         self._brought: set[Obstacle] = set()
         self._taken_away: set[str] = set()
         self.cleared: Collection[str] = ()
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        del robot  # every robot notices what stands right before it
+        del robot  # every robot notices adjacent obstacles
         return self.standing().get(region)
 
     def move(self, robot: Robot, pose: Pose) -> None:
         self._regions[robot.name] = pose.region
 
     def set_out(self, robot: Robot) -> None:
-        """The robot is on its way: it takes part in nothing where it was."""
+        """Record that a robot has departed: it no longer takes part in actions at its former
+        region."""
         self._regions.pop(robot.name, None)
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
@@ -274,25 +276,26 @@ class SimulatedWorld:
         return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
 
     def within_reach(self, robot: Robot) -> list[tuple[Work, tuple[str, ...]]]:
-        """The obstacles of which a robot can meet a need where it stands, and who takes part."""
+        """The obstacles of which a robot can fulfil a need where it stands, with the robots that
+        take part."""
         return self.works.within_reach(robot, self._regions, self.cleared)
 
     def stands(self, obstacle: Obstacle) -> bool:
-        """Whether an obstacle is there."""
+        """Whether an obstacle is present and unresolved."""
         return obstacle.name in self.works.open
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
-        """Whether an obstacle that is there stops a robot, as far as it is resolved."""
+        """Whether a robot must not enter a present obstacle at its next need."""
         return obstacle.closed_to(robot, self.works.open[obstacle.name].need)
 
     def times(self) -> list[int]:
-        """The ticks at which obstacles are to appear or disappear."""
+        """The ticks at which obstacles appear or disappear."""
         standing = [obstacle.goes for obstacle in self._there()]
         coming = [obstacle.appears for obstacle in self._coming]
         return [tick for tick in (*standing, *coming) if tick is not None]
 
     def inputs(self, tick: int) -> dict[str, bool]:
-        """The listed or drawn values of a tick."""
+        """The listed or drawn values of the inputs in a tick."""
         found = {}
         for each in self._scenario.inputs:
             listed = any(first <= tick <= last for first, last in each.spans)
@@ -301,12 +304,12 @@ class SimulatedWorld:
         return found
 
     def standing(self) -> dict[Region, Obstacle]:
-        """The obstacles that are there now and that robots notice: all but orders."""
+        """The present obstacles that robots notice: all except orders."""
         works = self.works.open.values()
         return {w.obstacle.region: w.obstacle for w in works if not w.obstacle.ordered}
 
     def bring(self, obstacle: Obstacle, truth: bool | None) -> None:
-        """Let an obstacle appear at its tick ``appears``, as one of the scenario would."""
+        """Let an obstacle appear at its tick ``appears``, like one of the scenario."""
         assert obstacle.appears is not None
         self._drawn[obstacle] = truth
         self._coming.append(obstacle)
@@ -320,18 +323,19 @@ class SimulatedWorld:
         self.truths[obstacle.name] = None
 
     def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
-        """Whether it can appear now; an order also where a robot or something else stands."""
+        """Whether an obstacle can appear now; an order also in a region with a robot or an
+        obstacle."""
         if obstacle.ordered:
             return obstacle.name not in self.works.open
         return obstacle.region not in occupied and obstacle.region not in self.standing()
 
     def remove(self, name: str) -> bool:
-        """Remove an obstacle immediately; whether a robot could have resolved it."""
+        """Remove an obstacle immediately; return whether it was unresolved."""
         self._closed.pop(name, None)
         return self.works.open.pop(name, None) is not None
 
     def take_away(self, name: str) -> None:
-        """Remove an obstacle that is there, or that was to appear, by the next tick."""
+        """Remove an obstacle by the next tick, if it is present or would appear."""
         self._taken_away.add(name)
         self._coming = [o for o in self._coming if o.name != name or o not in self._brought]
 
@@ -366,8 +370,8 @@ class SimulatedWorld:
 
 
 def draw_truths(scenario: Scenario) -> dict[Obstacle, bool | None]:
-    """Return ``traversable`` of this run: probabilities are drawn in the scenario's order
-    from its seed, so that a run can be repeated."""
+    """Return each obstacle's ``traversable`` in this run. Probabilities are drawn in the scenario's
+    order from its seed, so that a run can be repeated."""
     generator = random.Random(scenario.seed)
     truths: dict[Obstacle, bool | None] = {}
     for obstacle in scenario.obstacles:

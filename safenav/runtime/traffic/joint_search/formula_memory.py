@@ -42,7 +42,7 @@ class StateGraph(PoseGraph):
 
     @property
     def one_way(self) -> bool:
-        """A change of memory may be irreversible."""
+        """Return whether some steps are irreversible, since a change of memory may be."""
         return self._guarantees.remember_something or self._poses.one_way
 
     def state(self, pose: int, memory: Mapping[str, int]) -> int | None:
@@ -96,7 +96,7 @@ class StateGraph(PoseGraph):
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
         """Return for each goal the states in which it is met: by staying there, or by the step into
-        the state where neither end suffices."""
+        it if staying at neither end meets the goal."""
         return tuple(
             sum(
                 1 << state

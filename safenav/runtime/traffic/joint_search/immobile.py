@@ -42,8 +42,8 @@ class ImmobileRobots:
         return found
 
     def cannot_complete(self, state: JointState) -> set[int]:
-        """Return robots of which one can never complete, whatever all others do; empty if none are
-        known."""
+        """Return robots of which one can never complete, with any behaviour of the others; empty if
+        none are known."""
         stuck = self.robots(state.poses)
         if not stuck:
             return stuck

@@ -46,8 +46,8 @@ class Generator:
         order: Sequence[int],
         forced: tuple[int, int] | None = None,
     ) -> tuple[int, ...] | None:
-        """The poses after one joint step, robots choosing in ``order``; ``forced`` is a robot
-        and the pose that it must take. None if that cannot be. ``fields`` must not be changed
+        """The poses after one joint step, robots choosing in ``order``; ``forced`` is a robot and
+        the pose that it must take. None if that is impossible. ``fields`` must not be changed
         between proposals for a state."""
         if state is not self._state or fields is not self._fields:
             self._look(state, fields, order)
@@ -131,7 +131,7 @@ class Generator:
                     pushed.append(other)
                 elif after % self._sizes[other] == region:
                     return False
-        # Nothing was changed so far: most poses are refused by then.
+        # State changes only from here on: most poses have been refused before.
         if entered is None:
             self._entered[region] = [robot]
         else:

@@ -36,8 +36,8 @@ from safenav.runtime.traffic.joint_search.states import (
 from safenav.world.poses import FAR, Mask, region_mask
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
-"""The goal poses that coordination gives each robot at stages and poses: a set of poses, 0 for
-nothing, None for its own objective."""
+"""The goal poses that coordination gives each robot at stages and poses: a mask, 0 for none, None
+for those of its own objective."""
 
 Goal = Callable[[JointState], bool]
 
@@ -52,7 +52,7 @@ class Variant(Enum):
 
 class Search:
     """Plans from one joint state. ``keeps``: whether a plan may lead through a state; ``stopping``
-    raises to end a search from outside; ``work``: its limit beside the budgets of its variants
+    raises to end a search from outside; ``work``: its limit besides the budgets of its variants
     (None: there is none)."""
 
     def __init__(
@@ -92,7 +92,7 @@ class Search:
             return Found((self.start,))
         few = self._few
         if not few and self._stuck.cannot_complete(self.start):
-            return BudgetExhausted(0)  # practically refuted; the proof concerns the immobile robots
+            return BudgetExhausted(0)  # refuted in practice; the proof concerns the immobile robots
         spent = 0
         budget = budgets.FIRST_BUDGET
         for turn in range(max(1, rounds)):
@@ -103,7 +103,7 @@ class Search:
                 if isinstance(answer, Found):
                     return answer
                 if isinstance(answer, Exhausted):
-                    # Counts the hopeless states as well; hardly more than were examined.
+                    # This also visits the hopeless states, hardly more than were examined.
                     return self.singles(proof or budgets.PROOF_BUDGET)
                 spent += answer.states
             answer = by_legs(self, chain << turn)

@@ -26,8 +26,8 @@ Timed = Sequence[tuple[int, ...]]
 
 class Separation(Struct, frozen=True):
     """Rules that separate robots until the stages change. ``sizes``: number of regions of each
-    robot's map, which gives a pose's region; ``exclusions``: regions that are closed while others
-    are in some, beside those where the others are."""
+    robot's map, which gives a pose's region; ``exclusions``: regions that are closed while other
+    robots are in certain regions, besides the occupied ones."""
 
     sizes: tuple[int, ...]
     conflicts: tuple[frozenset[int], ...]
@@ -277,12 +277,13 @@ class TimedPath(Struct, frozen=True):
 
 
 _Cell = list[int]
-"""The poses in which a robot may be, by how many of ``via`` it has passed."""
+"""The poses in which a robot may be, indexed by the number of ``via`` sets passed."""
 
 
 def following(course: Course, states: Sequence[JointState], robot: int) -> list[JointState] | None:
     """Return a plan of the same ticks in which a robot, after completing its path, approaches its
-    next target as far as possible; None if it comes no nearer, or the plan would otherwise change.
+    next target as far as possible; None if it cannot get nearer, or the plan would change
+    otherwise.
 
     A plan ends when an obstacle is resolved. By then a robot that waits for the resolution, and has
     completed its path, may stand behind the helper instead of where it let the helper pass.

@@ -31,7 +31,7 @@ DONE_HOLDING = 1
 
 
 def has_met(count: Count, due: Count) -> bool:
-    """Return whether a robot with this count has met all that is due."""
+    """Return whether a robot with this count has met all goals of ``due``."""
     return (count[2], count[1] & due[1]) >= (due[2], due[1])
 
 
@@ -197,7 +197,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return all(alive[i] >> pose & 1 for i, pose in enumerate(state.poses))
 
     def awaited(self, robot: int, count: Count) -> Mask:
-        """Return the poses of which a robot must reach one next; empty if it has completed its
+        """Return the poses of the targets that a robot may meet next; empty if it has completed its
         rounds."""
         if self.is_done(robot, count):
             return 0
@@ -283,7 +283,7 @@ def performed(
                 here = [i for i in here if not _keeps_room(problem, i, gate, stages, sent)]
             if not here:
                 continue
-            if takes and not need.together:  # one after the other, in the order of their turns
+            if takes and not need.together:  # in the order of their turns
                 here = here[: problem.missing(gate, stages)]
             stages = problem.acted(gate, stages, here)
             if stages[gate] == stage:
@@ -297,7 +297,7 @@ def performed(
 def _keeps_room(
     problem: Problem, robot: int, gate: int, stages: Stages, sent: Mapping[int, int]
 ) -> bool:
-    """Return whether a robot leaves a load, as its only room is for the one that it is sent for."""
+    """Return whether a robot leaves a load, since its only room is for its assigned one."""
     load = sent.get(robot, gate)
     if load == gate or problem.resolved(load, stages) or not problem.takes(load, stages):
         return False
@@ -309,8 +309,8 @@ def _keeps_room(
 
 
 def _last_the_loads(problem: Problem, stages: Stages) -> list[int]:
-    """Return the open obstacles: first all others, then the loads whose taking is due next, in the
-    order in which a robot takes them."""
+    """Return the open obstacles: first those that are not loads to be taken next, then these loads
+    in the order in which a robot takes them."""
     loads = [gate for gate in problem.open(stages) if problem.takes(gate, stages)]
     loads.sort(key=lambda gate: problem.gates[gate].order)
     return [gate for gate in problem.open(stages) if gate not in loads] + loads

@@ -1,9 +1,9 @@
-"""Plans that meet the next need of an obstacle as early as possible: for requests that are due.
+"""Plans that fulfil the next need of an obstacle as early as possible, for requests with a
+deadline.
 
 Turn by turn in the order of the team: first the possible helpers move and all others stay parked,
-then also the robot nearest to the path, then two. The search is A*, with the bound that helpers do
-not hinder each other; a plan that attains the bound without all others is optimal for the whole
-team.
+then also the robot nearest to the path, then two. The search is A*, with a lower bound for helpers
+that do not hinder each other; a plan that attains this bound is optimal for the whole team.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         return frozenset(self.problem.able(self.gate, self.stages))
 
     def plan(self) -> list[Poses] | None:
-        """The joint poses after each tick of the earliest plan that is found, the first as they are
-        now; None if there is none, or the budget is exhausted."""
+        """Return the joint poses of the earliest plan found, the present ones first, then those
+        after each tick; None if there is none, or the budget is exhausted."""
         free = self._fields(range(len(self.poses)), parked=False)
         reach = sorted(
             (field[self.poses[i]] * self.problem.members[i].ticks, i)
@@ -73,8 +73,8 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         return best
 
     def _fields(self, movers: Sequence[int], *, parked: bool = True) -> dict[int, list[int]]:
-        """Return the steps from each pose to where the need is met, for the movers that can meet
-        it; ``parked``: the others count as walls."""
+        """Return the steps from each pose to the need's regions, for the movers that can fulfil it;
+        ``parked``: the other robots count as walls."""
         found = {}
         for i in movers:
             if i in self._able:
@@ -148,7 +148,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         self, state: State, at: int, movers: Sequence[int], allowed: Mask
     ) -> Iterator[State]:
         """Yield the states after the turn of a mover: it stays, begins a step or continues one, and
-        takes part in the need where it then is."""
+        takes part in the need if it is in one of its regions."""
         robots, done = state
         pose, to, left = robots[at]
         robot = movers[at]
