@@ -1,4 +1,4 @@
-"""Parser of the structured-slugs expression language (DESIGN section 9, "Inputs").
+"""Parser of the structured-slugs expression language (docs/specifications.md).
 
 Operators, from the one that binds most tightly: ``+``; comparisons; ``!``; ``&``; ``|``; ``^``;
 ``->``; ``<->``. One loop climbs the precedences, so nesting costs few stack frames; depth is

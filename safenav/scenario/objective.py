@@ -1,4 +1,4 @@
-"""Objectives of robots (DESIGN section 3), one class for each kind.
+"""Objectives of robots (docs/objectives.md), one class for each kind.
 
 A target is a set of regions, any of which counts. A kind is its data, its words, and the moves that
 it forbids; the order in which its targets count is a ``Pursuit``. The specification states both in

@@ -60,7 +60,7 @@ class Exclusion(Struct, frozen=True):
 
 
 class Coordination(StrEnum):
-    """Method by which the coordination layer reassigns robots (DESIGN section 5)."""
+    """Method by which the coordination layer reassigns robots (docs/coordination.md)."""
 
     RESYNTHESIS = "resynthesis"
     ASSIGNABLE = "assignable"

@@ -1,4 +1,4 @@
-"""Compile one robot's share of a mission to a GR(1) specification (DESIGN section 4).
+"""Compile one robot's share of a mission to a GR(1) specification (docs/specifications.md).
 
 Only variables that some guarantee can depend on are modelled: the robot's own pose and memory as
 outputs, its knowledge of the robots with which it could collide as inputs.
@@ -23,7 +23,7 @@ from safenav.world.moves import Mobility, Pose
 def compile_task(task: Task, world: RegionMap) -> Specification:
     """Return the specification of one robot for its current task.
 
-    Source: paper, Sections III and VI; DESIGN section 4.
+    Source: paper, Sections III and VI; docs/specifications.md.
     """
     robot = task.robot
     others = encode_others(task, world)

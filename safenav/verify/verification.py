@@ -1,4 +1,4 @@
-"""An independent check that a strategy satisfies its specification (DESIGN section 10).
+"""An independent check that a strategy satisfies its specification (docs/trust.md).
 
 It shares nothing with the synthesizer but the automaton and the specification's text: that is
 parsed and evaluated here, on the explicit graph. A strategy is right if

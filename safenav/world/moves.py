@@ -1,4 +1,4 @@
-"""Moves of robots between regions (DESIGN section 3; paper, Section VI).
+"""Moves of robots between regions (docs/scenario.md; paper, Section VI).
 
 ``free``: stay, or step to a 4-neighbour. ``heading``: a pose is a region and a heading; stay,
 step straight on, or turn 90 degrees and step; never backwards, never a turn on the spot.

@@ -10,7 +10,7 @@ contain one.
 The update of knowledge is defined here once, for the specification and for the runtime, so that a
 strategy receives exactly the observations for which it was synthesized.
 
-Source: DESIGN, section 4. As in the game, the other moves first, and the robot observes from its
+Source: docs/tracking.md. As in the game, the other moves first, and the robot observes from its
 region before its own move.
 """
 

@@ -1,6 +1,6 @@
 """Other robots as the environment of one: their model, and its observations.
 
-Three models with one interface (DESIGN section 4): occupied neighbouring regions (``nearby``),
+Three models with one interface (docs/tracking.md): occupied neighbouring regions (``nearby``),
 exact positions (``exact``) and possible positions (``belief``).
 """
 
