@@ -9,13 +9,16 @@ from msgspec.structs import replace
 
 from once import SCENARIOS
 from report import made_traces
+from safenav.cli import group
+from safenav.report.page.encode import encoded
 from safenav.report.picture.glyphs import STATUS_MARKS, separated
 from safenav.report.picture.scenario import scenario_text, scene_of
-from safenav.report.picture.scene import Options, svg_of
+from safenav.report.picture.scene import EXCLUSION, Options, svg_of
 from safenav.report.picture.svg import FONTS, text_width, wrapped
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Replay, Scene
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.studio.editing.drawing import drawing_of
 from safenav.trace.looks import looks
 from safenav.world.map import RegionMap
 
@@ -158,6 +161,37 @@ def test_a_scenario_is_drawn_before_any_run() -> None:
     words = " ".join(text for text, _ in _texts(svg_of(scene)))
     for expected in ("before the run", "patrol 22", "patrol 41", "uncertainty@43", "door@47"):
         assert expected in words
+
+
+ZONE = """
+safenav: 1
+map: {grid: ["######", "#....#", "######"], names: {dock: [1, 4]}}
+catalogue:
+  obstacles: {parcel: {action: push, blocks: []}}
+robots:
+  a: {model: digit, start: 7, heading: east, objective: {hold: 8}}
+  b: {model: quadcopter, start: 10, objective: {hold: 9}}
+never_together: [{robots: [b, a], in: [8, 9]}]
+orders: [{at: 4, type: parcel, region: dock}]
+"""
+
+
+def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
+    scenario = load_scenario_text(ZONE, "zone.yaml")
+    text = scenario_text(scenario, width=100)
+    assert "  at most one of a and b is in 8-9 at a time" in text
+    assert any("parcel@dock: ordered at tick 4 at dock" in line for line in text)
+    drawn = svg_of(scene_of(scenario))
+    words = [text for text, _ in _texts(drawn)]
+    assert "not ordered yet; needs: push" in words and "at most one of a and b at a time" in words
+    assert drawn.count(EXCLUSION["stroke_dasharray"]) == 2  # on the map and in the legend
+    source, trace = tmp_path / "zone.yaml", tmp_path / "zone.jsonl"
+    source.write_text(ZONE)
+    group.main(["run", str(source), "--trace", str(trace)], standalone_mode=False)
+    run = encoded(read_replay(trace), "x")
+    assert run["exclusions"] == [[["a", "b"], [8, 9]]] and run["obstacles"][0]["ordered"]
+    still = drawing_of(ZONE, scenario.map, scenario.catalogue)["run"]
+    assert still["exclusions"] == run["exclusions"] and still["obstacles"][0]["ordered"]
 
 
 def test_a_scenario_as_text_shows_numbers_starts_targets_and_obstacles() -> None:

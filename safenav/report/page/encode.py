@@ -101,6 +101,7 @@ def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
         "names": {region: name for name, region in reversed([*replay.map.names.items()])},
         "areas": {name: sorted(area) for name, area in replay.map.areas.items()},
         "chargers": list(replay.chargers),
+        "exclusions": [[sorted(each.robots), sorted(each.regions)] for each in replay.exclusions],
         "charger": CHARGER,
         "within": replay.within,
         "opens": replay.last if replay.failed else 0,
@@ -222,6 +223,7 @@ def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
         "needs": [open_need(action) for action in hidden.actions],
         "blocks": hidden.blocks,
         "since": hidden.since,
+        "ordered": hidden.ordered,
     }
 
 

@@ -216,7 +216,7 @@ def _obstacles(scene: Scene, hidden: bool) -> Block:
             continue
         lines = lines_of(obstacle.label(scene.map), 13, bold=True)
         lines += lines_of(
-            f"{status.meaning}; needs: {', '.join(obstacle.actions)}", 12, colour=MUTED
+            f"{obstacle.meaning(status)}; needs: {', '.join(obstacle.actions)}", 12, colour=MUTED
         )
         rows.append(Row(_status(status), lines))
     return Block("Obstacles", tuple(rows))

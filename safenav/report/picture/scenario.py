@@ -35,6 +35,7 @@ def scene_of(scenario: Scenario) -> Scene:
                 tuple(need.action for need in obstacle.needs),
                 obstacle.resolution_regions(scenario.map),
                 tuple(robot.name for robot in scenario.robots if obstacle.blocks(robot)),
+                ordered=obstacle.ordered,
             ),
             ObstacleStatus.HIDDEN,
         )
@@ -42,7 +43,8 @@ def scene_of(scenario: Scenario) -> Scene:
     )
     chargers = tuple(sorted(scenario.chargers))
     words = (scenario.name, "before the run")
-    return Scene(*words, scenario.map, tuple(robots), obstacles, chargers=chargers)
+    marks = {"chargers": chargers, "exclusions": scenario.never_together}
+    return Scene(*words, scenario.map, tuple(robots), obstacles, **marks)
 
 
 def sight_of(scenario: Scenario, robot: str) -> Shading:
@@ -67,11 +69,11 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
     lines += [*_robots(scenario, sign), *_obstacles(scenario)]
     marked = bool(scenario.robots or scenario.obstacles)
     if numbered and marked:
-        lines.append("  a capital letter: a robot; a small one: its target; ?: a hidden obstacle")
+        lines.append("  a capital letter: a robot; a small one: its target; ?: an obstacle")
     elif not numbered:
-        marks = "o: a target; ▒▒: a hidden obstacle; " if marked else ""
+        marks = "o: a target; ▒▒: an obstacle; " if marked else ""
         lines.append(f"  {marks}a wider terminal shows region numbers")
-    return lines + _names(scenario.map)
+    return lines + _exclusions(scenario) + _names(scenario.map)
 
 
 def _beside(world: RegionMap) -> int:
@@ -153,12 +155,21 @@ def _obstacles(scenario: Scenario) -> list[str]:
             where = ", ".join(map(word, obstacle.resolution_regions(scenario.map, number)))
             group = f" by {need.robots} robots" if need.robots > 1 else ""
             needs.append(f"{need.action}{group} at {where or 'nowhere'}")
+        told = f"ordered at tick {obstacle.appears}" if obstacle.ordered else "hidden"
         lines.append(
-            f"  ?  {obstacle_words(obstacle.name, word)}: hidden at "
+            f"  ?  {obstacle_words(obstacle.name, word)}: {told} at "
             f"{scenario.map.label(obstacle.region)}, needs {', then '.join(needs)}, "
             f"{_blocked(obstacle, scenario)}"
         )
     return lines
+
+
+def _exclusions(scenario: Scenario) -> list[str]:
+    return [
+        f"  at most one of {listed(sorted(each.robots))} is in "
+        f"{regions_words(each.regions, scenario.map.word)} at a time"
+        for each in scenario.never_together
+    ]
 
 
 def _blocked(obstacle: Obstacle, scenario: Scenario) -> str:

@@ -37,6 +37,7 @@ from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import target_regions
 from safenav.trace.looks import Look, looks
+from safenav.trace.words import listed
 from safenav.world.map import Region
 
 MARGIN = 16.0
@@ -51,6 +52,9 @@ LEAST_MARK = 5.0
 """Least radii of robots' bodies and of marks of obstacles on maps of any size."""
 LEAST_SHAPE = 20.0
 """Least side of a cell that has room for the pictogram of an obstacle."""
+
+EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
+"""Line around the regions of ``never_together``."""
 
 BADGE = 0.96
 """Distance of a model's silhouette below and beside the body, in radii of the body; a load is at
@@ -132,6 +136,9 @@ def _more(scene: Scene, options: Options) -> list[Row]:
         rows.append(Row(_load_sign, lines_of("load that the robot carries", 12)))
     if scene.chargers:
         rows.append(Row(_charger_sign, lines_of("charger", 12)))
+    for each in scene.exclusions:
+        words = f"at most one of {listed(sorted(each.robots))} at a time"
+        rows.append(Row(_exclusion_sign, lines_of(words, 12)))
     if options.shading is not None:
         rows += shading_rows(options.shading, dict(zip(names, style, strict=True)))
     return rows
@@ -144,6 +151,10 @@ def _load_sign(page: SvgWriter, x: float, y: float) -> None:
 
 def _charger_sign(page: SvgWriter, x: float, y: float) -> None:
     page.glyph(CHARGER, x, y, 7, fill="#B87900")
+
+
+def _exclusion_sign(page: SvgWriter, x: float, y: float) -> None:
+    page.rect(x - 9, y - 9, 18, 18, fill="none", **EXCLUSION)
 
 
 def _described(scene: Scene) -> str:
@@ -172,6 +183,9 @@ class _Drawing(Struct):
 
     def _signs(self) -> None:
         draw_areas(self.page, self.scene.map, self.cell)
+        for each in self.scene.exclusions:
+            border = outline(self.scene.map, each.regions, self.cell, 0.06 * self.cell)
+            self.page.path(border, fill="none", **EXCLUSION)
         for region in self.scene.chargers:
             x, y = self._corner(region)
             place = (x + 0.18 * self.cell, y + 0.8 * self.cell)

@@ -68,6 +68,7 @@ class ObstacleHistory:
             tuple(robot for robot in self._paths.tracks if robot in obstacle.blocks),
             obstacle.from_ or 0,
             tuple(need.same is True for need in obstacle.all_needs[1:]),
+            obstacle.ordered is True,
         )
 
     def take(self, line: records.Record) -> None:

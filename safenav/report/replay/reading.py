@@ -28,7 +28,8 @@ from safenav.report.replay.timeline import (
 )
 from safenav.runtime.energy.charges import TracedCharges
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
-from safenav.trace import records
+from safenav.scenario.settings import Exclusion
+from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
 from safenav.trace.told_objective import objective_of
@@ -90,6 +91,7 @@ class ReplayBuilder:
             times=self.paths.times,
             charges={name: Changes.of(self._percent(name, 0.0)) for name in self.charges.charge},
             chargers=tuple(self.paths.on_map(one) for one in header.chargers or ()),
+            exclusions=tuple(map(self._exclusion, header.never_together or ())),
         )
         self.violation: records.Violation | None = None
         if header.begun is not None:
@@ -102,6 +104,9 @@ class ReplayBuilder:
             told = self._objective(name)
             if not (isinstance(told, TargetObjective) and told.settles):
                 self.replay.progress[name] = Changes.of(RobotProgress(done.rounds))
+
+    def _exclusion(self, each: setting.ExclusionHeader) -> Exclusion:
+        return Exclusion(frozenset(each.robots), frozenset(map(self.paths.on_map, each.regions)))
 
     @property
     def wording(self) -> Wording:

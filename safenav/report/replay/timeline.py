@@ -16,6 +16,7 @@ from msgspec import Struct, field
 
 from safenav.outcome import Outcome
 from safenav.scenario.objective import Objective, Word, number_word
+from safenav.scenario.settings import Exclusion
 from safenav.trace.records import End
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
@@ -154,6 +155,12 @@ class Hidden(Struct, frozen=True):
     blocks: tuple[str, ...]
     since: int = 0
     carried: tuple[bool, ...] = ()
+    ordered: bool = False
+
+    def meaning(self, status: ObstacleStatus) -> str:
+        """Return its status as one phrase for legends."""
+        unknown = self.ordered and status is ObstacleStatus.HIDDEN
+        return "not ordered yet" if unknown else status.meaning
 
     def label(self, world: RegionMap) -> str:
         """``door@47``, or ``door@dock`` if the region has a name."""
@@ -245,6 +252,7 @@ class Scene(Struct, frozen=True):
     carried: frozenset[str] = frozenset()
     """The obstacles that robots carry."""
     chargers: tuple[Region, ...] = ()
+    exclusions: tuple[Exclusion, ...] = ()
 
 
 class Slack(Struct, frozen=True):
@@ -290,6 +298,7 @@ class Replay(Struct):
     """The charge of each robot with a battery, in percent of its capacity."""
     chargers: tuple[Region, ...] = ()
     """Regions where batteries are charged."""
+    exclusions: tuple[Exclusion, ...] = ()
     _by_tick: dict[int, list[Event]] = field(default_factory=dict)
 
     @property
@@ -353,7 +362,7 @@ class Replay(Struct):
         stack = self.stack.at(tick)
         events = self.happened(tick)
         carried = frozenset(name for name, told in self.loads.items() if told.at(tick))
-        happenings = (stack, events, carried, self.chargers)
+        happenings = (stack, events, carried, self.chargers, self.exclusions)
         return Scene(self.name, moment, self.map, robots, obstacles, *happenings)
 
     def _moment(self, tick: int, fraction: float) -> float:

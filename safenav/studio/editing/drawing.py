@@ -25,6 +25,7 @@ from safenav.scenario.model import Catalogue
 from safenav.scenario.objective import KINDS, Objective
 from safenav.scenario.reading.objective import stated
 from safenav.scenario.reading.regions import Reading
+from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
@@ -73,7 +74,9 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
     obstacles = [*_obstacles(root, placing, "obstacles"), *_obstacles(root, placing, "orders")]
     chargers = [r for item in items_of(below(root, "chargers")) for r in placing.target(item)]
     title = _text(below(root, "name")) or "new scenario"
-    still = _still(title, world, robots, obstacles, chargers, catalogue)
+    exclusions = tuple(_exclusions(root, placing))
+    marks = (chargers, exclusions)
+    still = _still(title, world, robots, obstacles, *marks, catalogue)
     return {
         "run": encoded(still, "scenario"),
         "robots": robots,
@@ -176,12 +179,21 @@ def _obstacles(root: Node, placing: _Placing, key: str) -> list[dict[str, Any]]:
     return found
 
 
+def _exclusions(root: Node, placing: _Placing) -> Iterable[Exclusion]:
+    for node in items_of(below(root, "never_together")):
+        robots = frozenset(map(_text, items_of(below(node, "robots"))))
+        regions = below(node, "in")
+        listed = items_of(regions) or [regions]
+        yield Exclusion(robots, frozenset(r for one in listed for r in placing.target(one)))
+
+
 def _still(
     title: str,
     world: RegionMap,
     robots: list[dict[str, Any]],
     obstacles: list[dict[str, Any]],
     chargers: list[Region],
+    exclusions: tuple[Exclusion, ...],
     catalogue: Catalogue,
 ) -> Replay:
     """Return the scenario as a replay without ticks."""
@@ -202,7 +214,9 @@ def _still(
         actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
         name = f"{obstacle['type']}@{obstacle['region']} {obstacle['list']} {obstacle['index']}"
         place = obstacle["region"]
-        hidden[name] = Hidden(name, obstacle["type"], place, actions, (place,), ())
+        ordered = obstacle["list"] == "orders"
+        kept = (name, obstacle["type"], place, actions, (place,), ())
+        hidden[name] = Hidden(*kept, ordered=ordered)
     objectives = {robot["name"]: _objective(robot["kind"], robot["targets"]) for robot in robots}
     return Replay(
         name=title,
@@ -215,6 +229,7 @@ def _still(
         objectives={name: Changes.of(told) for name, told in objectives.items()},
         progress={track.name: Changes.of(RobotProgress()) for track in tracks},
         chargers=tuple(chargers),
+        exclusions=exclusions,
     )
 
 

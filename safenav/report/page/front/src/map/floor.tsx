@@ -2,7 +2,7 @@
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
-import { Areas, overlap, type Box } from "./names";
+import { Areas, outline, overlap, type Box } from "./names";
 import type { Run } from "../run/run";
 
 /** Text below this many pixels is not shown. */
@@ -28,6 +28,11 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
     <>
       <Ground run={run} />
       <Areas run={run} />
+      {run.exclusions.map(([robots, regions], i) => (
+        <path key={i} class="exclusion" d={outline(run, regions, 0.06 * CELL)}>
+          <title>at most one of {robots.join(", ")} at a time</title>
+        </path>
+      ))}
       {run.chargers.map((region) => (
         <path
           key={region}

@@ -187,7 +187,7 @@ export function Obstacles({ run, tick }: PanelProps) {
               <StatusSign run={run} status={status} />
               <b>{obstacle.label}</b>
               <span class="quiet">
-                {run.marks.status[status].meaning}
+                {obstacle.ordered && status === "hidden" ? UNORDERED : run.marks.status[status].meaning}
                 {need && `, needs ${need}`}
               </span>
             </li>
@@ -223,10 +223,12 @@ const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" |
   goal: "goal reached",
 };
 
+const UNORDERED = "not ordered yet";
 const STATUSES: Status[] = ["hidden", "found", "requested", "resolved", "blocked"];
 
 export const Legend = memo(({ run }: { run: Run }) => {
   const first = run.robots[0];
+  const unknown = `obstacle, still hidden${run.obstacles.some((each) => each.ordered) ? ", or " + UNORDERED : ""}`;
   return (
     <details class="legend" onKeyDown={(event) => event.key === "Escape" && (event.currentTarget.open = false)}>
       <summary>Legend</summary>
@@ -240,7 +242,7 @@ export const Legend = memo(({ run }: { run: Run }) => {
         {STATUSES.map((status) => (
           <li key={status}>
             <StatusSign run={run} status={status} />
-            {status === "hidden" ? "obstacle, still hidden" : run.marks.status[status].meaning}
+            {status === "hidden" ? unknown : run.marks.status[status].meaning}
           </li>
         ))}
         {first && (
@@ -281,6 +283,14 @@ export const Legend = memo(({ run }: { run: Run }) => {
             load that the robot carries
           </li>
         )}
+        {run.exclusions.map(([robots], i) => (
+          <li key={i}>
+            <svg width="18" height="18" aria-hidden="true">
+              <path class="exclusion" d="M2 2h14v14h-14z" />
+            </svg>
+            at most one of {robots.join(", ")} at a time
+          </li>
+        ))}
         {run.chargers.length > 0 && (
           <li>
             <svg width="18" height="18" viewBox="-1.2 -1.2 2.4 2.4" aria-hidden="true">

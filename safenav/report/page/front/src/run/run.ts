@@ -108,6 +108,7 @@ export interface Obstacle {
   blocks: string[];
   /** The tick from which on it stands there. */
   since: number;
+  ordered: boolean;
   status: [tick: number, status: Status][];
   /** The number of its needs that are fulfilled. */
   met: [tick: number, needs: number][];
@@ -152,6 +153,8 @@ export interface Run {
   /** The regions where batteries are charged, and how they are marked. */
   chargers: number[];
   charger: string;
+  /** Regions with at most one of these robots at a time. */
+  exclusions: [robots: string[], regions: number[]][];
   last: number;
   /** Seconds of each tick, where the run has a clock: its ticks are the instants at which something happened. */
   times: number[] | null;
