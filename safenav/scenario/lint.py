@@ -1,14 +1,14 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
-An obstacle whose action no robot or too few robots have; a capability that no obstacle needs; one
-region that several robots must hold; a robot larger than a region, or without room to turn there; a
-seed without effect.
+An obstacle whose action no robot or too few robots have, or that blocks no robot; a capability that
+no obstacle needs; one region that several robots must hold; a robot larger than a region, or
+without room to turn there; a seed without effect.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from itertools import combinations
+from itertools import combinations, starmap
 from math import floor
 from typing import Any
 
@@ -27,7 +27,7 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     """Return the warnings, one sentence each, in the scenario's terms."""
     found = [*scenario.map.notes, *_misnamed(scenario), *_needless(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
-        found += _unable(obstacle, scenario)
+        found += [*_unable(obstacle, scenario), *_unnoticed(obstacle, scenario)]
     found += [*oversized(scenario), *cramped(scenario)]
     if scenario.seed and not _draws(scenario):
         found.append(
@@ -131,6 +131,13 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
             )
 
 
+def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
+    """An obstacle that no robot requests: robots encounter only what blocks them."""
+    if obstacle.type.blocks == frozenset() and not obstacle.ordered:
+        what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
+        yield f"no robot encounters {what}, because it blocks none; list it under 'orders'"
+
+
 def _crowded(scenario: Scenario) -> Iterator[str]:
     """Robots that must hold the same region, which has room for one."""
     held = [(robot, at) for robot in scenario.robots if (at := station(robot.objective))]
@@ -188,5 +195,6 @@ def _draws(scenario: Scenario) -> bool:
     return (
         any(isinstance(obstacle.traversable, float) for obstacle in scenario.obstacles)
         or any(robot.model.timing.least < robot.model.timing.most for robot in robots)
-        or any(map(scenario.in_conflict, robots))
+        or any(each.probability for each in scenario.inputs)
+        or any(starmap(scenario.interfere, combinations(robots, 2)))
     )

@@ -18,6 +18,7 @@ catalogue:
     porter: {{mobility: free, layer: {layer}, capabilities: [{can}]{timing}}}
 {more}  obstacles:
     beam: {{needs: [{{action: lift, robots: {robots}, at: neighbours}}]}}
+    leak: {{action: lift, blocks: []}}
 robots:
   a: {{model: porter, start: 9, objective: {{visit: [14, 9]}}}}
   b: {{model: {other}, start: 17, objective: {{visit: [22, 17]}}, avoids: {avoids}}}
@@ -105,6 +106,19 @@ PLAIN = {
             },
             [],
             id="a truth that is drawn",
+        ),
+        pytest.param({"seed": "7\ninputs: {rain: {probability: 0.1}}"}, [], id="a drawn input"),
+        pytest.param(
+            {"seed": "7\nnever_together: [{robots: [a, b], in: [12]}]"},
+            [],
+            id="robots of two layers that wait for each other",
+        ),
+        pytest.param(
+            {
+                "obstacles": "[{type: leak, region: 11}]",
+            },
+            ["no robot encounters leak@11, because it blocks none; list it under 'orders'"],
+            id="an obstacle that blocks no robot",
         ),
         pytest.param(
             {"names": "{}, resolution: 0.4"},

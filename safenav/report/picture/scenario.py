@@ -43,8 +43,14 @@ def scene_of(scenario: Scenario) -> Scene:
     )
     chargers = tuple(sorted(scenario.chargers))
     words = (scenario.name, "before the run")
-    marks = {"chargers": chargers, "exclusions": scenario.never_together}
-    return Scene(*words, scenario.map, tuple(robots), obstacles, **marks)
+    return Scene(
+        *words,
+        scenario.map,
+        tuple(robots),
+        obstacles,
+        chargers=chargers,
+        exclusions=scenario.never_together,
+    )
 
 
 def sight_of(scenario: Scenario, robot: str) -> Shading:
