@@ -1,4 +1,5 @@
-"""The runs of random missions are certified, whatever their outcome.
+"""The runs of random missions are certified, whatever their outcome, unless a synthesis exceeds a
+limit or a robot gets its moves on demand (docs/scenario.md).
 
 Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many others.
 """
@@ -14,11 +15,22 @@ import yaml
 from fuzz.missions import random_mission
 from fuzz.mixed import mixed_mission
 from safenav.certify.record import bundle_of_run
-from safenav.errors import InputError, ResourceLimitError
+from safenav.errors import InputError, ResourceLimitError, UsageError
 from safenav.scenario.reading.loader import load_scenario
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "12"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "5000")) if "SAFENAV_FUZZ" in os.environ else 0
+
+
+def certified(scenario: Path, bundle: Path) -> bool:
+    try:
+        return bundle_of_run(scenario, bundle).verdict.accepted
+    except ResourceLimitError as limit:  # by exact tracking on a large map: no verdict
+        pytest.skip(str(limit))
+    except UsageError as refusal:  # more states than an explicit strategy may have
+        if "got its moves on demand" not in str(refusal):
+            raise
+        pytest.skip(str(refusal))
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
@@ -26,12 +38,9 @@ def test_the_run_of_a_random_mission_is_certified(seed: int, tmp_path: Path) -> 
     scenario = tmp_path / "mission.yaml"
     scenario.write_text(yaml.safe_dump(random_mission(Random(seed)), sort_keys=False))
     try:
-        made = bundle_of_run(scenario, tmp_path / "bundle")
+        assert certified(scenario, tmp_path / "bundle")
     except InputError:  # an unreachable target: refused before the run
         return
-    except ResourceLimitError as limit:  # by exact tracking on a large map: no verdict
-        pytest.skip(str(limit))
-    assert made.verdict.accepted
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
@@ -45,4 +54,4 @@ def test_the_run_of_a_scenario_with_many_keys_is_certified(
         load_scenario(scenario)
     except InputError:
         return
-    assert bundle_of_run(scenario, tmp_path / "bundle").verdict.accepted
+    assert certified(scenario, tmp_path / "bundle")
