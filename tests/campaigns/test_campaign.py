@@ -24,32 +24,52 @@ BOUNDED = {
     "crowd_hidden": 3,
 }
 LONG = ("crowd", "crowd_hidden")
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "0"))
+PART = 100
 
 
-def play(tmp_path: Path, family: str, seeds: int, *options: str) -> None:
+def parts(family: str, count: int) -> list[tuple[str, str]]:
+    """Return the family with ranges of seeds, each for one process."""
+    return [(family, f"{k}:{min(k + PART, count)}") for k in range(0, count, PART)]
+
+
+def play(tmp_path: Path, family: str, seeds: str, *options: str) -> None:
     """One campaign in a process of its own: 1 is a finding, told on its output."""
-    which = ("--family", family, "--seeds", f"0:{seeds}")
+    which = ("--family", family, "--seeds", seeds)
     done = warm.program("campaigns.__main__", *which, "--out", tmp_path, *options)
     found = "".join(file.read_text(encoding="utf-8") for file in sorted(tmp_path.iterdir()))
     assert done.returncode == 0, done.stdout + done.stderr + found
 
 
+ALL = [
+    part
+    for family, bounded in BOUNDED.items()
+    for part in parts(family, max(WANTED // 5 if family in LONG else WANTED, bounded))
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("family", BOUNDED)
-def test_every_mission_is_completed_or_proven_impossible(family: str, tmp_path: Path) -> None:
-    wanted = int(os.environ.get("SAFENAV_FUZZ", "0"))
-    share = wanted // 5 if family in LONG else wanted
-    play(tmp_path, family, max(share, BOUNDED[family]), "--seconds", "120")
+@pytest.mark.parametrize(("family", "seeds"), ALL)
+def test_every_mission_is_completed_or_proven_impossible(
+    family: str, seeds: str, tmp_path: Path
+) -> None:
+    play(tmp_path, family, seeds, "--seconds", "120")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family", ["apart", "tight_hidden", "crowd_hidden"])
 def test_an_interrupt_ends_every_mission(family: str, tmp_path: Path) -> None:
-    play(tmp_path, family, 8, "--interrupt", "1.0")
+    play(tmp_path, family, "0:8", "--interrupt", "1.0")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", ["apart", "formulas", "tight_hidden"])
-def test_teams_told_by_signals_do_as_well(family: str, tmp_path: Path) -> None:
-    seeds = max(int(os.environ.get("SAFENAV_FUZZ", "0")) // 10, 8)
+@pytest.mark.parametrize(
+    ("family", "seeds"),
+    [
+        part
+        for family in ("apart", "formulas", "tight_hidden")
+        for part in parts(family, max(WANTED // 10, 8))
+    ],
+)
+def test_teams_told_by_signals_do_as_well(family: str, seeds: str, tmp_path: Path) -> None:
     play(tmp_path, family, seeds, "--assignable", "--seconds", "120")
