@@ -88,6 +88,7 @@ BOTH = {
     "a sensor misses what it has shown where a robot was held back": 161098,
     "another objective while it waits, and could not set out for a charger": 148096,
     "an action that ends in a wait resolves what was requested": 242,
+    "where it charges it waits for help, and an operator takes its load": 9195,
 }
 LOCKSTEP = {
     "back in service, as it was": 7452,
