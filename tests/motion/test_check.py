@@ -121,12 +121,17 @@ LOW = {"omega": (9.81 / 0.9) ** 0.5, "height": 0.9}
     ],
     ids=["gravity", "height", "speed"],
 )
-def test_other_limits_of_a_robot_are_refused(
+def test_motion_beyond_the_limits_of_a_robot_is_refused(
     robot: str, limits: dict[str, Any], rule: str, words: str
 ) -> None:
-    header = motion(DOOR).header
+    header, trace = motion(DOOR).header, trace_of(DOOR)
     robots = header.robots | {robot: header.robots[robot] | limits}
-    found = judged(replace(motion(DOOR), header=replace(header, robots=robots)))
+    told = dict(trace.header.scenario.robots)
+    told[robot] = replace(told[robot], motion={**(told[robot].motion or {}), **limits})
+    scenario = replace(trace.header.scenario, robots=told)
+    changed_trace = replace(trace, header=replace(trace.header, scenario=scenario))
+    limited = replace(motion(DOOR), header=replace(header, robots=robots))
+    found = check_motion(limited, changed_trace)
     assert found[0].rule == rule and words in found[0].found
 
 

@@ -84,6 +84,7 @@ def check_execution(case: Examination) -> None:
             room = {*swept.get(obstacle, ())}
             room |= {case.obstacles[obstacle].region} if obstacle in case.obstacles else set()
             own += [Holding(name, region, t0, t1) for region in room]
+        own += [held for held in case.held if held.robot == name]
         found = outside(case, name, way.times, way.centres, own, MEASURED_TOUCH)
         if found is not None:
             t, what = found[0], f"measured at {found[1]}"

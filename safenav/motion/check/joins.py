@@ -27,6 +27,11 @@ def check_flight(case: Examination, flight: Flight) -> None:
         )
         _limited(case, flight, begin + t, speed, "speed", "m/s")
         _limited(case, flight, begin + t, pull, "tilt", "m/s^2")
+        height = case.numbers[flight.robot].get("altitude")
+        off = np.abs(power_series(curve.z, t) - height) if height is not None else np.zeros(1)
+        if off.max() > NEAR:
+            found = f"{off.max():.3f} m off its altitude"
+            case.wrong(float(begin + t[off.argmax()]), flight.robot, "altitude", found)
         begin += curve.seconds
 
 
@@ -40,27 +45,32 @@ def check_drive(case: Examination, drive: Drive) -> None:
         if arc.curvature is None:
             _limited(case, drive, begin + t, speed, "turning", "rad/s")
         else:
+            _limited(case, drive, begin + t, speed * abs(arc.curvature), "turning", "rad/s")
             _limited(case, drive, begin + t, speed, "speed", "m/s")
             _limited(case, drive, begin + t, pull, "acceleration", "m/s^2")
         begin += arc.seconds
 
 
 def curve_ends(curve: Curve) -> tuple[Array, Array]:
-    """x, y, z and their speeds at the start and the end of a curve."""
+    """x, y, z, their speeds, and the direction (x, y) at the start and the end of a curve."""
     t = np.array([0.0, curve.seconds])
     values = [
         power_series(axis, t, order) for order in (0, 1) for axis in (curve.x, curve.y, curve.z)
     ]
+    yaw = power_series(curve.yaw, t)
+    values += [np.cos(yaw), np.sin(yaw)]
     ends = np.stack(values, axis=1)
     return ends[0], ends[1]
 
 
 def arc_ends(arc: Arc) -> tuple[Array, Array]:
-    """x, y, yaw and speed at the start and the end of an arc."""
+    """x, y, yaw, and the speeds at the start and the end of an arc: of its path, and on the
+    spot."""
     t = np.array([0.0, arc.seconds])
     poses = along(arc.x, arc.y, arc.yaw, arc.curvature, power_series(arc.way, t))
     speeds = power_series(arc.way, t, 1)
-    ends = np.column_stack([poses, speeds])
+    turning = arc.curvature is None
+    ends = np.column_stack([poses, speeds * (not turning), speeds * turning])
     return ends[0], ends[1]
 
 
@@ -89,8 +99,12 @@ def check_joins(case: Examination, robot: str) -> None:
         if case.makespan > NEAR:  # a run that took no time needs no motion
             case.wrong(0.0, robot, "continuity", "no motion recorded for this robot")
         return
-    resets = {reset.t for reset in case.motion.of(Reset, robot)}
-    pushes = case.motion.of(BodyPush, robot)
+    resets = {reset.t for reset in case.motion.of(Reset, robot) if robot in case.driven}
+    pushes = case.motion.of(BodyPush, robot) if isinstance(pieces[0], Segment) else []
+    for push in pushes:
+        if (size := float(np.hypot(push.dx, push.dy))) > case.motion.header.push + NEAR:
+            found = f"a push of {size:.3f} m/s, more than {case.motion.header.push:g}"
+            case.wrong(push.t, robot, "push", found)
     first, last = pieces[0], pieces[-1]
     if abs(first.t0) > NEAR:
         found = f"no motion recorded until {first.t0:.3f} s"
@@ -149,11 +163,23 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
     on = [swing for swing in after.swings if abs(swing.t0) < NEAR and swing.u0 > NEAR]
     if len(up) != len(on):
         wrong("a foot in the air is lost")
+    turned = np.remainder(_yaw(after, 0.0) - _yaw(before, lasting) + np.pi, 2 * np.pi) - np.pi
+    if abs(turned) > NEAR:
+        wrong(f"its body jumps by {turned:.4f} rad")
     for one, other in zip(up, on, strict=False):
+        if abs(one.u1 - other.u0) > NEAR:
+            wrong("a foot in the air jumps up or down")
         off = np.abs(np.subtract(one.goal, other.start))
         turned = abs(np.remainder(off[2] + np.pi, 2 * np.pi) - np.pi)
         if one.side != other.side or max(*off[[0, 1, 3, 4, 5]], turned) > NEAR:
             wrong("a foot in the air jumps")
+
+
+def _yaw(segment: Segment, t: float) -> float:
+    """The yaw of a walker's body: a quintic step, which a push may divide."""
+    before, after, begin, end = segment.turning
+    u = min(1.0, max(0.0, (t - begin) / (end - begin))) if end > begin else 1.0
+    return before + (after - before) * u**3 * (10 - 15 * u + 6 * u**2)
 
 
 def _ends(piece: Moving) -> tuple[Array, Array]:
@@ -162,7 +188,7 @@ def _ends(piece: Moving) -> tuple[Array, Array]:
         return np.array(piece.start), np.array(piece.goal)
     if isinstance(piece, Flight):
         first, last = curve_ends(piece.curves[0])[0], curve_ends(piece.curves[-1])[1]
-        order = [0, 1, 3, 4, 2, 5]
+        order = [0, 1, 3, 4, 2, 5, 6, 7]
         return first[order], last[order]
     assert isinstance(piece, Drive)
     first, last = arc_ends(piece.arcs[0])[0], arc_ends(piece.arcs[-1])[1]
@@ -170,12 +196,13 @@ def _ends(piece: Moving) -> tuple[Array, Array]:
 
 
 def _driven(end: Array) -> Array:
-    x, y, yaw, speed = end
-    return np.array([x, y, speed * np.cos(yaw), speed * np.sin(yaw), np.cos(yaw), np.sin(yaw)])
+    x, y, yaw, speed, turning = end
+    ahead = np.array([np.cos(yaw), np.sin(yaw)])
+    return np.array([x, y, *(speed * ahead), *ahead, turning])
 
 
 def _blow(pushes: Sequence[BodyPush], t: float) -> Array:
-    total = np.zeros(4)
+    total = np.zeros(6)
     for push in pushes:
         if abs(push.t - t) < NEAR:
             total[:2] += (push.dx, push.dy)

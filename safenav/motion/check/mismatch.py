@@ -3,6 +3,8 @@ first."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from math import hypot
 from pathlib import Path
 
 from safenav.errors import UsageError
@@ -13,6 +15,13 @@ from safenav.trace.trace import Trace
 
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size", "clearance")
 """The fields that the header must hold for a walker."""
+
+BOUNDS = {"step": 0.65, "aside": 0.15, "friction": 0.5, "swing": 3.0}
+"""The weakest limits of a walker, those of its recovery from pushes (docs/models.md): ``aside`` is
+a lower bound, the others are upper ones."""
+GAPS = {"setpoints": 1.0, "goals": 2.0}
+"""The longest time without a measurement, in seconds, by how a robot is driven."""
+BUILT_IN = ("walker", "flyer", "rover", "disc")
 
 LONGEST = 2_000_000
 """Seconds of a motion, 23 days: it is sampled from its beginning to its end."""
@@ -46,6 +55,8 @@ def mismatch(motion: Motion, trace: Trace) -> str:
         return f"regions of {header.side:g} m"
     if not 0 <= motion.outcome.makespan <= LONGEST:
         return f"a makespan of {motion.outcome.makespan:g} s, not of 0 to {LONGEST:,} s"
+    if header.origin != (world.origin or (0.0, 0.0, 0.0)):
+        return "the origin of its map is not that of the trace"
     for name, limits in header.robots.items():
         if not isinstance(limits.get("kind"), str):
             return f"{name}: 'kind' is missing, or no text"
@@ -53,10 +64,41 @@ def mismatch(motion: Motion, trace: Trace) -> str:
             value = limits.get(key)
             if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
                 return f"{name}: '{key}' is missing, or not a positive number"
+        if found := _limits(trace, name, limits):
+            return f"{name}: {found}"
     stranger = next((line.robot for line in motion.lines if line.robot not in header.robots), None)
     if stranger is not None:
         return f"{stranger[:40]} is not a robot of the header"
     return next(filter(None, (_piece(motion, piece) for piece in motion.of(Moving))), "")
+
+
+def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
+    """The first parameter of a robot that is not that of the trace, or a limit that no robot has;
+    empty if there is none."""
+    told = dict(trace.header.scenario.robots[name].motion or {})
+    corners = told.pop("footprint", None)
+    if isinstance(corners, list | tuple):
+        told["size"] = 2 * max(hypot(x, y) for x, y in corners)
+    for key, value in told.items():
+        if told["kind"] not in BUILT_IN and key not in ("kind", "size"):
+            continue
+        same = limits.get(key) == value
+        if isinstance(value, float) and isinstance(found := limits.get(key), int | float):
+            same = abs(found - value) < 1e-9
+        if not same:
+            return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
+    for key, bound in BOUNDS.items() if limits["kind"] == "walker" else ():
+        value = limits[key]
+        assert isinstance(value, int | float)
+        if not (value >= bound if key == "aside" else value <= bound):
+            return f"'{key}' is {value:g}; the weakest limit of a walker is {bound:g}"
+    if "driven" in limits:
+        if trace.header.scenario.world != "external":
+            return "it is driven, but the trace is of a simulated world"
+        most, gap = GAPS.get(str(limits["driven"]), 0.0), limits.get("gap")
+        if not (isinstance(gap, int | float) and gap <= most):
+            return f"'gap' is {gap!r}, not at most {most:g} s"
+    return ""
 
 
 def _piece(motion: Motion, piece: Moving) -> str:

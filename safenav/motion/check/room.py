@@ -87,11 +87,10 @@ def check_swept(case: Examination) -> None:
 
 
 def outside(
-    case: Examination, robot: str, times: Array, places: Array, more: list[Holding], touch: float
+    case: Examination, robot: str, times: Array, places: Array, spans: list[Holding], touch: float
 ) -> tuple[float, str] | None:
     """Return where the disc of a robot is more than ``touch`` metres inside a region that it has
-    not reserved at the time: the time, and the place in words. ``more``: further reservations."""
-    spans = [*more, *(held for held in case.held if held.robot == robot)]
+    not reserved at the time: the time, and the place in words. ``spans``: its reservations."""
     for cell in case.grid.cells(places, case.radius(robot)):
         into = case.radius(robot) - case.grid.distance(places, cell)
         for span in spans:
@@ -106,7 +105,9 @@ def outside(
 
 
 def check_room(case: Examination) -> None:
-    """Bodies and feet stay inside the regions that their robot has reserved at the time."""
+    """Bodies and feet stay inside the regions of their step that their robot has reserved at the
+    time: a reservation alone does not let a robot enter, since an obstacle may be there. The
+    plan of a driven robot leaves its step when that fails; the trace has its reservations."""
     to_come: dict[str, list[Holding]] = {}
     for holding in sorted(case.held, key=lambda h: -h.begin):
         to_come.setdefault(holding.robot, []).append(holding)
@@ -117,7 +118,10 @@ def check_room(case: Examination) -> None:
         while later and later[-1].begin <= piece.t0 + NEAR:
             now.append(later.pop())
         having[piece.robot] = now
-        own = {case.grid.place(h.region) for h in now if h.end >= piece.t1 - NEAR}
+        entered = [h.region for h in now if h.end >= piece.t1 - NEAR]
+        if piece.robot not in case.driven:
+            entered = [region for region in entered if region in (piece.origin, piece.to)]
+        own = {case.grid.place(region) for region in entered}
         for disc in discs(piece, case.numbers[piece.robot]):
             _contained(case, piece, disc, own)
 

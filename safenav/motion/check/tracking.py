@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from safenav.motion.check.examination import NEAR, Examination
+from safenav.motion.check.examination import NEAR, Examination, Holding
 from safenav.motion.check.paths import Array, power_series
 from safenav.motion.check.room import TOUCH, outside
 from safenav.motion.file.records import Flight, FlownTrack
@@ -16,6 +16,8 @@ MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
 PULL = 1.5
 """Tolerance (m/s^2) of the mean acceleration between two samples: attitude and wind change within a
 twentieth of a second."""
+STEP = 0.05
+"""The longest time between two samples, in seconds."""
 WAY = 0.01
 """Tolerance (m) of the path between two samples, computed from their mean speed."""
 COLUMNS = 16
@@ -50,8 +52,8 @@ def _rows(case: Examination, track: FlownTrack) -> None:
     def wrong(row: int, rule: str, found: str) -> None:
         case.wrong(track.t0 + row * track.step, track.robot, rule, found)
 
-    if track.step <= 0 or any(len(row) != COLUMNS for row in track.rows):
-        wrong(0, "track", f"expected rows of {COLUMNS} numbers and a positive step")
+    if not 0 < track.step <= STEP + NEAR or any(len(row) != COLUMNS for row in track.rows):
+        wrong(0, "track", f"expected rows of {COLUMNS} numbers, at most {STEP:g} s apart")
         return
     if len(track.rows) != len(track.errors):
         wrong(0, "track", "the numbers of rows and of errors differ")
@@ -84,7 +86,15 @@ def _flown(case: Examination, track: FlownTrack, flights: Sequence[Flight]) -> N
     file records."""
     rows: Array = np.array(track.rows, dtype=np.float64)
     times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
-    found = outside(case, track.robot, times, rows[:, :2], [], TOUCH)
+    spans = [
+        Holding(track.robot, region, max(held.begin, flight.t0), min(held.end, flight.t1))
+        for flight in flights
+        if flight.t0 < times[-1] + NEAR and flight.t1 > times[0] - NEAR
+        for region in {flight.origin, flight.to}
+        for held in case.held
+        if (held.robot, held.region) == (track.robot, region)
+    ]
+    found = outside(case, track.robot, times, rows[:, :2], spans, TOUCH)
     if found is not None:
         case.wrong(found[0], track.robot, "room", f"the wind takes it to {found[1]}")
     off = np.hypot(*(rows[:, :2] - _reference(flights, times)).T)

@@ -110,6 +110,10 @@ def _swings(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None
         if speeds.max() > limits["swing"] + NEAR:
             what = f"a foot swings at {speeds.max():.2f} m/s, more than {limits['swing']:g}"
             wrong(swing.t0, "swing", what)
+        into, out = swing.t0 < NEAR, swing.t1 > segment.t1 - segment.t0 - NEAR
+        low, high = (0.0 if into else swing.u0), (1.0 if out else swing.u1)
+        if (low, high) != (0.0, 1.0) or not 0 <= swing.u0 < swing.u1 <= 1:
+            wrong(swing.t0, "feet", "a foot is in the air where its step begins or ends")
         mine = [foot for foot in segment.feet if foot.side == swing.side]
         lifted = [foot for foot in mine if abs(foot.up - swing.t0) < NEAR]
         landed = [foot for foot in mine if abs(foot.down - swing.t1) < NEAR]
