@@ -7,7 +7,6 @@ and a formula to another. Such texts are refused.
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import re
@@ -42,6 +41,8 @@ def json_flaw(error: Exception) -> str:
 def csv_text(headings: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
     """Return a table as CSV (RFC 4180, with line feeds): the headings, then the rows; None is an
     empty field."""
+    import csv  # only needed here
+
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([headings, *rows])
     return text.getvalue()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -41,8 +40,7 @@ def try_out(path: Path) -> None:
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError(0, "permission denied")
         if not path.exists() or path.is_file():
-            with tempfile.TemporaryFile(dir=path.parent):
-                pass
+            _new_file(path.parent).unlink()
     except OSError as error:
         raise _failure(path, error) from error
 
@@ -51,10 +49,16 @@ def try_folder(path: Path) -> None:
     """Raises UsageError unless files can be written into a folder, which need not exist yet."""
     there = next((p for p in (path, *path.absolute().parents) if p.exists()), path)
     try:
-        with tempfile.TemporaryFile(dir=there):
-            pass
+        _new_file(there).unlink()
     except OSError as error:
         raise _failure(path, error) from error
+
+
+def _new_file(folder: Path, prefix: str = ".") -> Path:
+    """Return a new file in a folder, readable by this user only."""
+    file = folder / f"{prefix}{os.urandom(6).hex()}"
+    os.close(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+    return file
 
 
 def _failure(path: Path, error: OSError) -> UsageError:
@@ -76,9 +80,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
         if path.exists() and not path.is_file():
             write(path)
             return
-        number, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
-        os.close(number)
-        part = Path(name)
+        part = _new_file(path.parent, f".{path.name}-")
         try:
             write(part)
             part.chmod(0o644)
@@ -100,10 +102,13 @@ def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
 
     Raises UsageError if that cannot be done.
     """
+    # Imported here: it loads the modules of all archives, which takes 2 ms.
+    from tempfile import TemporaryDirectory
+
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".") as scratch:
+        with TemporaryDirectory(dir=folder, prefix=".") as scratch:
             for name, content in files:
                 Path(scratch, name).write_bytes(_bytes(content))
             for part in Path(scratch).iterdir():

@@ -14,13 +14,10 @@ from safenav.cli.run_session import MakeMission, RunSession, attendant, limited
 from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
-from safenav.trace.reading import read_trace
 from safenav.trace.writing import next_part
 
 RUN_EPILOG = """\b
@@ -206,6 +203,7 @@ def _check_movable(plan: Scenario, motion: Path | None) -> None:
 def _write_page(trace: Path | None, html: Path | None) -> None:
     if html is not None and trace is not None:
         from safenav.report.page.html import page_of_trace
+        from safenav.trace.reading import read_trace
 
         write_out(html, page_of_trace(read_trace(trace), trace.name))
 
@@ -234,6 +232,7 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
     from safenav.motion.file.reading import text_of
     from safenav.motion.making import motion_of
     from safenav.motion.requirements import MotionRecording, judged, requirements_of
+    from safenav.trace.reading import read_trace
 
     read = read_trace(trace)
     made = motion_of(read)
@@ -284,6 +283,10 @@ def resume(
     target; resolved obstacles stay resolved. The resumed run has its own trace. SCENARIO: the
     scenario file of the run, needed if it has batteries, inputs, deadlines or beliefs, which the
     trace does not contain, and to compare both runs with its 'expect'."""
+    from safenav.runtime.analysis.resuming import resumed
+    from safenav.scenario.reading.joining import joined
+    from safenav.trace.reading import read_trace
+
     if clock:
         raise UsageError("a resumed run has the clock of its trace, and no live page; see --html")
     files = Outputs.of(output, next_part(trace).stem, own, html, motion)

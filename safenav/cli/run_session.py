@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from shlex import quote
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
@@ -19,8 +18,6 @@ from msgspec.structs import replace
 from safenav.cli.operator import TERMINAL, run_with_operator
 from safenav.errors import ExitCode, UsageError, exit_code_of
 from safenav.outcome import Outcome
-from safenav.report.terminal.fold import terminal_width
-from safenav.report.terminal.story import Story
 from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, RunResult
 from safenav.scenario.model import Scenario
@@ -63,6 +60,8 @@ class RunSession:
         self._as_json, self._maps = as_json, maps
         self._kept = trace is not None
         if trace is None and temporary is not None:
+            from tempfile import TemporaryDirectory
+
             trace = Path(stack.enter_context(TemporaryDirectory())) / temporary
         self.trace = trace
         self.ledger = Ledger()
@@ -74,6 +73,9 @@ class RunSession:
         if self.trace is not None:
             listeners.append(self._stack.enter_context(TraceWriter(self.trace)))
         if not self._as_json:
+            from safenav.report.terminal.fold import terminal_width
+            from safenav.report.terminal.story import Story
+
             story = Story(plan, maps=self._maps, width=terminal_width())
             listeners.append(_while_heard(story))
         self.mission = self._make(plan, [*listeners, *self._views])

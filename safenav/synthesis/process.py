@@ -11,7 +11,6 @@ import contextlib
 import os
 import re
 import selectors
-import shutil
 import signal
 import subprocess
 import sys
@@ -180,7 +179,9 @@ def orderly_termination() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _setpriv() -> str | None:
-    return shutil.which("setpriv") if sys.platform.startswith("linux") else None
+    from shutil import which  # imported here: it loads the modules of all archives
+
+    return which("setpriv") if sys.platform.startswith("linux") else None
 
 
 def die_with_parent(command: Sequence[str]) -> list[str]:

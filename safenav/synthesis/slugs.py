@@ -12,10 +12,13 @@ from __future__ import annotations
 import hashlib
 import os
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from contextlib import suppress
 from copy import copy
 from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Thread
 
 from msgspec.structs import replace
 
@@ -155,28 +158,44 @@ class Synthesizer:
         read, and reported, in the caller's thread. Any exception also ends the programs."""
         _ = self.binary.native  # queried once here, not in every thread
         program, crew = Program(self.binary, self.seconds, self.memory_mb), ProcessGroup()
-        begun: dict[int, float] = {}
+        waiting, running = deque(jobs), dict[int, tuple[Job, float]]()
+        ended = SimpleQueue[tuple[Job, Brought | BaseException]]()
         results: dict[int, SynthesisResult] = {}
 
-        def answer(job: Job) -> Brought:
-            begun[job.index] = time.monotonic()
-            return program.answer(crew, job)
+        def work() -> None:
+            with suppress(IndexError):  # no job is left
+                while True:
+                    job = waiting.popleft()
+                    running[job.index] = job, time.monotonic()
+                    try:
+                        ended.put((job, program.answer(crew, job)))
+                    except BaseException as error:
+                        ended.put((job, error))
 
-        pool = ThreadPoolExecutor(min(len(jobs), self.at_once))
+        threads: list[Thread] = []
         try:
-            left = {pool.submit(answer, job): job for job in jobs}
-            while left:
-                done, _ = wait(left, _HEARTBEAT_SECONDS, FIRST_COMPLETED)
-                for future in done:
-                    job = left.pop(future)
-                    results[job.index] = result = self._result(job, future.result(), tell)
-                    tell(SynthesisProgress(job.index, job.robot, result.seconds, result))
-                now, running = time.monotonic(), [job for job in left.values() if not done]
-                for job in (job for job in running if job.index in begun):
-                    tell(SynthesisProgress(job.index, job.robot, now - begun[job.index]))
+            for _ in range(min(len(jobs), self.at_once)):
+                thread = Thread(target=work, name="synthesis")
+                thread.start()
+                threads.append(thread)
+            while len(results) < len(jobs):
+                try:
+                    job, brought = ended.get(timeout=_HEARTBEAT_SECONDS)
+                except Empty:
+                    now = time.monotonic()
+                    for job, begun in tuple(running.values()):
+                        tell(SynthesisProgress(job.index, job.robot, now - begun))
+                    continue
+                del running[job.index]
+                if isinstance(brought, BaseException):
+                    raise brought
+                results[job.index] = result = self._result(job, brought, tell)
+                tell(SynthesisProgress(job.index, job.robot, result.seconds, result))
         finally:
+            waiting.clear()
             crew.dismiss()
-            pool.shutdown(cancel_futures=True)
+            for thread in threads:
+                thread.join()
         return results
 
     def _remembered(self, job: Job, tell: Listener) -> SynthesisResult | None:

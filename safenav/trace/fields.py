@@ -13,6 +13,7 @@ import types
 from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
 from functools import cache
+from inspect import get_annotations
 from itertools import repeat
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -202,7 +203,8 @@ def _items(entries: Iterable[tuple[Converter, object]]) -> list[Any]:
 
 
 def _row(kind: Any) -> Converter:
-    whole = _fixed([_converter(entry.annotation) for entry in entries(kind)], "entries")
+    hints = annotations_of(kind)
+    whole = _fixed([_converter(hints[entry.name]) for entry in entries(kind)], "entries")
     return lambda value: kind(*whole(value))
 
 
@@ -226,7 +228,6 @@ class FieldEntry(Struct, frozen=True):
 
     name: str
     key: str
-    annotation: Any
     optional: bool
     nothing: bool
     """Whether it is omitted when it is None."""
@@ -241,13 +242,19 @@ def entries(kind: Any) -> tuple[FieldEntry, ...]:
         FieldEntry(
             name,
             keys[name].rstrip("_"),
-            annotation,
             defaults.get(name, NODEFAULT) is not NODEFAULT,
             defaults.get(name, NODEFAULT) is None,
         )
-        for name, annotation in get_type_hints(kind, include_extras=True).items()
+        for name in dict.fromkeys(
+            n for base in reversed(kind.__mro__) for n in get_annotations(base)
+        )
         if name in keys and name != "line"
     )
+
+
+def annotations_of(kind: Any) -> dict[str, Any]:
+    """The annotations of the fields, evaluated: for readers and schemas, since it takes long."""
+    return get_type_hints(kind, include_extras=True)
 
 
 def is_row(kind: Any) -> bool:
@@ -256,7 +263,8 @@ def is_row(kind: Any) -> bool:
 
 
 def _data(kind: Any) -> Converter:
-    known = [(entry, _converter(entry.annotation)) for entry in entries(kind)]
+    hints = annotations_of(kind)
+    known = [(entry, _converter(hints[entry.name])) for entry in entries(kind)]
 
     def take(value: object) -> Any:
         if not isinstance(value, dict):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from string import ascii_lowercase, digits
 
 from msgspec import Struct
 
@@ -56,6 +55,7 @@ _COLOURS = (
     (YELLOW, "#000000"),
     (GREY, "#000000"),
 )
+_SIGNS = "0123456789abcdefghijklmnopqrstuvwxyz"
 _NUMBERED = re.compile(r"(.*?)[-_ ]?0*(\d{1,2})")
 
 
@@ -97,7 +97,7 @@ def _candidates(name: str, names: Sequence[str]) -> list[str]:
     initial = name[:1].upper()
     rivals = [other for other in names if other != name and other[:1].upper() == initial]
     if not rivals:
-        return [initial, *(initial + sign for sign in digits + ascii_lowercase)]
+        return [initial, *(initial + sign for sign in _SIGNS)]
     found = []
     numbered = _NUMBERED.fullmatch(name)
     if numbered and numbered[1]:
@@ -112,4 +112,4 @@ def _candidates(name: str, names: Sequence[str]) -> list[str]:
     )
     found += [initial + letter.lower() for letter in telling if letter.isalnum()]
     found += [initial + letter.lower() for letter in name[1:] if letter.isalnum()]
-    return found + [initial + sign for sign in digits + ascii_lowercase]
+    return found + [initial + sign for sign in _SIGNS]

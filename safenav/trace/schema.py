@@ -11,7 +11,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from msgspec import Struct
 
-from safenav.trace.fields import entries
+from safenav.trace.fields import annotations_of, entries
 from safenav.trace.objective import EXAMPLE, Objective
 from safenav.trace.records import KINDS, VERSION, Header
 
@@ -68,7 +68,8 @@ def _define(kind: Any, definitions: dict[str, Schema], name: str | None = None) 
     if kind.__name__ not in definitions:
         definitions[kind.__name__] = {}
         told = [e for e in entries(kind) if not (kind is Header and e.key == "tick")]
-        properties = {entry.key: _schema(entry.annotation, definitions) for entry in told}
+        hints = annotations_of(kind)
+        properties = {entry.key: _schema(hints[entry.name], definitions) for entry in told}
         if name is not None:
             properties = {"type": {"const": name}, **properties}
         definitions[kind.__name__] = {

@@ -56,7 +56,7 @@ called = called if hasattr(threading, called) else "_start_new_thread"  # before
 start = getattr(threading, called)
 def pressed(*given, **named):
     number = start(*given, **named)
-    if getattr(given[0], "__self__", None).name.startswith("ThreadPool"):
+    if getattr(given[0], "__self__", None).name == "synthesis":
         given[0].__self__._started.wait()
         os.kill(os.getpid(), signal.SIGINT)
         sum(range(100))
@@ -156,6 +156,23 @@ def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
     program = f"{PRESSED}import runpy; runpy.run_module('safenav', run_name='__main__')"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (130, "error: interrupted\n")
+
+
+def test_threads_and_actions_at_exit_end_before_the_command() -> None:
+    program = """
+import atexit, sys, threading
+from safenav import __main__, cli
+def ends():
+    atexit.register(print, "action", end="")
+    threading.Timer(0.1, print, ["thread"]).start()
+    sys.exit(3)
+cli.main = ends
+__main__.main()
+"""
+    buffered = {key: text for key, text in os.environ.items() if key != "PYTHONUNBUFFERED"}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, env=buffered)
+    assert (done.returncode, done.stdout, done.stderr) == (3, "thread\naction", "")
 
 
 def test_the_outcome_does_not_depend_on_who_reads_the_story(tmp_path: Path) -> None:

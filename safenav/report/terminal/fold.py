@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import sys
 from collections.abc import Iterable
 from typing import TextIO
@@ -17,8 +16,11 @@ _EXCERPT = re.compile(r" *\d* \| ")
 def terminal_width(stream: TextIO | None = None) -> int | None:
     """Return the width in characters of the terminal that is ``stream`` (default: standard output);
     None if it is not a terminal."""
-    stream = stream or sys.stdout
-    return shutil.get_terminal_size().columns if stream.isatty() else None
+    if not (stream or sys.stdout).isatty():
+        return None
+    from shutil import get_terminal_size  # imported here: it loads the modules of all archives
+
+    return get_terminal_size().columns
 
 
 def echo_folded(lines: Iterable[str], err: bool = False) -> None:

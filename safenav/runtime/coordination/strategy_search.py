@@ -4,7 +4,6 @@ robots simultaneously."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import TYPE_CHECKING
 from weakref import WeakSet
@@ -28,6 +27,8 @@ from safenav.trace.words import seconds_words
 from safenav.world.map import RegionMap
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
+
     from safenav.synthesis.serving.served import ServedStrategy
 
 
@@ -184,6 +185,8 @@ class StrategySearch(Struct, eq=False):
         texts = [spec.to_structuredslugs() for spec in specs]
         new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._asked}
         if new:
+            from concurrent.futures import ThreadPoolExecutor  # only live runs need it
+
             self._pool = self._pool or ThreadPoolExecutor(1)
             ends = partial(self._synthesizer.synthesize_all, progress=lambda _: self._stop.check())
             future = self._pool.submit(ends, [*new.values()])

@@ -11,9 +11,8 @@ run).
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from threading import get_ident
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from msgspec import Struct
 
@@ -24,6 +23,9 @@ from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.joint_search.formula_memory import remembering
 from safenav.runtime.traffic.joint_search.states import Count, Course, JointState
 from safenav.scenario.objective import formulas_in
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
 
 Answer = TypeVar("Answer")
 
@@ -66,6 +68,8 @@ class BackgroundSearch:
             self._abandoned = True
             raise Unknown
         if self._asked is None or self._asked[0] != moment:
+            from concurrent.futures import ThreadPoolExecutor  # only live runs need it
+
             self._pool = self._pool or ThreadPoolExecutor(1)
             self._abandoned = self._told = False
             self._asked = moment, self._pool.submit(self._searched, search)

@@ -9,8 +9,6 @@ from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.shapes import TEXT, Shape, either, form, many, matching, named
-from safenav.stl.parser import parse_requirement
-from safenav.stl.syntax import Happens, RobotSignal, nodes
 
 _WHAT = "requirements"
 _NAMED = form(named(TEXT, matching(NAME)), "namedRequirements")
@@ -59,6 +57,10 @@ def _entries(node: Node | None, findings: Findings) -> list[tuple[Scalar | None,
 
 def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
     """Return the text with the regions in its events as numbers."""
+    # Imported here: few scenarios have requirements.
+    from safenav.stl.parser import parse_requirement
+    from safenav.stl.syntax import Happens, RobotSignal, nodes
+
     try:
         tree = parse_requirement(text)
     except FormulaError as error:
