@@ -46,7 +46,7 @@ class Batteries:
         self._charged: list[str] = []
         self._later: dict[str, None] = {}  # robots whose stop is not decided yet
         self._known: dict[str, tuple[object, Stops]] = {}
-        self._free: dict[tuple[str, Objective], Stops] = {}
+        self._free: dict[tuple[str, Objective, Mask], Stops] = {}
         robots = team.robots.items()
         batteries = {name: r.robot.model.battery for name, r in robots if r.robot.model.battery}
         starts = {name: robot.pose.region for name, robot in robots}
@@ -297,8 +297,8 @@ class Batteries:
         return min(ticks * battery.stay, battery.capacity // 2)
 
     def _is_cut_off(self, robot: RobotState) -> bool:
-        """Return whether obstacles alone keep a robot from its targets: with them no charge
-        suffices, without them some charge does."""
+        """Return whether obstacles that may still be resolved keep a robot from its targets: with
+        them no charge suffices, without them some charge does."""
         stops = self.stops(robot) if robot.active else None
         if stops is None:
             return False
@@ -306,13 +306,17 @@ class Batteries:
         return stops.need(pose, turn) >= NEVER and self._unhindered(robot).need(pose, turn) < NEVER
 
     def _unhindered(self, robot: RobotState) -> Stops:
-        """Return the charging stops of a robot on the floor without obstacles."""
+        """Return the charging stops of a robot on the floor without obstacles; with permanent ones,
+        unless the team waits for a change."""
         objective, (_, stops) = robot.own.objective, self._known[robot.name]
-        free = self._free.get((robot.name, objective))
+        lasting = [] if self.team.waiting else self.team.knowledge.walls_for(robot.robot)
+        closed = region_mask(known.region for known in lasting)
+        free = self._free.get((robot.name, objective, closed))
         if free is None:
-            chargers = stops.graph.poses_on(region_mask(self.team.scenario.chargers))
-            free = replace(stops, allowed=stops.graph.everywhere, chargers=chargers)
-            self._free[robot.name, objective] = free
+            allowed = stops.graph.everywhere & ~stops.graph.poses_on(closed)
+            chargers = stops.graph.poses_on(region_mask(self.team.scenario.chargers)) & allowed
+            free = replace(stops, allowed=allowed, chargers=chargers)
+            self._free[robot.name, objective, closed] = free
         return free
 
     def _duty(self, robot: RobotState) -> Duty | None:

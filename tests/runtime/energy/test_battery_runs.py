@@ -712,3 +712,22 @@ def test_a_robot_that_is_hemmed_in_elsewhere_keeps_its_stop() -> None:
         changes: [{at: 8, robot: guard, service: out}, {at: 53, robot: guard, service: back}]
         until: {rounds: 1}
         """)
+
+
+def test_a_robot_leaves_its_charger_when_an_obstacle_becomes_permanent(clock: str) -> None:
+    """It went on waiting at the charger, until the run reached its limit."""
+    played = play(f"""
+        map: {{grid: ["#..", "..."]}}
+        catalogue:
+          robots:
+            cart: {{mobility: free, layer: ground, battery: {{capacity: 13, charge: 1, stay: 1}}}}
+        robots:
+          a: {{model: cart, start: 4, objective: {{once: [2, 5]}}, while_waiting: {{hold: 5}}}}
+        obstacles: [{{type: crate, region: 2}}]
+        inputs: {{alarm: {{at: 7-15}}}}
+        chargers: [5]
+        limits: {{ticks: 60}}
+        clock: {clock}
+        """)
+    assert played.all("synthesis", reason="charge", objective={"hold": 5})
+    assert played.outcome["outcome"] == "operator_needed"
