@@ -55,31 +55,31 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
     """Report deadlines, batteries and sweeps that no run supports, and deadlines that no run can
     meet. The scenario has no other error."""
 
-    def report(key: str, found: str, hint: str) -> None:
-        findings.add(item and (item.get(key) or item), found, hint)
+    def report(found: str, hint: str, *keys: str) -> None:
+        findings.add(below(item, *keys) or below(item, keys[0]) or item, found, hint)
 
     if scenario.clock is Clock.LIVE and scenario.promises:
         found = "'clock: live' with deadlines in ticks: a tick has no length there"
         hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
-        report("clock", found, hint)
+        report(found, hint, "clock")
     for robot in [robot for robot in scenario.robots if robot.model.battery is not None]:
         pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
         if not all(objective is None or objective.ordered() for objective in pursued):
             found = f"{robot.name} has a battery, and an objective without an order of its targets"
             hint = f"use {one_of(kinds_that(lambda kind: kind.ordered()), chr(39))}"
-            report("robots", found, hint)
+            report(found, hint, "robots", robot.name)
         if scenario.coordination is Coordination.ASSIGNABLE:
             found = f"{robot.name} has a battery, which 'coordination: assignable' does not support"
-            report("coordination", found, "use 'resynthesis'")
+            report(found, "use 'resynthesis'", "coordination")
         if not scenario.chargers:
             if scenario.flat is None and (item is None or item.get("chargers") is None):
                 found = f"{robot.name} has a battery, and the scenario has no charger"
-                report("robots", found, "list 'chargers', or set 'flat'")
+                report(found, "list 'chargers', or set 'flat'", "robots", robot.name)
             continue
         reach = Reachability(robot.model.mobility, robot.start, scenario.map)
         if not reach.reaches(scenario.chargers):
             found = f"{robot.name} has a battery and reaches no charger"
-            report("chargers", found, "place a charger in a region that it can reach")
+            report(found, "place a charger in a region that it can reach", "chargers")
     items = (*items_of(below(item, "obstacles")), *items_of(below(item, "orders")))
     listed = [*zip(scenario.obstacles, items or repeat(item), strict=False)]
     swept = next(((o, node) for o, node in listed if o.swept(scenario.map)), None)
