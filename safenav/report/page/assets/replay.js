@@ -1,4 +1,4 @@
-/* sources 7b22402ca2663ebbe6f386f36a4fe2651b832dd5e681b503efddfe623117759b */
+/* sources 2557a8766cc6b875ca845ed0133527ec9db63c8174bd4ec09fd8fcf70228cf9a */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -11,7 +11,8 @@ import type { Player } from "./run/player";
 import { eventsAfter, when, type EventKind, type Run } from "./run/run";
 import { applyTheme, EVERYONE, nextTheme, storedTheme, useLow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
-import type { Choice, Hand, Stage } from "./map/stage";
+import type { Hand } from "./map/hand";
+import type { Choice, Stage } from "./map/stage";
 
 const TOLD: ReadonlySet<EventKind> = new Set([
   "violation",

@@ -5,23 +5,9 @@ import { CELL } from "../map/camera";
 import { isWall } from "../map/floor";
 import { notice, unless } from "../panels/notice";
 import { at, label, type EventKind, type Obstacle, type Robot, type Run } from "../run/run";
-import type { Hand } from "../map/stage";
-import { isOrder, resolving, type Palette } from "../studio/model";
+import type { Hand } from "../map/hand";
+import { isOrder, resolving, type ObjectiveKind, type Palette } from "../studio/model";
 import type { Say } from "./player";
-
-/** A kind of objective about targets: how many it takes (`most` null: any number), and its words. */
-export interface ObjectiveKind {
-  kind: string;
-  label: string;
-  meaning: string;
-  drawing: string;
-  least: number;
-  most: number | null;
-  /** Its target is written as it is, not in a list. */
-  one: boolean;
-  /** Whether it has a literal form and a weaker one. */
-  strict: boolean;
-}
 
 /** The effect of the next click on the map. */
 export type Tool =

@@ -2,7 +2,7 @@
 
 import { useLayoutEffect, useState } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
-import type { Hand } from "./stage";
+import type { Hand } from "./hand";
 
 const STEPS: Record<string, [dx: number, dy: number]> = {
   ArrowUp: [0, -1],

@@ -15,7 +15,7 @@ import { growth, Robots, Trails } from "./motion";
 import type { Player } from "../run/player";
 import { at, label, poseAt, transitAt, when, type Run } from "../run/run";
 import type { Shown } from "../settings";
-import type { Hand } from "./stage";
+import type { Hand } from "./hand";
 import { shadesAt, Shading, viewersOf } from "./shading";
 
 /** The least width of a trail, in pixels. */

@@ -1,7 +1,8 @@
 /** The stage of a page: what shows the run at a moment. The flat map is one, the 3D scene another. */
 
-import type { ComponentChildren, ComponentType } from "preact";
+import type { ComponentType } from "preact";
 import { Camera, type Eye } from "./camera";
+import type { Hand } from "./hand";
 import { MapView } from "./map";
 import type { Player } from "../run/player";
 import type { Run } from "../run/run";
@@ -18,20 +19,6 @@ export interface StageProps {
   theme: Theme;
   /** The effect of presses on the map, instead of moving it, and the drawing above the map. */
   hand?: Hand | undefined;
-}
-
-/** Takes what a pointer does on the map; places are in columns and rows, with fractions. */
-export interface Hand {
-  /** A press; false leaves it to the map. */
-  down(x: number, y: number): boolean;
-  move(x: number, y: number): void;
-  up(x: number, y: number): void;
-  /** Forgets what a press began: a second finger zooms the map. */
-  drop?(): void;
-  /** The pointer is no longer over the map. */
-  leave(): void;
-  cursor: string;
-  over: ComponentChildren;
 }
 
 /** Something that can be shown or hidden, in words. */

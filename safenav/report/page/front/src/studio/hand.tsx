@@ -3,7 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
 import { isWall } from "../map/floor";
-import type { Hand } from "../map/stage";
+import type { Hand } from "../map/hand";
 import { notice } from "../panels/notice";
 import { label } from "../run/run";
 import { idOf, type DrawnObstacle, type DrawnRobot, type Drawing, type Problem, type Target, type Verdict } from "./model";

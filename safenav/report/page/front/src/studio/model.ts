@@ -1,6 +1,5 @@
 /** Messages of the studio about the scenario being drawn. */
 
-import type { ObjectiveKind } from "../live/changes";
 import type { Run } from "../run/run";
 
 export interface DrawnRobot {
@@ -71,6 +70,20 @@ export function resolving(kind: Kind): string {
 /** Whether the robots have the actions of a type that is ordered. */
 export function isOrder(kind: Kind, robots: readonly { can: readonly string[] }[]): boolean {
   return !kind.blocks && kind.actions.every((action) => robots.some(({ can }) => can.includes(action)));
+}
+
+/** A kind of objective about targets: how many it takes (`most` null: any number), and its words. */
+export interface ObjectiveKind {
+  kind: string;
+  label: string;
+  meaning: string;
+  drawing: string;
+  least: number;
+  most: number | null;
+  /** Its target is written as it is, not in a list. */
+  one: boolean;
+  /** Whether it has a literal form and a weaker one. */
+  strict: boolean;
 }
 
 export interface Palette {

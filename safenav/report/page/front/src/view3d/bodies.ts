@@ -15,28 +15,12 @@ import {
   type BufferGeometry,
   type Material,
 } from "three";
+import type { Body, Doing } from "./body";
 import type { Kind, Sample } from "./motion";
 import { DARK, axles, paint, shade, solid } from "./solids";
 import { Vehicle, buggy, carrier, manipulator, mast, rover, truck, turtlebot } from "./vehicles";
 
 const UP = new Vector3(0, 0, 1);
-
-/** A robot's present action with its hands or its sensor; 0 at its start, 1 at its end. */
-export interface Doing {
-  action: string;
-  strength: number;
-}
-
-export interface Body {
-  readonly group: Group;
-  /** The height of signs above the robot, in metres above its group. */
-  readonly top: number;
-  /** The position of a load that it holds: metres ahead of its centre, and above its group (a flyer: its centre). */
-  readonly hold: [ahead: number, up: number];
-  /** Metres that a load may measure. */
-  readonly room: number;
-  pose(sample: Sample, seconds: number, doing: Doing | null): void;
-}
 
 /** Models of the library that are drawn as what they are: metres of their real bodies. */
 const MODELS: Record<string, (size: number, colour: string) => Body> = {

@@ -18,7 +18,8 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { at, type Run } from "../run/run";
 import type { Shown } from "../settings";
-import { bodyOf, type Body, type Doing } from "./bodies";
+import { bodyOf } from "./bodies";
+import type { Body, Doing } from "./body";
 import { themeColour } from "./colours";
 import type { Lens, View } from "./eye";
 import { centreOf, Floor, HIGH, LOW } from "./floor";

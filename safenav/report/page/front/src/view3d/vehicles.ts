@@ -1,7 +1,7 @@
 /** Bodies that drive, and how those of known models look. */
 
 import { BoxGeometry, CapsuleGeometry, CylinderGeometry, Group, type Material, type Mesh } from "three";
-import type { Body } from "./bodies";
+import type { Body } from "./body";
 import type { Sample } from "./motion";
 import { DARK, axles, paint, shade, solid, upright } from "./solids";
 
