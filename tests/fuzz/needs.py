@@ -110,11 +110,12 @@ def defects(data: Data) -> list[str] | None:
     if any(one.over for one in moment.opens):
         return found
     ends = [order["at"] + order["resolve_within"] + 1 for order in jobs]
-    truth = every_behaviour(moment, {k: moment.count * end - 1 for k, end in enumerate(ends)})
-    if truth is None:
-        return found or None
     late = [name for name in run.outcome["late"] if name in names]
     kept = not late and all(run.all("resolved", obstacle=name) for name in names)
+    due = {k: moment.count * end - 1 for k, end in enumerate(ends)}
+    truth = every_behaviour(moment, due, waits=not kept)  # no robot departs before it has acted
+    if truth is None:
+        return found or None
     if truth.kept is not kept:
         possible = "possible" if truth.kept else "not possible"
         found.append(f"{late or 'nothing'} is late; in time is {possible}")

@@ -9,7 +9,7 @@ import pytest
 
 from fuzz.needs import defects, mission
 
-FAILED = (0, 6, 18, 45, 66, 80, 6055, 6070, 9051, 9094, 9149, 9437)
+FAILED = (0, 6, 18, 45, 66, 80, 6055, 6070, 9051, 9094, 9149, 9437, 26, 10506)
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "10000"))
 
@@ -21,7 +21,8 @@ def test_what_can_be_in_time_is_and_when_planned(seed: int) -> None:
     that had used up its budget for two obstacles dropped the acts for the first one; in 9051 a slow
     robot was to set out before it had acted; in 9094 one arrived with another heading; in 9149 a
     late promise was left out of the next choice; in 9437 the audit expected slow robots of a common
-    act to be elsewhere sooner."""
+    act to be elsewhere sooner; in 26 and 10506 the judge let a slow robot depart in the tick of an
+    act (docs/limits.md)."""
     found = defects(mission(seed))
     if found is None and seed not in FAILED:
         pytest.skip("more states than the judge examines")

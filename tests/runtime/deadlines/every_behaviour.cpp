@@ -7,7 +7,8 @@
 // turn, at its end, a robot does all that it can where it is, but for loads (a need that is followed
 // by one of the same robots): it takes those last, no more than it has room for, alone or with others
 // that are there, or leaves them. With conflicts, two robots that
-// conflict are never in one region, and one on its way is in both of its regions. One robot may
+// conflict are never in one region, and one on its way is in both of its regions. `waits`: a robot
+// on its way does nothing, so one that acts sets out in its next turn. One robot may
 // have targets, to be met one after the other: each at the end of a turn in which it is there and
 // not on its way.
 //
@@ -22,7 +23,7 @@
 
 namespace {
 
-int rows, cols, count, gates, begin, conflicts, walker;
+int rows, cols, count, gates, begin, conflicts, waits, walker;
 std::vector<std::vector<char>> targets;  // of that robot
 long most;
 std::vector<char> wall;
@@ -109,6 +110,7 @@ bool there(State &s, int g, int j) {
   const uint8_t *now = gate(s, g);
   const Need &need = all[g].needs[now[0]];
   return (need.skills & ~robots[j].skills) == 0 && need.where[robot(s, j)[0]] &&
+         !(waits && robot(s, j)[4]) &&
          (!need.same || (now[2] >> j & 1)) &&
          (!takes(s, g) || (now[1] >> j & 1) || has_room(s, j));
 }
@@ -173,7 +175,8 @@ void read() {
   rows = number(), cols = number();
   wall.assign(rows * cols, 0);
   for (char &w : wall) w = number();
-  count = number(), gates = number(), begin = number(), conflicts = number(), most = number();
+  count = number(), gates = number(), begin = number(), conflicts = number(), waits = number(),
+  most = number();
   for (int i = 0; i < count; i++) {
     Robot &r = robots[i];
     r.heading = number(), r.ticks = number(), r.room = number(), r.region = number(), r.face = number();

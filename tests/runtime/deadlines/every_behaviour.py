@@ -33,14 +33,16 @@ def every_behaviour(
     foes: Sequence[frozenset[int]] | None = None,
     walker: int = 0,
     targets: Sequence[Sequence[int]] = (),
+    waits: bool = False,
 ) -> Truth | None:
     """What the team of ``moment`` can do; ``due``: turns by obstacle; ``foes``: the robots that
     never share a region with each (None: no collisions); ``targets``: that one of the robots,
-    ``walker``, is to meet one after the other. None: too many states."""
+    ``walker``, is to meet one after the other; ``waits``: no robot acts during a step of several
+    ticks. None: too many states."""
     talk = _program()
     assert talk.stdin is not None
     assert talk.stdout is not None
-    found = [*_numbers(moment, due or {}, foes), walker, len(targets)]
+    found = [*_numbers(moment, due or {}, foes, waits), walker, len(targets)]
     for target in targets:
         found += [len(target), *target]
     talk.stdin.write(" ".join(map(str, found)) + "\n")
@@ -65,7 +67,10 @@ def _program() -> subprocess.Popen[str]:
 
 
 def _numbers(
-    moment: BoundMoment, due: Mapping[int, int], foes: Sequence[frozenset[int]] | None
+    moment: BoundMoment,
+    due: Mapping[int, int],
+    foes: Sequence[frozenset[int]] | None,
+    waits: bool,
 ) -> list[int]:
     skills = sorted({need.action for one in moment.opens for need in one.gate.needs})
 
@@ -78,7 +83,8 @@ def _numbers(
     world = moment.walkers[0].graph.world
     begin = moment.now + 1
     found = [world.rows, world.cols, *(int(r in world.walls) for r in range(world.size))]
-    found += [moment.count, len(moment.opens), begin, int(foes is not None), MOST]
+    found += [moment.count, len(moment.opens), begin, int(foes is not None)]
+    found += [int(waits), MOST]
     for i, walker in enumerate(moment.walkers):
         here = walker.pose if walker.leaves is None else walker.leaves
         base = begin // moment.count - (begin % moment.count <= i)
