@@ -49,15 +49,16 @@ def swept(team: TeamState, robot: Robot) -> set[Region]:
 
 
 def _resolving(team: TeamState, obstacle: Obstacle) -> set[str]:
-    """The robots that act on an obstacle, or that have entered its region to resolve it."""
-    need, found = team.knowledge.need_of(obstacle), set[str]()
+    """The robots that act on an obstacle; if there are none, those that have entered its region to
+    resolve it."""
+    need, acting, inside = team.knowledge.need_of(obstacle), set[str](), set[str]()
     for name, state in team.robots.items():
         lead = team.robots.get(state.acting or "")
-        acts = lead is not None and obstacle in lead.acts_on
-        inside = obstacle.region in state.occupied
-        if acts or (inside and obstacle.resolved_by_entering(state.robot, need)):
-            found.add(name)
-    return found
+        if lead is not None and obstacle in lead.acts_on:
+            acting.add(name)
+        if obstacle.region in state.occupied and obstacle.resolved_by_entering(state.robot, need):
+            inside.add(name)
+    return acting or inside
 
 
 def leading(team: TeamState, obstacle: Obstacle) -> set[str]:

@@ -111,6 +111,7 @@ PLAIN = {
     "a door sweeps both sides where another one is": (50395, True),
     "one that cannot turn back is where a door sweeps": (52136, True),
     "it waits where two doors sweep": (53001, False),
+    "inside a door, it does not leave where that sweeps as another one acts": (5219, True),
     "the way around two that wait for help takes more charge": (100116, True),
     "two meet on the way to a charger": (135095, False),
     "a plan has brought it to a charger without charge": (103275, False),
