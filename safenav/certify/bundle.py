@@ -27,6 +27,8 @@ from safenav.certify.proved import prove, refusals
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError
 from safenav.lines import json_line
+from safenav.outcome import Verdict
+from safenav.spec.assignable import may_leave
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
@@ -177,15 +179,20 @@ def programs() -> dict[str, bytes]:
 
 def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes | None:
     """Return the proof that a specification is unrealizable; None if no proof is possible within
-    the limits."""
-    answer = synthesizer.counterstrategy(read_specification(text, robot=robot))
-    if answer.strategy_json is None:
-        return None
-    try:
-        evidence = counter_evidence(text, answer.strategy_json)
-    except (NoMeasureError, LookupError, ResourceLimitError):
-        return None
-    return _json({"automaton": json.loads(answer.strategy_json), **evidence})
+    the limits. It also defeats robots that leave for good, if possible: by the rules of the
+    scenario they may."""
+    spec = read_specification(text, robot=robot)
+    for wider in dict.fromkeys((may_leave(spec), spec)):
+        answer = synthesizer.counterstrategy(wider)
+        if answer.strategy_json is None or answer.verdict is not Verdict.UNREALIZABLE:
+            continue
+        try:
+            replies = wider.to_structuredslugs()
+            evidence = counter_evidence(text, answer.strategy_json, replies)
+        except (NoMeasureError, LookupError, ResourceLimitError):
+            return None
+        return _json({"automaton": json.loads(answer.strategy_json), **evidence})
+    return None
 
 
 def _json(data: Any) -> bytes:

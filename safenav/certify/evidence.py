@@ -29,19 +29,21 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[Measure]:
     return [_measure(strategy, edges, met, fair) for met in goals]
 
 
-def counter_evidence(text: str, strategy_json: bytes) -> dict[str, Any]:
+def counter_evidence(text: str, strategy_json: bytes, replies: str | None = None) -> dict[str, Any]:
     """Return the evidence that the synthesizer's counterstrategy omits: the environment's initial
     input (``start``) and choices (``chosen``), and the ``measures`` that prove that it wins.
+    ``replies``: a text that allows the robot more, and that the counterstrategy defeats, too.
 
     Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it."""
     strategy = _read(strategy_json, text)
+    wider = strategy if replies in (None, text) else _read(strategy_json, replies)
     edges = strategy.edges([*dict.fromkeys(strategy.first)])
     goals, fair = strategy.met(edges)
     never = [False] * len(edges[0])
     measures = [_measure(strategy, edges, met, ()) for met in fair]
     measures.append(_measure(strategy, edges, never, goals))
     chosen = [
-        strategy.inputs[targets[0]] if targets else _unanswered_input(strategy, node)
+        strategy.inputs[targets[0]] if targets else _unanswered_input(wider, node)
         for node, targets in enumerate(strategy.next)
     ]
     start = strategy.inputs[0] if strategy.count else _opening(strategy)

@@ -20,13 +20,22 @@ from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, formulas_in
 from safenav.spec.assignable_regions import AssignableRegions, Part, assignable_regions, whereabouts
 from safenav.spec.movement import among, one_of
-from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+)
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 SOURCE = "paper, Section V-D, the runtime-assignable goal"
 NEXT = "'"
+ABLE = "it never loses a region that it is assigned"
+HOME = "it does not leave permanently unless assigned elsewhere"
 
 
 class AssignedGoal(Struct, frozen=True):
@@ -142,17 +151,24 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     stay = Origin("coordination", "it stays while it must wait", SOURCE)
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
     possible = assignable_regions(task, world)
-    able = Origin("coordination", "it never loses a region that it is assigned", SOURCE)
+    able = Origin("coordination", ABLE, SOURCE)
     for part in possible.parts:
         formula = f"{_asked(part)} -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, able, tuple(sorted(part.regions)))
-    home = Origin("coordination", "it does not leave permanently unless assigned elsewhere", SOURCE)
+    home = Origin("coordination", HOME, SOURCE)
     for part in possible.homes:
         asked = "!request' | " + one_of("assigned", part.regions, "'")
         formula = f"{_in(part, task)} & ({asked}) -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, home)
     go = Origin("coordination", "it reaches the assigned region", SOURCE)
     yield Constraint(Section.SYS_LIVENESS, "request' & !wait' -> region' = assigned'", go)
+
+
+def may_leave(spec: Specification) -> Specification:
+    """Return a specification (compiled, or read from its text) without the guarantees that the
+    robot can return: the scenario does not require them."""
+    said = [c for c in spec.constraints if c.section is Section.SYS_TRANS]
+    return spec.without(c for c in said if ABLE in c.origin.rule or HOME in c.origin.rule)
 
 
 def _in(part: Part, task: Task, mark: str = "") -> str:
