@@ -10,7 +10,8 @@ from typing import NamedTuple
 class Need(NamedTuple):
     """An action that ``robots`` of the ``able`` ones perform, each in one of ``regions``.
     ``together``: all in one tick; ``same``: by robots that fulfilled the need before it. The able
-    robots also have the actions of the later needs that the same robots must meet."""
+    robots also have the actions of the later needs that the same robots must meet. ``cut_off``:
+    those that do not take the load, since no path leads them to where it is put down."""
 
     able: frozenset[str]
     regions: frozenset[int]
@@ -18,6 +19,7 @@ class Need(NamedTuple):
     together: bool = False
     same: bool = False
     action: str = ""
+    cut_off: frozenset[str] = frozenset()
 
 
 class OpenObstacle(NamedTuple):

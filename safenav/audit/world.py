@@ -6,12 +6,12 @@ Independent of ``safenav.world`` on purpose: a mistake there must not hide here.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import chain, product
 from typing import Any
 
-from safenav.audit.language import HEADINGS, Pose, require
+from safenav.audit.language import HEADINGS, Pose, closure, require
 from safenav.audit.poses import PoseGraph
 
 
@@ -43,6 +43,7 @@ class World:
         self.sides = [heading for heading in HEADINGS if many[heading] > 1]
         self._beside, self._steps = cache(self._regions_beside), cache(self._steps_of)
         self._graphs = cache(self._graph_of)
+        self.connected = cache(self._connected)
 
     @classmethod
     def of(cls, data: Mapping[str, Any], *, live: bool = False) -> World:
@@ -105,6 +106,14 @@ class World:
     def around(self, regions: Iterable[int]) -> set[int]:
         """Return the regions and their free neighbours."""
         return {*chain(*((region, *self.neighbours(region)) for region in regions))}
+
+    def _connected(self, region: int, closed: frozenset[int]) -> frozenset[int]:
+        """Return the regions to which a path leads outside ``closed`` ones, and the region."""
+
+        def beside(region: int) -> Iterator[int]:
+            return (to for to in self.neighbours(region) if to not in closed)
+
+        return frozenset(closure([region], beside))
 
     def later(self, regions: Iterable[int]) -> set[int]:
         """Return where a robot in one of the regions may be at the next look: at most one step

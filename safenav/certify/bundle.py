@@ -179,7 +179,7 @@ def programs() -> dict[str, bytes]:
 
 def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes | None:
     """Return the proof that a specification is unrealizable; None if no proof is possible within
-    the limits. It also defeats robots that leave for good, if possible: by the rules of the
+    the limits. It also defeats robots that leave permanently, if possible: by the rules of the
     scenario they may."""
     spec = read_specification(text, robot=robot)
     for wider in dict.fromkeys((may_leave(spec), spec)):

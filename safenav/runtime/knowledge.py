@@ -171,10 +171,16 @@ class Knowledge:
         return names - (single - {*told})
 
     def within_reach(
-        self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
+        self,
+        robot: Robot,
+        regions: Mapping[str, Region],
+        cleared: Collection[str] = (),
+        takers: Takers = NO_TAKERS,
     ) -> list[tuple[Obstacle, tuple[str, ...]]]:
         """The pending obstacles of which a robot can fulfil a need, or its part of one, where it
-        stands; each with the robots that take part. ``regions``: those of the robots that may."""
+        stands; each with the robots that take part. ``regions``: those of the robots that may;
+        ``takers``: as for ``perform``."""
+        self._known.takers = takers
         found = self._known.within_reach(robot, regions, cleared)
         return [(work.obstacle, group) for work, group in found]
 
@@ -185,10 +191,12 @@ class Knowledge:
         need = obstacle.needs[self.need_of(obstacle)]
         return bool(leads) and (need.together or len(work.done.union(leads)) >= need.robots)
 
-    def to_take(self, robot: Robot, sent_for: str | None, here: Region) -> list[Obstacle]:
-        """The pending loads that a robot in ``here`` may take. If it is sent for one of them, it
-        takes that one first, and keeps room for it elsewhere."""
-        loads = taking(self.pending.values())
+    def to_take(
+        self, robot: Robot, sent_for: str | None, here: Region, left: Collection[str] = ()
+    ) -> list[Obstacle]:
+        """The pending loads that a robot in ``here`` may take, except those ``left`` (names). If it
+        is sent for one of them, it takes that one first, and keeps room for it elsewhere."""
+        loads = [work for work in taking(self.pending.values()) if work.obstacle.name not in left]
         sent = next((w for w in loads if w.obstacle.name == sent_for and w.is_taken_whole), None)
         if sent is None:
             return [work.obstacle for work in loads]

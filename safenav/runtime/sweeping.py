@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.failures import stands_for
+from safenav.runtime.loads import takers
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Obstacle, Robot
 from safenav.world.map import Region
@@ -85,7 +86,9 @@ def cleared(team: TeamState, robot: Robot, chosen: InTime | None = None) -> list
     pending = team.knowledge.pending.values()
     assignment, here = team.robots[robot.name].assignment, team.robots[robot.name].pose.region
     sent_for = assignment.obstacle if assignment.role is Role.HELPS else None
-    loads = team.knowledge.to_take(robot, sent_for, here)
+    may = takers(team, {}, (work.obstacle for work in pending if work.takes))
+    left = {name for name, robots in may.items() if robot.name not in robots}
+    loads = team.knowledge.to_take(robot, sent_for, here, left)
     if chosen is not None:
         mine = chosen.next_at(team.last_settled.floor, robot.name, here)
         if mine is not None:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+from safenav.scenario import needs
+from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.objective import Target
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -53,3 +55,16 @@ class Reachability:
 
     def _poses(self, target: Target) -> Mask:
         return self._graph.poses_on(region_mask(target))
+
+
+def is_cut_off(
+    robot: Robot, here: Region, obstacle: Obstacle, number: int, world: RegionMap
+) -> bool:
+    """Return whether a robot in ``here`` that takes a load by need ``number`` can never put it
+    down: the map and its own ``avoid`` leave no path to the regions of a later need of the load.
+    Headings do not count, so that the robot's steps do not change the result."""
+    if not obstacle.type.takes(number):
+        return False
+    places = Reachability(Mobility.FREE, Pose(here), world, robot.objective.avoid)
+    after = range(number + 1, number + len(needs.chain(obstacle.needs, number)))
+    return not all(places.reaches(frozenset(obstacle.resolution_regions(world, k))) for k in after)

@@ -345,7 +345,7 @@ def impossible(line: Line, now: Situation, tick: int, had: int) -> Iterator[str]
             return
         need, turns, came = obstacle.left[0], [], {}
         for robot, place in act.robots.items():
-            able = robot in need.able - obstacle.done
+            able = robot in need.able - obstacle.done - need.cut_off
             if not able or (obstacle.takes() and is_full(robot)):
                 yield f"{robot} cannot meet need {act.need} of {act.obstacle}"
                 return

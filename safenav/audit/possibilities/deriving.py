@@ -41,7 +41,7 @@ def open_obstacle(
     if now.live:
         barred |= {*(now.out if out is None else out)}
     done = frozenset[str]() if one.left[0].together else one.done
-    return one._replace(done=done, barred=barred)
+    return one._replace(left=now.unmet(one), done=done, barred=barred)
 
 
 def team_of(now: Situation, out: Collection[str] | None = None) -> Team | None:

@@ -148,7 +148,7 @@ class Team:
             at, back = dict[str, Poses](), dict[str, bool]()
             rank = dict[str, tuple[bool, bool, int, int]]()
             others = [o.name for o in obstacles if o.left and o != obstacle]
-            able_now = need.able - obstacle.done - obstacle.barred
+            able_now = need.able - obstacle.done - obstacle.barred - need.cut_off
             able_now -= full if obstacle.takes() else frozenset()
             for i, name in enumerate(self.names):
                 there = self._spots(name, sets, obstacles, k) if name in able_now else frozenset()

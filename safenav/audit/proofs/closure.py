@@ -88,6 +88,7 @@ def _stuck_at(
             if name not in obstacle.barred
             and not (number == 0 and name in full and obstacle.takes())
             and not (number == 0 and name in obstacle.done)
+            and not (name in left[begin].cut_off and not (begin == 0 and name in obstacle.done))
             and regions[name] & need.regions
             and all(
                 regions[name] & left[k].regions or (k == 0 and name in obstacle.done)

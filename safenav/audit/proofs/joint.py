@@ -260,7 +260,7 @@ def _performed(
         need, takes = obstacle.left[0], obstacle.takes()
         if takes and full is None:
             return obstacle
-        able = (need.able - obstacle.barred) & at.keys()
+        able = (need.able - obstacle.barred - need.cut_off) & at.keys()
         if takes:
             able -= full or frozenset()
         there = (name for name in able if at[name] in need.regions)

@@ -187,12 +187,13 @@ def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str
     for name in proof["never"]:
         if name in now.obstacles and now.status[name] is Status.UNRESOLVED:
             need = now.need(name)
+            done = frozenset[str]() if need.together else now.open[name].done
             there = [
                 robot
-                for robot in need.able - (set() if need.together else now.open[name].done)
+                for robot in need.able - done - now.unmet(now.open[name])[0].cut_off
                 if regions.get(robot, set()) & set(need.regions)
             ]
-            if len(there) < need.robots - (0 if need.together else len(now.open[name].done)):
+            if len(there) < need.robots - len(done):
                 yield name
 
 

@@ -117,7 +117,7 @@ class Situation(Actions):
             case "act":
                 self.acting[robot] = record
             case "acted":
-                acted = self.acting.pop(robot, None)
+                acted = self.turn.act = self.acting.pop(robot, None)
                 self.barred |= {(robot, one) for one in record.barred or ()}
                 if record.results or not record.reason:  # otherwise it has failed
                     self.perform(robot, record.results, acted)

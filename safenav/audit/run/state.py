@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
+from itertools import takewhile
 
 from safenav.audit.lines import Line, Obstacle
 from safenav.audit.needs import Need, OpenObstacle
@@ -131,6 +132,25 @@ class State(Robots):
         required the same robots, only those are able to meet it."""
         return self.open[obstacle].left[0]
 
+    def unmet(self, one: OpenObstacle) -> tuple[Need, ...]:
+        """Return an obstacle's unmet needs with the robots that do not take a load by them: the map
+        and their own ``avoid`` leave no path to the regions of a later need of the load. A robot
+        that has begun to take it is not among them."""
+        acts = (act.robots for act in self.acting.values() if one.name in act.obstacles)
+        busy, left = frozenset[str]().union(*acts), one.left
+        return tuple(
+            need._replace(cut_off=frozenset(self._cut_off(need, later)) - busy)
+            if not need.same and (later := [*takewhile(lambda one: one.same, left[k + 1 :])])
+            else need
+            for k, need in enumerate(left)
+        )
+
+    def _cut_off(self, need: Need, later: Collection[Need]) -> Iterator[str]:
+        for robot in need.able:
+            reach = self.grid.connected(self.pose(robot)[0], self.own[robot].avoid)
+            if any(reach.isdisjoint(one.regions) for one in later):
+                yield robot
+
     def too_few(self, obstacle: str) -> list[bool]:
         """Return for each unmet need whether too few robots can fulfil it and the later needs that
         the same robots must fulfil."""
@@ -191,6 +211,8 @@ class State(Robots):
         there = {robot for robot in able if self.region[robot] in regions}
         if not self.takes(obstacle):
             return there
+        out, act = self.unmet(self.open[obstacle])[0].cut_off, self.turn.act
+        there -= out - self.open[obstacle].done - {*(act.robots if act is not None else ())}
         carriers = self.carriers(obstacle)
         return {n for n in there if n in carriers or self._may_take(n, obstacle)}
 

@@ -62,7 +62,8 @@ class Turn:
     ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's at the start
     of the turn, ``objectives`` those of the whole team. ``final``: only the outcome follows.
     ``torn``: the run was interrupted or the trace is truncated, so lines may be missing.
-    ``failed``: a step has failed in this turn, or ended elsewhere than commanded.
+    ``failed``: a step has failed in this turn, or ended elsewhere than commanded. ``act``: the
+    action that has ended in this turn.
     """
 
     tick: int
@@ -76,6 +77,7 @@ class Turn:
     final: bool = False
     torn: bool = False
     failed: bool = False
+    act: Line | None = None
     advanced: set[str] = field(default_factory=set)
     """Obstacles of which a need was met in this turn, as far as the moves imply it."""
     met: dict[tuple[str, int], frozenset[str]] = field(default_factory=dict)

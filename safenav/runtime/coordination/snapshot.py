@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from safenav.bounds import Place
 from safenav.runtime.formulas import formulas_of, graph_of
+from safenav.runtime.loads import cut_off
 from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Problem, Stage
 from safenav.runtime.team import RobotState, TeamState
@@ -38,7 +39,15 @@ def floor_of(
             for pairs in (none, refused)
         )
         gate = OpenObstacle.of(obstacle, robots, scenario.map, *out)
-        gates.append(replace(gate, restarts=scenario.restarts_rounds(obstacle.name)))
+        strays = (cut_off(state, obstacle, need) for need in range(len(obstacle.needs)))
+        restarts = scenario.restarts_rounds(obstacle.name)
+        gates.append(
+            replace(
+                gate,
+                restarts=restarts,
+                cut_off=tuple(frozenset(map(names.index, group)) for group in strays),
+            )
+        )
         stages.append(stage_of(state, obstacle))
     members = tuple(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)

@@ -143,6 +143,7 @@ class Scheduler(Struct, eq=False):
         """Return the robots that can still take part in the next need of an obstacle."""
         one, out = moment.opens[gate], self.barred[gate] if self.barred else frozenset[int]()
         out |= _full(moment) if one.takes else frozenset()
+        out |= one.gate.cut_off_at(one.stage.need)
         skills = one.gate.skills[one.stage.need]
         return [
             robot

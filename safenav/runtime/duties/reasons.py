@@ -25,6 +25,7 @@ class Hindrance(Enum):
     INSIDE = "it cannot enter that region alone; 'at' of the need can name other regions"
     WALLS = "no path leads there"
     NO_STRATEGY = "no strategy takes it there"
+    CUT_OFF = "no path leads it to where the load is put down"
     OUT_OF_SERVICE = "it is out of service"
     FAILED = "it has failed too often"
 
@@ -109,6 +110,8 @@ def _helper(floor: Floor, closure: TeamClosure, number: int, robot: int) -> Help
     there, reach = graph.poses_on(regions), closure.reach[robot]
     if robot in its_own.barred | its_own.refused:
         return Helper(name, Hindrance.NO_STRATEGY)
+    if robot in its_own.cut_off_at(closure.left[number].need):
+        return Helper(name, Hindrance.CUT_OFF)
     if reach & there:
         return Helper(name, Hindrance.NOTHING)
     beyond = member.floor & ~reach
@@ -197,6 +200,10 @@ def why_nobody(
     able = problem.able(gate, floor.stages)
     if len(able) < problem.missing(gate, floor.stages) and (loads := _loads(floor, gate, word)):
         return loads
+    out_of_reach = problem.gates[gate].cut_off_at(floor.stages[gate].need)
+    strays = [floor.names[i] for i in problem.skilled(gate, floor.stages) if i in out_of_reach]
+    if len(able) < problem.missing(gate, floor.stages) and strays:
+        return f"no path leads {listed(strays)} to where it is put down"
     if not able:
         return None
     if len(able) < problem.missing(gate, floor.stages):

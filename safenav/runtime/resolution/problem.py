@@ -57,7 +57,8 @@ class OpenObstacle(Struct, frozen=True, dict=True):
     have the action. ``refused``: robots for whose duty no strategy was found; one that gets there
     still acts. ``sweeps``: the regions where no other robot may be while a robot resolves it.
     ``order``: robots take loads in this order where they can take several. ``restarts``: rounds
-    restart when it is resolved."""
+    restart when it is resolved. ``cut_off``: for each need, the robots that do not
+    take a load by it, since no path leads them to where it is put down."""
 
     name: str
     region: int
@@ -68,6 +69,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
     order: tuple[str, int, int] = ("", 0, 0)
     refused: frozenset[int] = frozenset()
     restarts: bool = True
+    cut_off: tuple[frozenset[int], ...] = ()
 
     @classmethod
     def of(
@@ -94,6 +96,10 @@ class OpenObstacle(Struct, frozen=True, dict=True):
         """Return for each need the actions that a robot must have: its own, and those of the needs
         that the same robots must meet after it."""
         return tuple(needs.actions(self.needs, number) for number in range(len(self.needs)))
+
+    def cut_off_at(self, need: int) -> frozenset[int]:
+        """Return the robots that do not take a load by a need."""
+        return self.cut_off[need] if self.cut_off else frozenset()
 
     def chain(self, need: int) -> tuple[OpenNeed, ...]:
         """A need, and those after it that the same robots must meet."""
@@ -296,7 +302,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         """The robots that act on the obstacle's next need where they can, in the team's order."""
         out = stages[gate].done | self.gates[gate].barred
         if self.takes(gate, stages):
-            out |= self.full(stages)
+            out |= self.full(stages) | self.gates[gate].cut_off_at(stages[gate].need)
         return [i for i in self.skilled(gate, stages) if i not in out]
 
     def takes(self, gate: int, stages: Stages) -> bool:

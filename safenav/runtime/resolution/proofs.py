@@ -79,6 +79,8 @@ def _enough(gate: int, now: PoseSets, given: Stage) -> bool:
         there = [bool(now.spots(i, need.regions)) for need in needs[begin : number + 1]]
         if begin == given.need < number and i in given.done:
             there[0] = True
+        elif i in problem.gates[gate].cut_off_at(begin):
+            continue  # it does not take the load
         if all(there):
             able.append(i)
     return len(able) >= problem.missing(gate, stages)

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
 from safenav.runtime.deadlines.choice import InTime
+from safenav.runtime.loads import takers
 from safenav.runtime.sweeping import cleared, leading
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.planning import Traffic
@@ -16,7 +17,7 @@ from safenav.runtime.turns.move_recorder import MoveRecorder
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import Acted, Arrived
-from safenav.runtime.worlds.world import Change
+from safenav.runtime.worlds.world import Change, Takers
 from safenav.scenario.model import Obstacle
 from safenav.trace import records, vocabulary
 from safenav.trace.vocabulary import ActResult, HoldReason
@@ -34,7 +35,7 @@ class Actions(Struct):
 
     def act(self, robot: RobotState) -> Iterator[Event]:
         """Let the robot perform its actions where it stands; changes are decided immediately."""
-        told = self.world.within_reach(robot.robot, self._cleared(robot)) is not None
+        told = self._world_reaches(robot) is not None
         if not told and self._must_not_sweep(robot):
             return  # a world without ``within_reach`` would do all that it can
         event, robot.acted = robot.acted, None
@@ -50,7 +51,7 @@ class Actions(Struct):
         chosen = self._chosen()
         if chosen is not None and chosen.has_act(self.state.last_settled.floor, robot.name):
             return False  # its acts are planned: it may leave without others
-        reach = self.world.within_reach(robot.robot, self._cleared(robot))
+        reach = self._world_reaches(robot)
         if reach is not None:
             return reach
         if not robot.asked and not self._must_not_sweep(robot):
@@ -65,11 +66,13 @@ class Actions(Struct):
         return any(obstacle not in robot.acts_on for obstacle in self._within_reach(robot)[0])
 
     def _done_by(self, robot: RobotState) -> Acted:
-        cleared = self._cleared(robot)
-        event = self.world.act(robot.robot, robot.pose, cleared, self._takers())
+        event = self.world.act(robot.robot, robot.pose, self._cleared(robot), self._takers())
         assert event is not None, "actions take no time in lockstep"
-        external = self.world.within_reach(robot.robot, cleared) is None
+        external = self._world_reaches(robot) is None
         return self._without_echoes(event, ()) if external else event
+
+    def _world_reaches(self, robot: RobotState) -> bool | None:
+        return self.world.within_reach(robot.robot, self._cleared(robot), self._takers())
 
     def waits_to_sweep(self, robot: RobotState) -> bool:
         """Whether a helper is in position to act while others are still in the swept regions."""
@@ -96,7 +99,8 @@ class Actions(Struct):
         if not obstacles and (robot.asked or busy):
             return False  # it may act again once the others are done
         robot.asked, robot.acts_on = True, tuple(obstacles)
-        event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
+        begun = self.world.act(robot.robot, robot.pose, obstacles, self._takers())
+        event = self._answered(begun, obstacles)
         if event is not None and not (event.found or event.reason):
             if obstacles or self.world.simulated:  # other worlds do nothing unrequested
                 yield from self._resolve(robot, event)
@@ -115,7 +119,7 @@ class Actions(Struct):
 
     def _end(self, robot: RobotState, event: Acted) -> Iterator[Event]:
         """Record the end of an action, and process its results."""
-        state, name = self.state, robot.name
+        state, name, who = self.state, robot.name, self._takers()
         for other in state.robots.values():
             other.acting = None if other.acting == name else other.acting
         results = {obstacle.name: result for obstacle, result in event.found}
@@ -129,7 +133,7 @@ class Actions(Struct):
         state.emit(records.ActionEnd(state.tick, event.command or 0, name, *ended))
         robot.asked = not event.found  # else there may be more to do
         state.changes += 1
-        yield from self._acted(robot, event, barred=bool(barred))
+        yield from self._acted(robot, event, who, barred=bool(barred))
 
     def gone(self, obstacle: Obstacle, *, by_user: bool = False) -> Iterator[Event]:
         """Process the disappearance of an obstacle, known or not."""
@@ -148,14 +152,18 @@ class Actions(Struct):
         return [obstacle.name for obstacle in swept if obstacle not in clear]
 
     def _resolve(
-        self, robot: RobotState, event: Acted, only: Collection[str] | None = None
+        self,
+        robot: RobotState,
+        event: Acted,
+        only: Collection[str] | None = None,
+        who: Takers | None = None,
     ) -> Iterator[Event]:
         """Process the obstacles that an action has resolved, and the other needs that it fulfilled
-        (``only``: of these obstacles)."""
+        (``only``: of these obstacles). ``who``: the robots that take each load (None: now)."""
         state = self.state
         cleared = robot.acts_on if state.live else self._cleared(robot)
-        names, takers = [obstacle.name for obstacle in cleared], self._takers()
-        further, met = state.knowledge.perform(robot.robot, state.standing(), names, only, takers)
+        names, who = [obstacle.name for obstacle in cleared], self._takers() if who is None else who
+        further, met = state.knowledge.perform(robot.robot, state.standing(), names, only, who)
         resolved = []
         for obstacle, result in event.found:
             state.introduce(obstacle)
@@ -179,8 +187,10 @@ class Actions(Struct):
         return cleared(self.state, robot.robot, self._chosen())
 
     def _takers(self) -> dict[str, frozenset[str]]:
-        chosen = self._chosen()
-        return {} if chosen is None else chosen.takers(self.state.last_settled.floor)
+        chosen, state = self._chosen(), self.state
+        acts = {} if chosen is None else chosen.takers(state.last_settled.floor)
+        loads = (work.obstacle for work in state.knowledge.pending.values() if work.takes)
+        return takers(state, acts, loads)
 
     def _chosen(self) -> InTime | None:
         """The acts that bind the robots; None on a joint plan, where they act in passing."""
@@ -250,7 +260,8 @@ class Actions(Struct):
         found, barred = [], state.failures.barred
         names = {o.name for o in cleared(state, robot.robot)}
         free = {name for name in names if (robot.name, name) not in barred}
-        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, free):
+        reach = state.knowledge.within_reach(robot.robot, idle, free, self._takers())
+        for obstacle, robots in reach:
             if (robot.name, obstacle.name) in barred:
                 continue
             if state.knowledge.is_being_met(obstacle, leading(state, obstacle)):
@@ -260,8 +271,11 @@ class Actions(Struct):
             group |= set(robots)
         return found, tuple(name for name in state.robots if name in group), busy
 
-    def _acted(self, robot: RobotState, event: Acted, *, barred: bool) -> Iterator[Event]:
-        """Process the results of an action. ``barred``: the robot leaves an obstacle to others."""
+    def _acted(
+        self, robot: RobotState, event: Acted, who: Takers, *, barred: bool
+    ) -> Iterator[Event]:
+        """Process the results of an action. ``who``: the robots that could take each load when it
+        ended; ``barred``: the robot leaves an obstacle to others."""
         for obstacle, result in event.found:
             if result is ActResult.NOTHING:
                 yield from self.gone(obstacle)
@@ -281,4 +295,4 @@ class Actions(Struct):
         if done or not failed:
             told = {obstacle.name for obstacle, _ in done}
             only = told if failed else self.state.knowledge.affected(told)
-            yield from self._resolve(robot, replace(event, found=tuple(done)), only)
+            yield from self._resolve(robot, replace(event, found=tuple(done)), only, who)

@@ -124,11 +124,14 @@ class BlockingAdapter:
         )
         return protocol.Acted(self.now(), robot.name, found, command=command)
 
-    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
+    def within_reach(
+        self, robot: Robot, cleared: Sequence[Obstacle], takers: Takers = NO_TAKERS
+    ) -> bool | None:
         """Whether the robot can act on an obstacle where it stands; None if only acting shows
         it."""
         if self._simulated is None:
             return None
+        self._simulated.works.takers = takers
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
 

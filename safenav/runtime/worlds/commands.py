@@ -25,7 +25,7 @@ from safenav.runtime.worlds.reports import (
     wrong_result,
     wrong_step,
 )
-from safenav.runtime.worlds.simulation import pace_on
+from safenav.runtime.worlds.simulation import LiveSimulation, pace_on
 from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -203,18 +203,22 @@ class Commands:
         self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle], takers: Takers = NO_TAKERS
     ) -> protocol.Acted | None:
         """Let a robot act where it stands; return the results, if the action has already ended.
-        ``takers`` (lockstep): for some loads, the only robots that take them."""
+        ``takers`` (simulations): for some loads, the only robots that take them."""
         if isinstance(self.world, BlockingAdapter):  # also while it is in transit
             return self.world.act(robot, obstacles, self._count, takers)
         number = self._begin(robot, here, None, obstacles)
+        if isinstance(self.world, LiveSimulation):
+            self.world.truth.works.takers = takers
         self._send(robot, here, "act", lambda: self.world.act(robot, obstacles, number))
         return self.acted(robot)
 
-    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
+    def within_reach(
+        self, robot: Robot, cleared: Sequence[Obstacle], takers: Takers = NO_TAKERS
+    ) -> bool | None:
         """Lockstep: whether a robot can act on an obstacle where it stands; None if the world does
         not report it before the action."""
         assert isinstance(self.world, BlockingAdapter), "a live world is asked by a command"
-        return self.world.within_reach(robot, cleared)
+        return self.world.within_reach(robot, cleared, takers)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
         """The end of a robot's action, taken in its turn; None until then."""
