@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from safenav.audit.kinds import STAYING
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.run.actions import WITHOUT_EFFECT
@@ -197,6 +198,8 @@ def _goes_on(record: Line, now: Situation) -> bool:
     robot, own = record.robot, now.own[record.robot]
     if own.kind == "ltl" or now.has_heading(robot):
         return False
+    if record.type != "act" and _charges(robot, now):
+        return True
     asked = (*now.requests.values(), *now.given_up.values())
     if not any(robot in requesters for requesters in asked):
         return now.objectives[robot] == own
@@ -208,10 +211,22 @@ def _goes_on(record: Line, now: Situation) -> bool:
     return kept and now.waits is not None and now.waits.until is not None
 
 
+def _charges(robot: str, now: Situation) -> bool:
+    """Return whether a robot pursues a charger."""
+    present, chargers = now.objectives[robot], {*(now.header.chargers or ())}
+    stays = present.kind == STAYING and present != now.own[robot]
+    return (
+        now.header.robots[robot].battery is not None
+        and stays
+        and chargers.issuperset(present.targets[0])
+    )
+
+
 class WaitingRule(Rule):
     """While the team waits for an operator or a change of the scenario, only robots that can undo
     each step (free mobility) get commands: those that pursue their own objective and wait for
-    nothing. Until a change, also those that pursue their objective while they wait, and all robots
+    nothing, and those that go to a charger (they do not act on the way if they wait for help).
+    Until a change, also those that pursue their objective while they wait, and all robots
     may act where they stand. A wait names a possible outcome of the run, expects a change (in
     lockstep), and ends with one. A reopened obstacle was given up, not found untraversable, and is
     reopened by an operator or after a change. An operator puts a robot where no robot in conflict

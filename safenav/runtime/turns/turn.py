@@ -21,7 +21,7 @@ from safenav.runtime.turns.move_recorder import MoveRecorder
 from safenav.runtime.turns.moves import Moves
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.turns.step_choice import StepChoice
-from safenav.runtime.turns.while_waiting import may_continue
+from safenav.runtime.turns.while_waiting import may_act, may_continue
 from safenav.runtime.worlds.commands import Commands
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
@@ -77,7 +77,7 @@ class Turns:
         operator, who may be there."""
         state = self.state
         may = robot.acting is not None or not state.waits_for_operator
-        return state.live and (may or may_continue(self.state, robot))
+        return state.live and (may or may_act(self.state, robot))
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
         """The turn of a robot that decides nothing: it looks around, and stays. Its strategy is
