@@ -116,6 +116,12 @@ def swing_changed(line: Any, **values: float) -> list[Line]:
     return [replace(line, swings=(first, replace(second, goal=goal, **values), *rest))]
 
 
+def sliding(line: Any) -> list[Line]:
+    first, *rest = line.swings
+    goal = (*first.goal[:3], 0.3, *first.goal[4:])
+    return [replace(line, swings=(replace(first, goal=goal), *rest))]
+
+
 FORGERIES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], list[Line]], str]] = {
     "into a closed door": (
         lambda line: isinstance(line, Flight) and line.primitive == "hover" and line.to == 46,
@@ -141,6 +147,18 @@ FORGERIES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], list[Line]], s
     "a foot that ends in the air": (
         lambda line: isinstance(line, Segment) and line.primitive == "walk straight",
         *(partial(swing_changed, u1=0.9), "feet"),
+    ),
+    "a foot that slides as it lands": (
+        lambda line: isinstance(line, Segment) and line.primitive == "walk straight",
+        *(sliding, "feet"),
+    ),
+    "a move in another tick": (
+        lambda line: isinstance(line, Segment) and line.primitive == "walk straight",
+        *(lambda line: [replace(line, tick=line.tick + 1)], "order"),
+    ),
+    "a door in another region": (
+        lambda line: isinstance(line, Action),
+        *(lambda line: [replace(line, region=48)], "action"),
     ),
     "a push of a door for 10 ms": (
         lambda line: isinstance(line, Action),

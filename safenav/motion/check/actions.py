@@ -40,6 +40,9 @@ def check_actions(case: Examination) -> None:
                 what = f"acts on {action.obstacle} {off:.3f} m outside region {record.at}"
                 case.wrong(action.t0, action.robot, "action", what)
         obstacle = case.obstacles.get(action.obstacle)
+        if obstacle is not None and obstacle.region != action.region:
+            what = f"acts on {action.obstacle} in region {action.region}, not {obstacle.region}"
+            case.wrong(action.t0, action.robot, "action", what)
         if obstacle is not None:
             _behind(case, obstacle.region, action)
 

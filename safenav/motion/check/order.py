@@ -34,9 +34,9 @@ def passages(case: Examination) -> dict[int, Passage]:
         pieces: Sequence[Piece] = case.pieces[name] or case.motion.of(GoalLine, name)
         mine = _merged([piece for piece in pieces if piece.origin != piece.to])
         for (line, tick, origin, to), done in zip(steps, mine, strict=False):
-            if (done.origin, done.to) != (origin, to):
-                what = f"moves {done.origin} -> {done.to} where the trace moves {origin} -> {to}"
-                case.wrong(done.begin, name, "order", f"{what} (tick {tick})")
+            if (done.tick, done.origin, done.to) != (tick, origin, to):
+                what = f"moves {done.origin} -> {done.to} in tick {done.tick} where the trace moves"
+                case.wrong(done.begin, name, "order", f"{what} {origin} -> {to} (tick {tick})")
                 return found
             found[line] = done
         if len(mine) < len(steps):

@@ -124,6 +124,10 @@ def _swings(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None
             if abs(u) > NEAR:
                 continue  # half-way at a walking pose: the next segment continues it
             apart = min((np.hypot(f.x - state[0], f.y - state[1]) for f in feet), default=None)
+            turned = min((abs(f.yaw - state[2]) for f in feet), default=0.0)
+            if turned > NEAR or np.abs(state[3:6]).max() > NEAR:
+                what = f"a foot {word} the ground as it moves, or {turned:.3f} rad off its foothold"
+                wrong(swing.t0, "feet", what)
             if apart is None:
                 wrong(swing.t0, "feet", f"a foot {word} the ground where it has no foothold")
             elif apart > NEAR:
