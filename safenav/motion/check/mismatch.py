@@ -23,6 +23,8 @@ GAPS = {"setpoints": 1.0, "goals": 2.0}
 """The longest time without a measurement, in seconds, by how a robot is driven."""
 BUILT_IN = ("walker", "flyer", "rover", "disc")
 
+WRITTEN = 1e-9
+"""The difference that writing a number may make."""
 LONGEST = 2_000_000
 """Seconds of a motion, 23 days: it is sampled from its beginning to its end."""
 
@@ -55,7 +57,8 @@ def mismatch(motion: Motion, trace: Trace) -> str:
         return f"regions of {header.side:g} m"
     if not 0 <= motion.outcome.makespan <= LONGEST:
         return f"a makespan of {motion.outcome.makespan:g} s, not of 0 to {LONGEST:,} s"
-    if header.origin != (world.origin or (0.0, 0.0, 0.0)):
+    origin = world.origin or (0.0, 0.0, 0.0)
+    if max(abs(a - b) for a, b in zip(header.origin, origin, strict=True)) > WRITTEN:
         return "the origin of its map is not that of the trace"
     for name, limits in header.robots.items():
         if not isinstance(limits.get("kind"), str):
@@ -84,7 +87,7 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
             continue
         same = limits.get(key) == value
         if isinstance(value, float) and isinstance(found := limits.get(key), int | float):
-            same = abs(found - value) < 1e-9
+            same = abs(found - value) <= WRITTEN
         if not same:
             return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
     for key, bound in BOUNDS.items() if limits["kind"] == "walker" else ():
