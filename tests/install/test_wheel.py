@@ -146,6 +146,20 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
 
 
 @pytest.mark.slow
+def test_an_installation_without_compiler_names_what_is_missing(tmp_path: Path) -> None:
+    settings = f"--config-settings=build-dir={tmp_path / 'build'}"
+    done = subprocess.run(
+        [sys.executable, "-m", "pip", "wheel", "--no-deps", settings, "-w", tmp_path, ROOT],
+        env={**os.environ, "CXX": str(tmp_path / "missing")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "It needs a C++17 compiler (Debian: apt install g++" in done.stdout + done.stderr
+
+
+@pytest.mark.slow
 def test_without_numpy_a_map_file_is_refused_with_what_to_install(
     wheel: Path, tmp_path: Path
 ) -> None:
