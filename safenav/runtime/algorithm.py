@@ -70,8 +70,6 @@ class Algorithm(Struct):
     _together: bool = False
     _astray: list[events.OutsideStrategy] = field(default_factory=list)
     _paying: bool = False
-    _outdated: bool = False
-    """Whether a robot has been put in or out of service since the team began to wait."""
 
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
@@ -148,7 +146,7 @@ class Algorithm(Struct):
             return None  # the turn continues
         match decision.event:
             case events.ServiceChanged(name, active):
-                self._outdated |= team.waiting is not None
+                team.outdated |= team.waiting is not None
                 self.turns.relocation.put_in_service(team.robots[name], active=active)
             case events.ObjectiveGiven(name, objective, within, progress):
                 team.give(name, objective, within, progress or Progress(objective))

@@ -66,7 +66,7 @@ class Passes(Algorithm):
         self.stop.check()
         asked = self.interventions.asked
         stands = self.attended and self.world.simulated and self.world.idle
-        if team.waits_for_operator and not (asked or self._outdated) and stands:
+        if team.waits_for_operator and not (asked or team.outdated) and stands:
             return  # time stands still until an operator intervenes
         self._come = self.search.fresh() or self._come
         changed = self._changed or self._come or asked or self.traffic.thinking.fresh()
@@ -92,7 +92,7 @@ class Passes(Algorithm):
         team, given_up, together = self.team, self.interventions.given_up, self._together
         begun = team.scenario.begun if team.tick == 1 else None
         goes_on = begun is not None and bool(begun.asked or begun.stays)
-        outdated = self._outdated
+        outdated = team.outdated
         self._together |= goes_on
         self.run_part(lambda: self.settle(self.batteries.tick_begins()))
         waited, self.interventions.took_effect = team.waiting is not None, False
@@ -108,7 +108,7 @@ class Passes(Algorithm):
         if goes_on:
             self.run_part(partial(self.settle, [Continued()]))
         if given_up:
-            if self._outdated:
+            if team.outdated:
                 self._resume()
             stands = None if self.interventions.took_effect else team.waiting
             raise RunEnded(stands or Conclusion(Outcome.INTERRUPTED, "given up"))
@@ -296,7 +296,7 @@ class Passes(Algorithm):
     def _resume(self) -> None:
         """Decide once after all interventions of a pass, or after a change of the scenario. First
         reopen the requests that were given up, since the missing capability may be available."""
-        self.team.waiting, self._together, self._outdated = None, False, False
+        self.team.waiting, self._together, self.team.outdated = None, False, False
         self.run_part(lambda: self.settle([ObstaclesReopened()]))
 
     def _hear(self) -> None:

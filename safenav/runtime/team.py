@@ -205,7 +205,8 @@ class TeamState(Struct):
     clock of a live run, None in lockstep; ``failures``: those of its robots; ``deferred``: the
     settlement of a decision that waits for strategies; ``waiting``: the conclusion of a run that
     waits instead of ending, for an operator or a change of the scenario at ``waits_until``
-    (``changes_to_come``: whether it has any left); ``changes``: number of changes on which
+    (``changes_to_come``: whether it has any left), ``outdated`` if a robot has been put in or out
+    of service or moved elsewhere since; ``changes``: number of changes on which
     decisions depend, ``moves``: of departures and arrivals; ``told``: of records. ``dues``:
     deadlines of the open obstacles; ``stops``: those of a robot with a battery; ``frees``: whether
     a joint plan may help a robot that has no strategy from its pose. ``inputs``: their values in
@@ -228,6 +229,7 @@ class TeamState(Struct):
     deferred: Settled | None = None
     waiting: Conclusion | None = None
     waits_until: float | None = None
+    outdated: bool = False
     changes: int = 0
     moves: int = 0
     told: int = 0
@@ -303,10 +305,8 @@ class TeamState(Struct):
 
     def objectives(self) -> dict[str, TracedObjective]:
         """The objectives in force, as in a trace."""
-        return {
-            name: objective_in_trace(robot.assignment.objective)
-            for name, robot in self.robots.items()
-        }
+        robots = self.robots.items()
+        return {name: objective_in_trace(robot.assignment.objective) for name, robot in robots}
 
     @property
     def live(self) -> bool:
@@ -351,9 +351,8 @@ class TeamState(Struct):
         truth that resolving it will reveal is known (``truth``), when it appears."""
         if obstacle.name not in self.named:
             self.introduced.add(obstacle.name)
-            self.emit(
-                records.Discovered(self.tick, obstacle_header(obstacle, self.scenario, truth))
-            )
+            header = obstacle_header(obstacle, self.scenario, truth)
+            self.emit(records.Discovered(self.tick, header))
 
     def graph(self, robot: RobotState) -> PoseGraph:
         """The poses of a robot and the steps that its guarantees allow."""

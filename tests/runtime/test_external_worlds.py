@@ -137,9 +137,10 @@ def test_a_robot_that_slides_continues_from_there(
     assert not run.findings
 
 
-@pytest.mark.parametrize("region", [12, DOOR])
+@pytest.mark.parametrize("region", [12, DOOR, DOOR + 1])
 def test_a_robot_may_be_carried_while_the_team_waits(region: int) -> None:
-    """For a change of the scenario, as no robot can open the door; even into the door."""
+    """For a change of the scenario, as no robot can open the door; even into the door. Where it can
+    meet its objective, it does not wait any longer."""
     text = BUILDING[: BUILDING.index("  walker")].replace(
         "patrol: [[1, 1], [3, 9]]", "hold: [2, 7]"
     )
@@ -150,8 +151,9 @@ def test_a_robot_may_be_carried_while_the_team_waits(region: int) -> None:
     Mission(scenario, world=world, listeners=[run]).run()
     (carried,) = run.all("move", result="elsewhere")
     assert run.all("waiting")[0]["tick"] < carried["tick"] < 20
-    ends = "completed" if region == DOOR else "operator_needed"
+    ends = "operator_needed" if region == 12 else "completed"
     assert run.outcome["outcome"] == ends and not run.findings
+    assert (run.outcome["ticks"] < 19) == (region != 12)
 
 
 SLOW = """
@@ -192,20 +194,27 @@ def test_a_step_of_several_ticks_is_given_up_where_another_robot_has_slid(
 
 
 class HalfBlind(Reached):
-    """The door is closed in the middle of the step."""
+    """The door is closed in the middle of the step, when a robot (``seer``) looks at it."""
+
+    seer, looks = "drone", 0
 
     def sense(self, robot: Robot, region: int) -> Obstacle | None:
-        self.closed = (robot.name == "drone" and region == DOOR) or self.closed
+        self.looks += robot.name == "slow" and region == DOOR
+        sees = self.looks > 1 if self.seer == "slow" else robot.name == "drone" and region == DOOR
+        self.closed = sees or self.closed
         return super().sense(robot, region)
 
 
-def test_a_step_of_several_ticks_is_given_up_where_an_obstacle_has_been_found() -> None:
+@pytest.mark.parametrize("seer", ["drone", "slow"])
+def test_a_step_of_several_ticks_is_given_up_where_an_obstacle_has_been_found(seer: str) -> None:
     text = SLOW.replace("model: cart", "model: quadcopter").replace(
         "visit: [[2, 7], [1, 7]]", "hold: [2, 5]"
     )
     scenario, run = loaded(text), Run()
-    Mission(scenario, world=HalfBlind(scenario, {}), listeners=[run]).run()
-    assert run.outcome["outcome"] == "operator_needed"
+    world = HalfBlind(scenario, {})
+    world.seer = seer
+    Mission(scenario, world=world, listeners=[run]).run()
+    assert run.outcome["outcome"] == "operator_needed" and not run.findings
 
 
 class Repeating(Building):

@@ -149,8 +149,10 @@ def is_of_scenario(record: Line) -> bool:
 
 
 def fails(record: Line) -> bool:
-    """Return whether a robot fails, has an empty battery, or is charged again."""
-    return record.type == "service" and record.cause in ("battery", "world")
+    """Return whether a robot fails, ends elsewhere than commanded, has an empty battery, or is
+    charged again."""
+    strays = record.type in ("move", "arrive") and record.result == "elsewhere"
+    return strays or (record.type == "service" and record.cause in ("battery", "world"))
 
 
 def taken(move: Line) -> set[int]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
-from safenav.runtime.characterization import ForbiddenMove
+from safenav.runtime.characterization import ForbiddenMove, characterize
 from safenav.runtime.coordination import events
 from safenav.runtime.coordination.events import Event
 from safenav.runtime.failures import Reaction, lost, unknown
@@ -82,9 +82,10 @@ class Moves(Struct, frozen=True):
 
     def _is_closed(self, robot: RobotState, region: Region) -> bool:
         """Whether a robot must not enter the region of its step any longer: another robot has ended
-        its own step there, or an obstacle has been found there."""
-        others = taken(self.state, robot.robot)
-        return region in others or self.state.knowledge.closing(region, robot.robot) is not None
+        its own step there, or an obstacle is known or sensed there."""
+        return region in taken(self.state, robot.robot) or bool(
+            characterize(self.world, self.state, robot.robot, robot.pose, region)
+        )
 
     def _arrive(
         self, robot: RobotState, step: DecidedStep, event: Ended, recorded: DecidedStep | None
@@ -99,6 +100,8 @@ class Moves(Struct, frozen=True):
         elif not isinstance(event, Lost):
             robot.pose = event.pose
         strayed = robot.pose != pose
+        moved = strayed and isinstance(event, Elsewhere)  # perhaps free of what it waits for
+        self.state.outdated |= moved and self.state.waiting is not None
         reaction, violation = self._judge(robot, start, pose, event)
         self.tell.ended(robot, start.region, recorded, event)
         if not strayed:
