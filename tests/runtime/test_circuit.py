@@ -32,24 +32,6 @@ robots:
   a: {model: cart, start: [1, 1], objective: {circuit: [[1, 6], [3, 6], [3, 1]], within: 14}}
 chargers: [[2, 1]]
 """
-CHARGES = """
-map:
-  grid: |
-    ########
-    #..#...#
-    #.....##
-    #......#
-    #....#.#
-    #..#...#
-    #......#
-    ########
-catalogue:
-  robots:
-    rover: {mobility: free, layer: ground, capabilities: [], battery: {capacity: 20, charge: 5}}
-robots:
-  a: {model: rover, start: [4, 6], objective: {circuit: [[6, 3], [5, 6], [2, 4]]}}
-chargers: [[2, 4]]
-"""
 CHARGER = 17
 
 
@@ -88,11 +70,6 @@ def test_it_is_met_in_order_under_other_demands(text: str, more: str) -> None:
     assert met_in_order(trace, "a", 3)
     if text == SHARED:
         assert {s["form"] for s in trace.all("synthesis", robot="a")} == {"alternation"}
-
-
-def test_a_robot_that_charges_at_a_target_does_not_begin_again_with_it() -> None:
-    trace = completed(CHARGES)
-    assert len(trace.all("synthesis", reason="charge")) > 1
 
 
 HALL = """

@@ -59,25 +59,6 @@ def test_nobody_does_with_resolution_off(name: str) -> None:
     assert trace.all("plan") == []
 
 
-def test_requester_waits_where_it_does_not_block_its_helper() -> None:
-    # The only way to the lever is past the region from which the walker has met the debris.
-    trace = completed("""
-        map: {grid: ["########", "#......#", "#.####.#", "#......#", "########"]}
-        catalogue:
-          robots:
-            walker: {mobility: free, layer: ground, capabilities: []}
-            digger: {mobility: free, layer: ground, capabilities: [clear]}
-          obstacles:
-            debris: {action: clear, resolve_at: self}
-        robots:
-          walker: {model: walker, start: [1, 2], objective: {visit: [[1, 6], [1, 2]]}}
-          digger: {model: digger, start: [1, 1], objective: {visit: [[1, 1], [1, 2]]}}
-        obstacles: [{type: debris, region: [1, 4]}]
-        until: {rounds: 1}
-        """)
-    assert trace.one("resolved")["robot"] == "digger"
-
-
 def test_corridor_is_used_in_one_direction_at_a_time() -> None:
     # Robots with heading mobility could not back out of it.
     trace = completed("""
@@ -131,54 +112,3 @@ def test_formulas_that_remember_get_what_they_wait_for() -> None:
         if region == 10 and remembered:
             remembered, done = False, done + 1
     assert done >= 2
-
-
-def test_only_one_out_of_service_can_help(clock: str) -> None:
-    """``a`` could go to 9, but the car would have to back off to 8, where it cannot turn: nobody
-    gets anywhere before ``c`` is back, though it is in the way of ``a`` alone."""
-    run = play(f"""
-        map: {{grid: ["#######", "#.....#", "#######"]}}
-        catalogue:
-          robots:
-            cart: {{mobility: free, layer: ground, capabilities: []}}
-            car: {{mobility: heading, layer: ground, capabilities: []}}
-        robots:
-          a: {{model: cart, start: 10, objective: {{cover: [12, 9]}}}}
-          b: {{model: car, start: 9, heading: south, objective: {{hold: 10}}}}
-          c: {{model: cart, start: 11, objective: {{visit: [10, 11]}}}}
-        changes: [{{at: 2, robot: c, service: out}}]
-        until: {{rounds: 1}}
-        clock: {clock}
-        """)
-    assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "out_of_service")
-
-
-def test_nobody_shuts_in_one_out_of_service(clock: str) -> None:
-    """``a`` waited face to face with ``b`` in a corridor where neither can turn round."""
-    completed(f"""
-        map: {{grid: ["###########", "#..####...#", "#.........#", "#..####...#", "###########"]}}
-        catalogue: {{robots: {{car: {{mobility: heading, layer: ground, capabilities: []}}}}}}
-        robots:
-          a: {{model: car, start: [2, 1], heading: west, objective: {{visit: [[2, 8], [2, 1]]}}}}
-          b: {{model: car, start: [2, 6], heading: west, objective: {{visit: [[1, 1], [1, 8]]}}}}
-        changes: [{{at: 1, robot: b, service: out}}, {{at: 40, robot: b, service: back}}]
-        clock: {clock}
-        until: {{rounds: 1}}
-        """)
-
-
-def test_a_plan_leaves_room_for_one_out_of_service(clock: str) -> None:
-    """A joint plan brought ``b`` to its target, where all four are dead together once ``d`` is
-    back."""
-    completed(f"""
-        map: {{grid: ["#########", "#.......#", "#..##...#", "#########"]}}
-        catalogue: {{robots: {{car: {{mobility: heading, layer: ground, capabilities: []}}}}}}
-        robots:
-          a: {{model: car, start: 25, heading: east, objective: {{patrol: [24, 12]}}}}
-          b: {{model: car, start: 10, heading: west, objective: {{visit: [12, 24]}}}}
-          c: {{model: car, start: 23, heading: west, objective: {{patrol: [11, 13]}}}}
-          d: {{model: car, start: 24, heading: south, objective: {{visit: [14, 12]}}}}
-        changes: [{{at: 4, robot: d, service: out}}, {{at: 16, robot: d, service: back}}]
-        clock: {clock}
-        until: {{rounds: 1}}
-        """)

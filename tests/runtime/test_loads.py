@@ -336,34 +336,3 @@ def test_a_load_is_not_delivered_where_it_is_taken() -> None:
     assert [line["at"] for line in run.all("resolved")] == [11, 11]
     late = [line["reason"] for line in run.all("late")]
     assert {*late} == {f"other needs are still open (pallet@16{n}: done)" for n in ("", "#2")}
-
-
-def test_three_robots_take_a_load_for_two() -> None:
-    """Two of them put it down. Only then is the second load served, by the two that are nearest to
-    it now: nobody has a part in it any longer, although its first helper was on its way to a region
-    where the first load can be put down."""
-    play("""
-        clock: live
-        map: {grid: ["#######", "#.....#", "#######"]}
-        catalogue:
-          robots:
-            strong: {mobility: free, layer: ground, capabilities: [lift], carries: 2}
-            weak: {mobility: free, layer: ground, capabilities: [lift]}
-          obstacles:
-            one:
-              needs:
-                - {action: lift, robots: 2, at: [9, 10, 11], together: true}
-                - {action: lift, at: [10, 12], together: true, same: true}
-              blocks: []
-            other:
-              needs:
-                - {action: lift, robots: 2, at: [8, 10, 12], together: true}
-                - {action: lift, at: [10, 12], together: true, same: true}
-              blocks: []
-        robots:
-          a: {model: strong, start: 10, objective: {patrol: [9, {any: [10, 11]}]}}
-          b: {model: weak, start: 11, objective: {patrol: [8, 11]}}
-          c: {model: strong, start: 12, objective: {circuit: [12, {any: [8, 10]}, 11]}}
-        orders: [{at: 5, type: one, region: 8}, {at: 7, type: other, region: 12}]
-        until: {rounds: 1}
-        """)

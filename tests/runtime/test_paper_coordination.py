@@ -58,30 +58,6 @@ obstacles: [{type: door, region: [2, 6]}]
 until: {rounds: 1}
 """
 
-BEAM = """
-name: the one who asks stands in the way of two who lift together
-map:
-  grid: |
-    ###########
-    #....#....#
-    #....#....#
-    #.........#
-    #....#....#
-    ###########
-catalogue:
-  robots:
-    lifter: {mobility: free, layer: ground, capabilities: [lift]}
-    runner: {mobility: free, layer: ground, capabilities: []}
-  obstacles:
-    beam: {needs: [{action: lift, robots: 2, at: neighbours, together: true}]}
-robots:
-  runner: {model: runner, start: [3, 2], objective: {visit: [[3, 8], [3, 2]]}}
-  west: {model: lifter, start: [1, 1], objective: {visit: [[4, 4], [1, 1]]}}
-  east: {model: lifter, start: [1, 9], objective: {visit: [[4, 9], [1, 9]]}}
-obstacles: [{type: beam, region: [3, 5]}]
-until: {rounds: 1}
-"""
-
 
 def findings(trace: Run, change: Callable[[list[dict[str, Any]]], None]) -> list[tuple[str, str]]:
     """Rule and robot of each finding in a trace after a change."""
@@ -133,11 +109,6 @@ def test_the_requester_leaves_its_helpers_way_at_once() -> None:
     assert trace.all("plan")[0]["tick"] == push["tick"]
     assert trace.one("resolved")["tick"] <= 12
     assert ("push", "cart") in findings(trace, told("push", 0, cart={"hold": 35}))
-
-
-def test_two_lifters_come_while_the_requester_steps_back() -> None:
-    """Tick 5 is the optimum of the joint state space."""
-    assert play(BEAM).one("resolved")["tick"] == 5
 
 
 def test_a_robot_does_something_else_while_it_waits() -> None:

@@ -81,47 +81,6 @@ def test_a_robot_pursues_its_objective_for_that_time(clock: Clock) -> None:
     assert "a gets a command while the team waits" in played.findings
 
 
-# What was to come at tick 30 never comes: the scout finds what lies there, while the team waits.
-LEARNT_MEANWHILE = """
-map: {grid: ["#######", "#.....#", "#######"]}
-catalogue:
-  robots:
-    scout: {mobility: free, layer: air, capabilities: [sense]}
-    cart: {mobility: free, layer: ground, capabilities: []}
-  obstacles: {gate: {action: unlock}}
-robots:
-  cart: {model: cart, start: [1, 5], objective: {hold: [1, 4]}}
-  scout: {model: scout, start: [1, 1], objective: {hold: [1, 1]}}
-obstacles:
-  - {type: gate, region: [1, 4], until: 20}
-  - {type: uncertainty, region: [1, 2], traversable: false, until: 30}
-until: {rounds: 1}
-"""
-
-
-def test_what_a_robot_learns_does_not_end_a_wait() -> None:
-    played = completed(LEARNT_MEANWHILE)
-    assert [line["until"] for line in played.all("waiting")] == [20]
-
-
-HOPELESS_HELP = """
-map: {grid: ["############", "#..........#", "############"]}
-catalogue:
-  robots:
-    tug: {mobility: free, layer: air, capabilities: [tow]}
-    cart: {mobility: free, layer: ground, capabilities: []}
-  obstacles: {bar: {action: tow}, gate: {action: unlock}, leaf: {action: sweep}}
-robots:
-  cart: {model: cart, start: [1, 10], objective: {visit: [[1, 2], [1, 10]]}}
-  tug: {model: tug, start: [1, 2], objective: {visit: [[1, 10]]}}
-obstacles:
-  - {type: bar, region: [1, 8]}
-  - {type: gate, region: [1, 5]}
-  - {type: leaf, region: [1, 6], until: 30}
-until: {rounds: 1}
-"""
-
-
 class Opened(LiveSimulation):
     """A sensor reports after 60 s that the cart has been taken away."""
 
@@ -172,14 +131,6 @@ def test_a_run_that_waits_ends_late_when_its_deadline_passes() -> None:
     assert (play(LATE).outcome["outcome"], play(LATE).outcome["tick"]) == ("late", 13)
 
 
-def test_the_stack_stays_while_the_team_waits() -> None:
-    """The helper cannot arrive: its request is over, and what follows is decided after the wait."""
-    played = play(HOPELESS_HELP)
-    assert played.outcome["outcome"] == "operator_needed"
-    assert [line["until"] for line in played.all("waiting")] == [30]
-    assert any(line["helper"] == "tug" for line in played.all("push"))
-
-
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
@@ -200,113 +151,6 @@ def test_the_audit_judges_a_wait(damage: Callable[[Run], object], said: str) -> 
 
 def test_a_bundle_of_a_run_that_waited() -> None:
     certified(cart(Clock.LOCKSTEP, until=", until: 30"))
-
-
-ORDERS = """\
-# two orders of one tick
-map: {grid: ["#####", "#...#", "#####"]}
-catalogue:
-  obstacles:
-    p0: {action: lift, resolve_at: [6], blocks: []}
-robots:
-  r0: {model: quadcopter, start: 6, objective: {visit: [8, 6]}}
-obstacles: [{type: door, region: 7}]
-orders: [{at: 5, type: p0, region: 6}, {at: 5, type: p0, region: 6}, {at: 7, type: p0, region: 6}]
-until: {rounds: 1}
-"""
-
-INPUT = """\
-# an input of a robot without a strategy
-map: {grid: ["######", "#....#", "######"]}
-inputs: {alarm: {at: [5]}}
-robots:
-  r0: {model: quadcopter, start: 7, objective: {visit: [10, 7]}, when: {alarm: {visit: [9, 7]}}}
-obstacles: [{type: door, region: 8}]
-until: {rounds: 1}
-"""
-
-BEYOND = """\
-# an order beyond what is given up
-map: {grid: ["######", "#....#", "######"]}
-catalogue:
-  robots: {m0: {mobility: free, layer: ground, capabilities: [lift]}}
-  obstacles: {p0: {action: lift, resolve_at: [10], blocks: []}}
-robots:
-  r0: {model: m0, start: 7, objective: {visit: [9, 7]}}
-obstacles: [{type: door, region: 9}]
-orders: [{at: 1, type: p0, region: 10}, {at: 5, type: p0, region: 10}]
-until: {rounds: 1}
-"""
-
-ONCE = """\
-# a robot without a strategy
-map: {grid: ["######", "#....#", "######"]}
-catalogue: {obstacles: {p0: {action: lift, resolve_at: [10], blocks: []}}}
-robots:
-  r0: {model: quadcopter, start: 7, objective: {once: [10, 7]}}
-obstacles: [{type: door, region: 9}]
-orders: [{at: 5, type: p0, region: 10}]
-until: {rounds: 1}
-"""
-
-
-OCCUPIED = """
-# an obstacle is to appear where a robot stands
-map: {grid: ["#######", "#...#.#", "#######"]}
-robots:
-  r0: {model: quadcopter, start: 8, objective: {visit: [10, 8]}}
-  r1: {model: quadcopter, start: 12, objective: {hold: 12}}
-obstacles: [{type: door, region: 9}, {type: door, region: 12, from: 5}]
-until: {rounds: 1}
-"""
-
-
-PASSES = """
-# the passes of a live run are more than the seconds until the change
-clock: live
-map: {grid: ["########", "#......#", "########"], resolution: 1}
-robots:
-  r0: {model: quadcopter, start: 9, objective: {hold: 14}}
-  r1: {model: m1, start: 14, objective: {hold: 14}}
-catalogue: {robots: {m1: {mobility: free, layer: ground}}}
-obstacles: [{type: door, region: 13}]
-changes: [{at: 10, robot: r1, objective: {hold: 14}}]
-until: {rounds: 1}
-"""
-
-
-@pytest.mark.parametrize(
-    "text",
-    [ORDERS, INPUT, BEYOND, ONCE, OCCUPIED, PASSES],
-    ids=["orders", "input", "beyond", "once", "occupied", "passes"],
-)
-def test_the_audit_follows_what_a_wait_leaves_undone(text: str) -> None:
-    trace = play(text)
-    assert trace.outcome["outcome"] == "operator_needed"
-    assert trace.all("waiting")
-
-
-BOTH = """
-map: {grid: ["#######", "#...#.#", "#######"]}
-inputs: {alarm: {at: [5]}}
-robots:
-  r0: {model: quadcopter, start: 8, objective: {visit: [10, 8]}, when: {alarm: {visit: [10]}}}
-  r1: {model: quadcopter, start: 12, objective: {hold: 12}, when: {alarm: {visit: [12]}}}
-  r2: {model: digit, start: 10, heading: west, objective: {hold: 10}}
-obstacles: [{type: pulled_door, region: 9}]
-changes:
-  - {at: 7, robot: r2, objective: {hold: 8}}
-  - {at: 7, robot: r2, service: out}
-  - {at: 9, robot: r2, service: back}
-until: {rounds: 1}
-"""
-
-
-def test_all_changes_of_a_tick_hold_though_one_ends_in_a_wait() -> None:
-    trace = play(BOTH)
-    told = [(r["tick"], r["robot"]) for r in trace.all("objective")]
-    assert told == [(5, "r0"), (5, "r1"), (6, "r0"), (6, "r1"), (7, "r2")]
-    assert [r["tick"] for r in trace.all("service")] == [7, 9]
 
 
 UNDONE = """

@@ -141,33 +141,6 @@ until: {rounds: 1}
 """
 
 
-LEAVING = """
-map:
-  grid: ["#######", "#.....#", "#######"]
-catalogue:
-  robots:
-    slow: {mobility: free, layer: ground, capabilities: [fetch], timing: 3}
-    bird: {mobility: free, layer: air, capabilities: []}
-  obstacles:
-    parcel: {action: fetch, blocks: []}
-robots:
-  b: {model: bird, start: [1, 1], objective: {hold: [1, 1]}}
-  a: {model: slow, start: [1, 2], objective: {visit: [[1, 5], [1, 2]]}}
-orders:
-  - {at: 2, type: parcel, region: [1, 2], resolve_within: 0}
-until: {rounds: 1}
-"""
-
-
-def test_nothing_is_lost_that_a_robot_does_where_it_sets_out() -> None:
-    """It begins its step in tick 1, arrives in tick 3, and acts in between."""
-    played = play(LEAVING)
-    verdicts = [(line["verdict"], line["tick"]) for line in played.all("deadline")]
-    assert verdicts == [("set", 2), ("kept", 2)]
-    assert played.all("acts")[0]["beyond"] == []
-    assert played.one("resolved", obstacle="parcel@9")["tick"] == 2
-
-
 def test_the_checker_of_a_bundle_computes_the_bound_again(tmp_path: Path) -> None:
     assert "gate@12 cannot be resolved before tick" in certified(LOST)
     files = files_of(bundle_at("plan", LOST))
@@ -232,22 +205,3 @@ def test_an_act_on_what_is_not_open_is_found(again: str) -> None:
     assert [act["obstacle"] for act in line["acts"]] == ["door@47"]
     line["acts"].append({**line["acts"][0], "obstacle": again})
     assert f"need 0 of {again} is not the next one" in run.findings
-
-
-BUSY = """
-safenav: 1
-map: {grid: [".........."]}
-catalogue:
-  robots: {arm: {mobility: free, layer: ground, capabilities: [take]}}
-  obstacles: {crate: {action: take, blocks: []}}
-robots: {r: {model: arm, start: 0, objective: {visit: [0, 1]}}}
-orders: [{at: 1, type: crate, region: 3}]
-changes: [{at: 3, robot: r, objective: {visit: [0, 9], within: 4}}]
-until: {rounds: 1}
-"""
-
-
-def test_a_round_is_excused_that_begins_while_the_robot_helps() -> None:
-    """Although its help ends in that tick."""
-    told = play(BUSY).all("deadline", due=7)
-    assert [(line["of"], line["verdict"]) for line in told] == [("r", "excused")]

@@ -10,7 +10,7 @@ import pytest
 from campaigns.generate.build import walled
 from certify.making import certified
 from once import SCENARIOS
-from runtime.played import Run, completed, loaded, play, whole
+from runtime.played import Run, completed, loaded, play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.analysis.resuming import resumed
@@ -48,161 +48,6 @@ def test_it_goes_by_the_second_charger() -> None:
     assert {"hold": 20} in stops
 
 
-COMPLETED = {
-    "a target that it may not cross": """
-        map: {grid: ["...", "...", "..."]}
-        catalogue: {robots: {cart: {mobility: free, layer: ground,
-                                    battery: {capacity: 6, charge: 1}}}}
-        robots: {c: {model: cart, start: 5, objective: {circuit: [4, 8, 1], form: literal}}}
-        chargers: [7]
-        until: {rounds: 1}
-        """,
-    "a step that no strategy takes": """
-        # it cannot turn to the west of 9
-        map: {grid: ["######", "#....#", "######"]}
-        catalogue: {robots: {rover: {mobility: heading, layer: ground,
-                                     battery: {capacity: 22, charge: 1}}}}
-        robots:
-          r: {model: rover, start: 10, heading: south, objective: {visit: [9, {any: [8, 9, 10]}]}}
-        chargers: [7, 8, 9]
-        until: {rounds: 1}
-        """,
-    "a charger that it has left for a target": """
-        # its strategy would go round, which the charge for the direct way does not suffice for
-        map: {grid: ["#########", "#......##", "##..#...#", "#.......#", "#.#.....#", "#########"]}
-        catalogue: {robots: {cart: {mobility: heading, layer: ground,
-                                    battery: {capacity: 20, charge: 1}}}}
-        robots: {cart: {model: cart, start: 25, heading: east, objective: {visit: [13, 12]}}}
-        chargers: [33, 10, 30]
-        until: {rounds: 3}
-        """,
-    "a duty farther from its target than the charger": """
-        # it turned back beside the box with every charge
-        map: {grid: ["...........", ".##########", ".##########", ".##########"]}
-        catalogue:
-          robots:
-            cart: {mobility: free, layer: ground, capabilities: [lift], speed: 1,
-                   battery: {capacity: 18, charge: 5}}
-          obstacles: {box: {needs: [{action: lift, at: [9]}], blocks: []}}
-        robots: {cart: {model: cart, start: 0, objective: {visit: [33, 1]}}}
-        chargers: [0]
-        orders: [{at: 1, type: box, region: 9}]
-        until: {rounds: 1}
-        """,
-    "a duty in each of its stops": """
-        # what its own next target takes brings it back to the charger again and again
-        map: {grid: [".......", ".......", "......."]}
-        catalogue:
-          robots: {cart: {mobility: free, layer: ground, capabilities: [carry], speed: 0.5,
-                          battery: {capacity: 20, charge: 1}}}
-          obstacles: {parcel: {needs: [{action: carry, at: [6]}], blocks: []}}
-        chargers: [7]
-        robots: {d: {model: cart, start: 14, objective: {visit: [20, 0]}}}
-        orders: [{at: 5, type: parcel, region: 6}, {at: 9, type: parcel, region: 6}]
-        """,
-}
-CHANGED = [
-    *((each, "", "") for each in COMPLETED),
-    ("a target that it may not cross", ", form: literal", ""),
-    ("a duty farther from its target than the charger", "capacity: 18", "capacity: 20"),
-    ("a duty in each of its stops", "charge: 1", "charge: 5"),
-]
-
-
-@pytest.mark.parametrize(("why", "was", "now"), CHANGED)
-def test_nothing_keeps_it_at_its_charger(why: str, was: str, now: str, clock: str) -> None:
-    text = whole(COMPLETED[why]).replace(was, now)
-    completed(f"{text}clock: {clock}\n")
-
-
-ROVER = """
-map: {grid: %s}
-catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [], battery: %s}}}
-robots: {r: {model: rover, start: %d, objective: {visit: %s}}}
-chargers: %s
-clock: %s
-"""
-LANE = ["######", "#....#", "######"]
-WHICHEVER = {
-    "at its charger": (LANE, (9, 1, 3), 10, "[9, {any: [7, 9, 10]}]", [9]),
-    "where it ends with no charge to spare": (
-        ["#######", "#.....#", "#..#..#", "#######"],
-        *((15, 2, 1), 11, "[19, {any: [9, 10, 12, 19]}]", [8, 10]),
-    ),
-    "at one of two chargers": (
-        *(["#####", "#..##", "#..##", "#####"], (15, 5, 1), 11),
-        *("[7, {any: [6, 7, 11, 12]}]", [6, 11]),
-    ),
-}
-
-
-@pytest.mark.parametrize("where", WHICHEVER)
-def test_it_has_charge_for_whichever_region_its_strategy_may_choose(where: str, clock: str) -> None:
-    """Its next target is met by staying there, but it may go to another region for that."""
-    grid, (capacity, start, charge), at, visit, chargers = WHICHEVER[where]
-    battery = json.dumps({"capacity": capacity, "start": start, "charge": charge})
-    made = ROVER % (json.dumps(grid), battery, at, visit, chargers, clock)
-    assert play(made).outcome["outcome"] == "completed"
-
-
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
-def test_it_has_charge_where_it_leaves_a_target_to_meet_it_on_its_way(clock: str) -> None:
-    """Staying at 13 would meet its last target, but to turn it has to pass 8, which does, too."""
-    grid, visit = ["######", "#....#", "#..#.#", "######"], [[14, 16], [9, 10, 13, 14], [8, 13]]
-    battery = json.dumps({"capacity": 12, "start": 4, "charge": 3})
-    targets = json.dumps([{"any": regions} for regions in visit])
-    made = ROVER % (json.dumps(grid), battery, 9, targets, [13, 8, 14], clock)
-    made = made.replace("free", "heading").replace("start: 9,", "start: 9, heading: north,")
-    assert play(made).outcome["outcome"] == "completed"
-
-
-CARRIES = """
-map: {grid: ["........."]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [lift],
-      battery: {capacity: 16, start: 5, charge: 4}}
-  obstacles: {box: {needs: [{action: lift}, {action: lift, at: [8], same: true}], blocks: []}}
-robots: {r: {model: cart, start: 3, objective: {once: [5]}}}
-chargers: [0]
-orders: [{at: 1, type: box, region: 5}]
-until: {rounds: 1}
-"""
-
-
-def test_a_helper_can_get_to_a_charger_after_its_duty(clock: str) -> None:
-    """Its own objective needs no charge any more where it takes the box, which is to go on."""
-    completed(f"{CARRIES}clock: {clock}\n")
-
-
-def test_a_charge_for_a_stay_alone_is_refused() -> None:
-    """Its strategy may go from 8 to 7, from where it reaches no charger with the rest."""
-    battery = "{capacity: 9, start: 1, charge: 3}"
-    made = ROVER % (json.dumps(LANE), battery, 8, "[{any: [7, 8]}, {any: [7, 8]}]", [10], "live")
-    assert play(made).outcome["explanation"].startswith("r needs a charge of 2 at 8")
-
-
-SHARED = """
-map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [],
-           battery: {capacity: 12, move: 1, charge: 1}}
-robots:
-  a: {model: cart, start: [1, 2], objective: {visit: [[1, 5], [1, 2]]}}
-  b: {model: cart, start: [2, 2], objective: {visit: [[2, 5], [2, 2]]}}
-chargers: [[1, 1]]
-"""
-
-
-def test_a_robot_waits_until_another_one_has_charged(clock: str) -> None:
-    """A joint plan would let them change places at the only charger until both are empty."""
-    played = completed(f"{SHARED}clock: {clock}\n")
-    assert not played.all("service")
-    charging = {line["robot"] for line in played.all("synthesis", reason="charge")}
-    assert charging == {"a", "b"} and not played.all("plan")
-
-
 LAST = """
 map: {grid: ["#########", "#.......#", "#########"]}
 catalogue:
@@ -216,42 +61,6 @@ robots:
 chargers: [[1, 1]]
 until: {rounds: 1}
 """
-
-
-ASIDE = """
-map:
-  grid: |
-    ######
-    #....#
-    ###.##
-    ######
-  names: {dock: [1, 2], shelf: [1, 1]}
-catalogue:
-  robots:
-    cart:
-      {mobility: free, layer: ground, capabilities: [load],
-       battery: {capacity: 6, charge: 1, stay: 0}}
-    guard: {mobility: free, layer: ground, capabilities: []}
-  obstacles: {job: {action: load, resolve_at: self, blocks: []}}
-robots:
-  cart: {model: cart, start: dock, objective: {hold: dock}}
-  guard: {model: guard, start: shelf, objective: {hold: shelf}}
-orders: [{at: 2, type: job, region: shelf}]
-chargers: [dock]
-until: {rounds: 1}
-"""
-
-
-@pytest.mark.parametrize("capacity", [6, 4])
-def test_a_plan_takes_no_more_than_the_charge_and_a_robot_keeps_to_it(
-    capacity: int, clock: str
-) -> None:
-    """The cart lets the guard out and goes to the shelf: five steps and one back, or four to the
-    dock, where it charges. By its strategy it would keep two more steps in reserve."""
-    run = completed(
-        f"safenav: 1{ASIDE}clock: {clock}\n".replace("capacity: 6", f"capacity: {capacity}")
-    )
-    assert len(run.all("plan")) == 2  # there and back
 
 
 def test_no_robot_is_sent_to_charge_when_the_mission_is_complete(clock: str) -> None:
@@ -486,34 +295,6 @@ def test_a_charger_that_is_cut_off_is_a_deadline(start: int, due: int, end: str)
     assert bool(out) is (end == "late")
 
 
-WAITS = """
-map: {grid: ["##########", "#........#", "##########"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, speed: 1,
-           battery: {capacity: 16, move: 1, stay: 1, charge: 4}}
-    opener: {mobility: free, layer: air, capabilities: [open], timing: 4, speed: 0.3}
-  obstacles:
-    gate: {needs: [{action: open, at: neighbours}], blocks: [ground]}
-robots:
-  cart: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
-  opener: {model: opener, start: [1, 8], objective: {hold: [1, 8]}}
-obstacles: [{type: gate, region: [1, 4]}]
-chargers: [[1, 1]]
-until: {rounds: 1}
-"""
-
-
-def test_a_robot_that_waits_for_help_returns_to_a_charger_in_time(clock: str) -> None:
-    """It would wait in front of the gate until its battery is empty, two steps from the charger."""
-    played = completed(f"{WAITS}clock: {clock}\n")
-    assert not played.all("deadline")
-    (opened,) = played.all("resolved")
-    charges = [line["tick"] for line in played.all("synthesis", robot="cart", reason="charge")]
-    assert min(charges) <= opened["tick"]
-    assert not played.all("service")
-
-
 ONE_CHARGER = """
 map: {grid: ["###############", "#......#......#", "#.............#", "###############"]}
 catalogue:
@@ -547,32 +328,6 @@ def test_robots_that_wait_take_turns_at_the_charger_in_reach(other: str, clock: 
 LIVE = CORRIDOR + "clock: live\n"
 
 
-DUE = """
-map: {grid: ["######################", "#....................#", "#....................#",
-             "######################"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [lift],
-           battery: {capacity: 45, charge: 5, start: 8}}
-    cat: {mobility: free, layer: ground}
-  obstacles:
-    parcel: {action: lift, blocks: []}
-robots:
-  cart: {model: cart, start: [1, 1], objective: {visit: [[1, 1], [1, 3]]}}
-  cat: {model: cat, start: [2, 10], objective: {visit: [[2, 10], [2, 12]]}}
-chargers: [[1, 3]]
-orders: [{at: 3, type: parcel, region: [1, 20], resolve_within: 60}]
-until: {rounds: 1}
-"""
-
-
-def test_a_plan_for_a_deadline_leaves_a_helper_the_charge_to_continue() -> None:
-    """It led the helper straight to its duty, past its charger, with too little charge."""
-    played = play(DUE)
-    assert played.outcome["outcome"] == "completed"
-    assert played.one("resolved")["obstacle"] == "parcel@42"
-
-
 def test_live_a_step_takes_the_same_however_long() -> None:
     faster = LIVE.replace("capabilities: [],\n", "capabilities: [], speed: 2, motion: disc,\n", 1)
     assert faster != LIVE
@@ -588,24 +343,6 @@ def test_live_the_battery_of_the_paper_is_brought() -> None:
     played = completed(text.replace("clock: lockstep", "clock: live"))
     told = {line["robot"] for line in (*played.all("met"), played.one("resolved"))}
     assert len(told) == 1  # the one that took it from the depot swaps it
-
-
-def test_a_lone_robot_that_nothing_charges_ends_the_run(clock: str) -> None:
-    """It waits for what the scenario removes, until its charge is used up."""
-    outcome = play(f"""
-        map: {{grid: ["########", "#......#", "###.####", "########"]}}
-        catalogue:
-          robots:
-            cart: {{mobility: free, layer: ground,
-                    battery: {{capacity: 12, move: 1, stay: 1, charge: 5}}}}
-          obstacles: {{rubble: {{action: tow}}}}
-        chargers: [[1, 6]]
-        robots: {{a: {{model: cart, start: [1, 1], objective: {{patrol: [[1, 1], [1, 6]]}}}}}}
-        obstacles: [{{type: rubble, region: [1, 4], until: 60}}]
-        clock: {clock}
-        """).outcome
-    assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "out_of_service")
-    assert "a out of service (battery of a empty)" in outcome["explanation"]
 
 
 def test_live_a_robot_that_waits_too_long_runs_flat() -> None:
@@ -643,91 +380,3 @@ def test_rounds_at_a_last_target_go_on_after_a_charge() -> None:
     assert [line["tick"] for line in run.all("synthesis", objective=own)] == [0, 2, 5, 11]
     run.records[0]["scenario"]["until"]["rounds"] = run.outcome["rounds"]["r"] = 4
     assert "completed" in run.broken
-
-
-def test_a_robot_charges_while_the_team_waits(clock: str) -> None:
-    """The guard waits until the gate of nobody is gone; the rover goes on meanwhile, and needs its
-    charger for that."""
-    run = completed(f"""
-        map: {{grid: ["######", "#...##", "####.#", "####.#", "######"]}}
-        catalogue:
-          robots:
-            rover: {{mobility: free, layer: ground, battery: {{capacity: 6, charge: 3}}}}
-            guard: {{mobility: free, layer: ground}}
-          obstacles: {{gate: {{action: none}}}}
-        robots:
-          rover: {{model: rover, start: 7, objective: {{visit: [9, 7]}}}}
-          guard: {{model: guard, start: 16, objective: {{visit: [22, 16]}}}}
-        obstacles: [{{type: gate, region: 22, until: 30}}]
-        chargers: [7]
-        until: {{rounds: 1}}
-        clock: {clock}
-        """)
-    assert run.all("waiting") and not run.all("service")
-    assert run.all("synthesis", robot="rover", reason="charge")
-
-
-def test_a_helper_gets_past_another_one_before_it_charges_again(clock: str) -> None:
-    """The first of two stands in the nearest region of their need; the other one is to wait for the
-    plan for it, next to its charger, no longer than its charge lasts."""
-    completed(f"""
-        map: {{grid: ["#######", "#..#..#", "#.....#", "#.....#", "#######"]}}
-        catalogue:
-          robots:
-            cart: {{mobility: free, layer: ground, capabilities: [lift]}}
-            rover:
-              {{mobility: free, layer: ground, capabilities: [lift],
-                battery: {{capacity: 12, charge: 3, stay: 1}}}}
-          obstacles:
-            crate:
-              needs:
-                - {{action: lift, robots: 2, at: [8, 9, 23], together: true}}
-                - {{action: lift, at: [17, 18], together: true, same: true}}
-              blocks: []
-        robots:
-          cart: {{model: cart, start: 23, objective: {{hold: 23}}}}
-          rover: {{model: rover, start: 17, objective: {{hold: 17}}}}
-        orders: [{{at: 5, type: crate, region: 25}}]
-        chargers: [12, 15]
-        until: {{rounds: 1}}
-        limits: {{ticks: 60}}
-        clock: {clock}
-        """)
-
-
-def test_a_robot_that_is_hemmed_in_elsewhere_keeps_its_stop() -> None:
-    """The proof that no moves bring the rover to its stop is of the pose that it left since."""
-    completed("""
-        map: {grid: ["#######", "#.....#", "#..#..#", "#######"]}
-        catalogue:
-          robots:
-            rover: {mobility: heading, layer: ground, battery: {capacity: 15, charge: 1}}
-            guard: {mobility: free, layer: ground, timing: 2}
-          obstacles: {gate: {action: none}}
-        robots:
-          rover: {model: rover, start: 12, heading: east, objective: {patrol: [16, 8]}}
-          guard: {model: guard, start: 8, objective: {hold: {any: [10, 16]}}}
-        obstacles: [{type: gate, region: 9, until: 15}]
-        chargers: [10, 12, 19]
-        changes: [{at: 8, robot: guard, service: out}, {at: 53, robot: guard, service: back}]
-        until: {rounds: 1}
-        """)
-
-
-def test_a_robot_leaves_its_charger_when_an_obstacle_becomes_permanent(clock: str) -> None:
-    """It went on waiting at the charger, until the run reached its limit."""
-    played = play(f"""
-        map: {{grid: ["#..", "..."]}}
-        catalogue:
-          robots:
-            cart: {{mobility: free, layer: ground, battery: {{capacity: 13, charge: 1, stay: 1}}}}
-        robots:
-          a: {{model: cart, start: 4, objective: {{once: [2, 5]}}, while_waiting: {{hold: 5}}}}
-        obstacles: [{{type: crate, region: 2}}]
-        inputs: {{alarm: {{at: 7-15}}}}
-        chargers: [5]
-        limits: {{ticks: 60}}
-        clock: {clock}
-        """)
-    assert played.all("synthesis", reason="charge", objective={"hold": 5})
-    assert played.outcome["outcome"] == "operator_needed"
