@@ -94,6 +94,24 @@ def test_what_was_not_compared_is_not_claimed(
     assert list(worst_lines([case], str)) == [f"{obstacle.name}: {said} ()"]
 
 
+@pytest.mark.parametrize(
+    ("alone", "around", "whole", "lines"),
+    [
+        (11, 1, False, 1),
+        (11, 12, False, 2),
+        (11, 9, True, 2),
+        (11, None, False, 2),
+        (3, 3, True, 1),
+    ],
+)
+def test_a_lower_bound_beside_others_is_shown_where_it_exceeds_the_time_without_them(
+    alone: int, around: int | None, whole: bool, lines: int
+) -> None:
+    obstacle = loaded(NEEDS.replace("LIMIT", "")).obstacles[0]
+    times = (Times(0, alone, {}, {}, True), Times(0, around, {}, {}, whole))
+    assert len(list(worst_lines([Worst(obstacle, None, *times)], str))) == lines
+
+
 def test_only_the_nearest_of_many_helpers_are_named() -> None:
     obstacle = loaded(NEEDS.replace("LIMIT", "")).obstacles[0]
     bids = {"a": 9, "b": None, "d": 2, "e": 5, "f": 7}

@@ -21,7 +21,7 @@ def worst_lines(cases: Sequence[Worst], word: Word) -> Iterator[str]:
     for case in cases:
         name, alone, around = obstacle_words(case.obstacle.name, word), case.alone, case.surrounded
         yield f"{name}: {_times(alone)} ({_moment(alone, word)})"
-        if around is not None and around.worst != alone.worst:
+        if around is not None and _tells_more(around, alone):
             at = _moment(around, word)
             yield f"    with the other obstacles present: {_worst(around)} ({at})"
         if case.limit is not None:
@@ -29,6 +29,14 @@ def worst_lines(cases: Sequence[Worst], word: Word) -> Iterator[str]:
             if late:
                 at = _moment(late[0], word)
                 yield f"    resolve_within {case.limit}: not with {at}"
+
+
+def _tells_more(around: Times, alone: Times) -> bool:
+    """Whether the worst time beside other obstacles is news: a search that was cut short gives a
+    lower bound only, which must exceed the time without them."""
+    if around.worst is None or alone.worst is None or (around.whole and around.nearest):
+        return around.worst != alone.worst
+    return around.worst > alone.worst
 
 
 def worst_data(case: Worst) -> dict[str, Any]:
