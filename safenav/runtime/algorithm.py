@@ -91,8 +91,7 @@ class Algorithm(Struct):
                 if robot.transit is None
                 else self.world.may_have_ended(robot.name)
             ):
-                turn = partial(self.settle, self._step(robot))
-                self.turns.idling.unless_idle(robot, partial(self.run_part, turn))
+                self.run_part(partial(self.settle, self._step(robot)))
             self.deadlines.turn_ends(number)
 
     def _step(self, robot: RobotState) -> Iterator[Event]:

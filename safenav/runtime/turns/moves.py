@@ -60,7 +60,7 @@ class Moves(Struct, frozen=True):
             yield from self._arrive(robot, step, event, step)
             return
         number = self.world.number(robot.name) if event is None else event.command or 0
-        self.state.moved()
+        self.state.changes += 1
         self.tell.begun(robot, step, number, self.world.expected(robot.robot))
         if not self.state.live:
             yield from self.actions.act(robot)
@@ -94,7 +94,7 @@ class Moves(Struct, frozen=True):
         the step as recorded by a lockstep trace."""
         start, pose, progress = robot.pose, step.pose, robot.progress
         robot.transit, robot.claims = None, {}
-        self.state.moved()
+        self.state.changes += 1
         if isinstance(event, Arrived):
             robot.pose = pose
         elif not isinstance(event, Lost):
