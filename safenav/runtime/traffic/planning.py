@@ -213,7 +213,6 @@ class Traffic:
         if states is None:
             self._search_again(occasion)
             return
-        states = self.resolving.straightened(here, states) if helping else states
         charges = self.search.charges(self.state.robots[occasion.robot])
         short = charges and not self.search.leg_done(problem, states[-1], helping)
         if short or self.plan.changes_nothing(here, states, counts):
@@ -350,11 +349,7 @@ class Traffic:
     ) -> None:
         course, fixed = self.searches.course(floor), self._fixed(floor)
         states = shortened(course, states, fixed, self.stop.check)
-        ends, states = states[-1].poses, self.resolving.approached(floor, states)
-        pairs = zip(floor.names, ends, states[-1].poses, strict=True)
-        notes = self.state.last_settled.notes
-        notes.followers = frozenset(name for name, end, now in pairs if now != end)
-        notes.followed = True
+        self.state.last_settled.notes.followed = True
         self.occasions.watch.begin_anew()
         self.plan.begin(floor, states, counts, reason)
 
