@@ -43,8 +43,7 @@ class FleetTask(Struct):
     ``back``: it failed, and the robot was sent back to its departure region; ``there``: odometry
     has confirmed the arrival, at time ``since``; ``over``: the results of an action and the reason
     of a failure, reported once odometry has the robot back in its region; ``known``: the obstacle
-    known at the destination; ``asked``: the obstacles on which it must act; it may find others
-    there."""
+    known at the destination."""
 
     command: int
     start: Pose
@@ -61,7 +60,6 @@ class FleetTask(Struct):
     since: float = -inf
     over: tuple[list[tuple[Obstacle, ActResult]], str] | None = None
     known: Obstacle | None = None
-    asked: tuple[Obstacle, ...] = ()
 
 
 class TrailPoint(Struct, frozen=True):

@@ -126,7 +126,7 @@ class FleetWorld(FleetSteps):
             return Acted(self.now(), robot.name, (), command=command)
         team_action, here = TeamAction(robot, every, self._progress), body.pose
         task = FleetTask(command, here, here, 0, Phase.ACTING, team_action=team_action)
-        task.asked, body.task, body.view = tuple(obstacles), task, {}
+        body.task, body.view = task, {}
         self._sensing.acted_on |= {obstacle.region for obstacle in every}
         self._act_on_next(body, task, team_action)
         return None
@@ -329,11 +329,8 @@ class FleetWorld(FleetSteps):
         stations = {name: other.station for name, other in self._bodies.items()}
         services = team_action.next(self._idle(task), stations)
         if not services:
-            told, bad = team_action.found, ActResult.FAILED
-            found = [(one, end) for one, end in told if one in task.asked or end is not bad]
-            if told and not found:  # the team does not know the obstacle of the failed action
-                team_action.reasons = team_action.reasons or [f"{told[0][0].name}: failed"]
-            failed = any(end is bad for _, end in found or told)
+            found = team_action.found
+            failed = any(end is ActResult.FAILED for _, end in found)
             why = "; ".join(team_action.reasons) if failed else ""
             task.over, task.due = (found, why), self.now() + LATE
             self._acted(body, task)

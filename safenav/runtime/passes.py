@@ -301,9 +301,9 @@ class Passes(Algorithm):
 
     def _hear(self) -> None:
         """Process the reports of the world, other than the ends of commands."""
-        failures = self.team.failures
+        team, failures = self.team, self.team.failures
         for robot, regions in self.world.claims():  # others may have their turns first
-            found = self.team.robots[robot]
+            found = team.robots[robot]
             found.claims = dict.fromkeys({*regions} - found.occupied, frozenset())
         while self.world.dropped:
             event, reason = self.world.dropped.pop(0)
@@ -315,9 +315,11 @@ class Passes(Algorithm):
             at = self.world.at(sensed)
             if failures.is_late(obstacle.name, at):
                 self.turns.tell.late("sensed", said, sensed.by, obstacle, at)
-            elif not sensed.there:  # as if an operator had resolved it
-                known = self.team.knowledge.knows(obstacle)
-                self._together |= known and self.team.waiting is not None
+            elif sensed.there:  # as if a robot that may enter it had sensed it
+                team.knowledge.sight(obstacle)
+            else:  # as if an operator had resolved it
+                known = team.knowledge.knows(obstacle)
+                self._together |= known and team.waiting is not None
                 self.run_part(partial(self.settle, self.turns.actions.gone(obstacle)))
         if self._come:
             self._come = False

@@ -419,6 +419,22 @@ def test_what_a_robot_meets_on_its_way_is_an_obstacle() -> None:
     assert met.startswith("uncertainty@") and run.all("blocked", obstacle=met)
 
 
+def test_a_sensor_of_the_building_closes_a_region() -> None:
+    """No robot senses the door by itself, and none can open it; it stops no robot."""
+
+    class Blind(Faulty):
+        def sense(self, robot: Robot, region: int) -> None:
+            del robot, region
+
+    def seen(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        return [event, Sensed(event.at, world.scenario.obstacles[0], there=True)]
+
+    scenario, run = loaded(RING.replace("[push]", "[]")), Run()
+    Mission(scenario, world=Blind(scenario, nth(1, seen)), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed" and not run.findings
+    assert run.all("violation") and not run.all("arrive", result="blocked")
+
+
 def test_reports_that_are_late_or_doubled_are_dropped() -> None:
     def twice(_: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
         if isinstance(event, Acted):

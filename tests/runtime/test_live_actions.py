@@ -44,6 +44,31 @@ def test_after_two_failed_actions_another_robot_helps() -> None:
     assert run.one("resolved")["robot"] == "a"
 
 
+@pytest.mark.parametrize("fails", [0, 1, 2])
+def test_a_push_that_fails_shows_the_team_a_door(fails: int) -> None:
+    """The robot that has entered the door pushes again, and does not pass until it is open."""
+
+    class Jammed(LiveSimulation):
+        left = fails
+
+        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+            if self._poses[robot.name].region != door.region or self.left == 0:
+                return super().act(robot, obstacles, command)
+            self.left -= 1
+            return Acted(self.now(), robot.name, ((door, ActResult.FAILED),), command=command)
+
+    scenario, run = loaded(RING), Run()
+    (door,) = scenario.obstacles
+    Mission(scenario, world=Jammed(scenario), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed" and not run.findings
+    assert len(run.all("violation", at=door.region)) == (fails > 0)
+    leaves = run.records.index(run.all("depart", **{"from": door.region})[0])
+    assert fails > 1 or run.records.index(run.one("resolved")) < leaves
+    for acted in run.all("acted", results={door.name: "failed"})[:1]:
+        acted["results"] = {}
+        assert "backtrack" in run.broken
+
+
 STARTS = """
 name: starts where it can act
 map: {grid: ["#########", "#.......#", "#.......#", "#########"]}

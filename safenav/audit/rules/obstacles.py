@@ -14,15 +14,16 @@ from safenav.audit.world import opposite
 @judges("line", "violation")
 def violation(record: Line, now: Situation) -> Iterator[Said]:
     """A violation is real: the robot is in the recorded region, could have taken the proposed step,
-    and an unresolved obstacle that it must not enter is there. The line names the action of its
-    next need (D 5.1)."""
+    and an unresolved obstacle that it must not enter is there; or its action on one there fails.
+    The line names the action of its next need (D 5.1)."""
     robot, obstacle = record.robot, now.obstacles[record.obstacle]
+    acts = robot in now.acting and record.at == record.proposed
     here, proposed = now.show(record.at), now.show(record.proposed)
     if record.at != now.region[robot]:
         yield f"{robot} is recorded at {here}, but is at {now.show(now.region[robot])}"
     way, heading = now.grid.direction(record.at, record.proposed), now.heading[robot]
-    if now.lost.get(robot) and obstacle.type == f"lost_{robot}":
-        pass  # it proposed no step: it may also be in that region
+    if acts or (now.lost.get(robot) and obstacle.type == f"lost_{robot}"):
+        pass  # it proposed no step: it is, or may be, in that region
     elif way is None:
         yield f"{robot} cannot step from {here} to {proposed}, which is not a neighbour"
     elif now.has_heading(robot) and heading is not None and way == opposite(heading):
@@ -34,7 +35,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
     if record.action != action:
         yield f"{obstacle.name} needs {action}, not {record.action}"
-    stopped = now.stopped_by if obstacle.sweeps else now.blocked_by
+    stopped = now.stopped_by if obstacle.sweeps or acts else now.blocked_by
     if robot not in stopped(obstacle.name):
         yield f"{obstacle.name} does not block {robot}"
     if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
@@ -47,7 +48,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
 @judges("turn")
 def backtrack(now: Situation) -> Iterator[Said]:
     """Each violation, and nothing else, is followed by a backtrack; the move of that turn goes to
-    the region in the backtrack (T Time; D 5.3)."""
+    the region in the backtrack (T Time; D 5.3). If the robot acted, that action has failed."""
     turn = now.turn
     if turn.is_plain:
         return
@@ -55,6 +56,11 @@ def backtrack(now: Situation) -> Iterator[Said]:
     for violation in () if turn.torn else violations[len(backtracks) :]:
         obstacle = violation.obstacle
         yield turn.robot, f"{turn.robot} does not back up from {obstacle}", violation
+    acted = turn.first("acted")
+    for each in violations:
+        vain = acted is not None and acted.results.get(each.obstacle) == "failed"
+        if each.at == each.proposed and not vain:
+            yield turn.robot, f"{turn.robot} has not failed to resolve {each.obstacle}", each
     move = turn.first("move")
     for backtrack in backtracks:
         if not violations:

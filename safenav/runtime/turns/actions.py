@@ -7,7 +7,15 @@ from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
+from safenav.runtime.characterization import ForbiddenMove
+from safenav.runtime.coordination.events import (
+    Event,
+    HelpRequested,
+    ObstacleChanged,
+    ObstacleEncountered,
+    ObstaclesResolved,
+    Unsettled,
+)
 from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.loads import takers
 from safenav.runtime.sweeping import cleared, leading
@@ -123,6 +131,10 @@ class Actions(Struct):
         for other in state.robots.values():
             other.acting = None if other.acting == name else other.acting
         results = {obstacle.name: result for obstacle, result in event.found}
+        failed = [obstacle for obstacle, result in event.found if result is ActResult.FAILED]
+        found = [
+            self._found(robot, obstacle) for obstacle in failed if self._finds(event, obstacle)
+        ]
         barred = tuple(
             obstacle
             for obstacle, result in results.items()
@@ -133,6 +145,10 @@ class Actions(Struct):
         state.emit(records.ActionEnd(state.tick, event.command or 0, name, *ended))
         robot.asked = not event.found  # else there may be more to do
         state.changes += 1
+        for violation in filter(None, found):
+            yield from self.relocation.leave_plan(vocabulary.PlanEndReason.VIOLATION)
+            yield ObstacleEncountered(violation)
+            yield HelpRequested(violation)
         yield from self._acted(robot, event, who, barred=bool(barred))
 
     def gone(self, obstacle: Obstacle, *, by_user: bool = False) -> Iterator[Event]:
@@ -228,12 +244,34 @@ class Actions(Struct):
             new = obstacle.name not in self.state.failures.opened
             known = obstacle.name in named or obstacle.name in self.state.knowledge.pending
             changes = result in (ActResult.DONE, ActResult.UNTRAVERSABLE) and new
+            changes = changes or (result is ActResult.FAILED and self._finds(event, obstacle))
             (told if known or changes else dropped).append((obstacle, result))
         if dropped and self.state.live:
             words = ", ".join(f"{obstacle.name}: {result.value}" for obstacle, result in dropped)
             echo = replace(event, found=tuple(dropped))
             self.world.dropped.append((echo, f"it adds nothing to the knowledge ({words})"))
         return replace(event, found=tuple(told))
+
+    def _finds(self, event: Acted, obstacle: Obstacle) -> bool:
+        """Whether a failed action shows an obstacle that the team did not know as present."""
+        state, last, robot = self.state, len(obstacle.needs) - 1, self.state.robots[event.robot]
+        known, here = state.knowledge, robot.pose.region
+        if known.knows(obstacle) or state.failures.is_late(obstacle.name, self.world.at(event)):
+            return False
+        able = obstacle.needs[last].action in robot.robot.capabilities
+        able = able and here in obstacle.resolution_regions(state.scenario.map, last)
+        return able and (here == obstacle.region or obstacle.name not in known.sighted)
+
+    def _found(self, robot: RobotState, obstacle: Obstacle) -> ForbiddenMove | None:
+        """Record an obstacle that a failed action has shown, before the end of the action. If it
+        stops the robot where it stands, the robot encounters it; otherwise return None."""
+        self.state.introduce(obstacle)
+        if obstacle.region != robot.pose.region or not obstacle.blocks(robot.robot):
+            self.state.knowledge.sight(obstacle)
+            return None
+        violation = ForbiddenMove(robot.robot, robot.pose.region, obstacle.region, obstacle)
+        self.tell.encounter(robot, violation)
+        return violation
 
     def _is_early(self, name: str, obstacle: Obstacle, result: ActResult) -> bool:
         """Whether a world reports that a robot has delivered a load which it has only taken: one of

@@ -149,6 +149,11 @@ class MoveRecorder:
             records.Violation(self._state.tick, robot.name, *way, obstacle.name, action)
         )
 
+    def encounter(self, robot: RobotState, violation: ForbiddenMove) -> None:
+        """Record an obstacle that keeps a robot where it is."""
+        self.violation(robot, violation)
+        self._state.emit(records.Backtrack(self._state.tick, robot.name, robot.pose.region))
+
     def late(
         self,
         event: str,

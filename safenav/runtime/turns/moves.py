@@ -22,7 +22,6 @@ from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Ended, 
 from safenav.scenario.guarantees import guarantees_of, values_of
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl
-from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, PlanEndReason
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -204,7 +203,7 @@ class Moves(Struct, frozen=True):
         violation = ForbiddenMove(
             robot.robot, start.region, region, obstacle or unknown(robot.robot, region)
         )
-        self.encounter(robot, violation)
+        self.tell.encounter(robot, violation)
         return reaction, violation
 
     def _stops(self, robot: RobotState, obstacle: Obstacle, at: float) -> bool:
@@ -213,11 +212,6 @@ class Moves(Struct, frozen=True):
             self.tell.late("blocked", "the obstacle was opened later", robot.name, obstacle, at)
             return False
         return self.state.knowledge.closed_to(obstacle, robot.robot)
-
-    def encounter(self, robot: RobotState, violation: ForbiddenMove) -> None:
-        """Record an obstacle that keeps a robot where it is."""
-        self.tell.violation(robot, violation)
-        self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
 
     def _react(
         self, robot: RobotState, reaction: Reaction, violation: ForbiddenMove | None, event: Ended
@@ -273,5 +267,5 @@ class Moves(Struct, frozen=True):
             robot.claims = {r: them for r, them in robot.claims.items() if r != region}
             obstacle = lost(robot.robot, names, region)
             violation = ForbiddenMove(robot.robot, robot.pose.region, region, obstacle)
-            self.encounter(robot, violation)
+            self.tell.encounter(robot, violation)
             yield events.ObstacleEncountered(violation)

@@ -183,7 +183,7 @@ class Turns:
             pose = None
         violation = None if pose is None else self.choice.violation(robot, pose)
         if violation is not None:
-            self.moves.encounter(robot, violation)
+            self.tell.encounter(robot, violation)
             yield events.ObstacleEncountered(violation)
         if pose is None or violation is not None:
             if robot.planner.task.tracking is not Tracking.NEARBY:
