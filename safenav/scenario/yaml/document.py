@@ -281,8 +281,9 @@ def _place(event: Any) -> Place:
 
 
 def _sentence(error: yaml.MarkedYAMLError) -> str:
-    parts = [error.context, error.problem]
-    return clipped(", ".join(str(part) for part in parts if part), 160)
+    if "maximum nesting depth" in str(error.problem):  # a limit of some versions of libyaml
+        return f"nested more than {MAX_DEPTH} deep"
+    return clipped(", ".join(str(part) for part in (error.context, error.problem) if part), 160)
 
 
 def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
@@ -313,5 +314,4 @@ def _bad_character(text: str, error: yaml.reader.ReaderError) -> tuple[Place, st
 
 
 def _place_of(text: str, index: int) -> Place:
-    before = text[:index]
-    return Place(before.count("\n") + 1, index - (before.rfind("\n") + 1) + 1)
+    return Place(text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index))
