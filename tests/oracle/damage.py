@@ -48,14 +48,17 @@ def other_successor(automaton: Automaton, _starts: list[int], source: Random) ->
     return _with_node(automaton, number, replace(node, successors=changed))
 
 
-def no_memory(automaton: Automaton, starts: list[int], _source: Random) -> Automaton:
-    """Every transition keeps its state but forgets which goal it was for: goals may starve."""
-    first = {node.state: i for i, node in reversed(list(enumerate(automaton.nodes)))}
-    nodes = [
-        replace(node, successors=tuple(first[automaton.nodes[s].state] for s in node.successors))
-        for node in automaton.nodes
-    ]
-    return _without_unreachable(replace(automaton, nodes=tuple(nodes)), starts)
+def no_memory(automaton: Automaton, starts: list[int], source: Random) -> Automaton:
+    """Transitions keep their state and may forget which goal they were for: goals may starve."""
+    twins: dict[int, list[int]] = {}
+    for number, node in enumerate(automaton.nodes):
+        twins.setdefault(node.state, []).append(number)
+
+    def moved(successor: int) -> int:
+        return source.choice(twins[automaton.nodes[successor].state])
+
+    nodes = [replace(n, successors=tuple(map(moved, n.successors))) for n in automaton.nodes]
+    return without_unreachable(replace(automaton, nodes=tuple(nodes)), starts)
 
 
 def missing_start(automaton: Automaton, _starts: list[int], _source: Random) -> Automaton:
@@ -82,7 +85,7 @@ def reachable(automaton: Automaton, starts: list[int]) -> bool:
     return len(_reached(automaton, starts)) == len(automaton.nodes)
 
 
-def _without_unreachable(automaton: Automaton, starts: list[int]) -> Automaton:
+def without_unreachable(automaton: Automaton, starts: list[int]) -> Automaton:
     kept = sorted(_reached(automaton, starts))
     number = {old: new for new, old in enumerate(kept)}
     nodes = [
