@@ -29,39 +29,3 @@ def test_requester_waits_and_helper_goes_while_signalled() -> None:
     asked, done = trace.one("push")["tick"], trace.one("resolved")["tick"]
     assert {trace.position("quad", tick) for tick in range(asked, done + 1)} == {46}
     assert trace.position("digit", done) == 47
-
-
-BESIDE = """\
-name: {name}
-map: {{grid: {grid}}}
-catalogue:
-  robots: {{bee: {{mobility: free, layer: air, capabilities: [push, clear]}}}}
-  obstacles:
-    gate: {{action: push, resolve_at: {at}}}
-    order: {{action: clear, resolve_at: [16], blocks: []}}
-robots: {{bee: {{model: bee, start: {start}, objective: {objective}}}}}
-obstacles: [{{type: gate, region: {gate}}}]
-{more}coordination: assignable
-"""
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        BESIDE.format(
-            name="its own goal is met anywhere while it is sent, so it may go into the gate first",
-            grid=["#######", "#.....#", "##.##.#", "#######"],
-            **{"at": [19, 10], "start": 9, "objective": "{hold: 10}", "gate": 16, "more": ""},
-        ),
-        BESIDE.format(
-            name="the path by the gate is as short as the one around it",
-            grid=["#####", "#...#", "#...#", "#...#", "#####"],
-            **{"at": [17], "start": 8, "objective": "{patrol: [8, 18]}", "gate": 12},
-            more="orders: [{at: 3, type: order, region: 16}]\n",
-        ),
-    ],
-    ids=["step", "path"],
-)
-def test_a_robot_is_led_past_an_obstacle_that_its_strategy_would_enter(text: str) -> None:
-    trace = completed(text)
-    assert len(trace.all("violation")) <= 2

@@ -84,41 +84,6 @@ def test_a_button_inside_the_room_behind_the_door_needs_an_operator() -> None:
     assert not inside(trace, DOOR, {"pia"})
 
 
-def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
-    trace = completed("""
-        map: {grid: ["#########", "#.......#", "###.#####", "#########"]}
-        catalogue:
-          robots:
-            lifter: {mobility: free, layer: ground, capabilities: [lift]}
-          obstacles:
-            crate: {needs: [{action: lift, robots: 2, at: [[1, 3], [2, 3]], together: true}]}
-        robots:
-          ann: {model: lifter, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
-          ben: {model: lifter, start: [1, 2], objective: {hold: [1, 2]}}
-        obstacles: [{type: crate, region: [1, 4]}]
-        until: {rounds: 1}
-        """)
-    resolved = trace.one("resolved")
-    assert resolved["robots"] == ["ann", "ben"]
-    assert min(inside(trace, 13, {"ann", "ben"})) > resolved["tick"]
-
-
-def test_the_last_need_may_be_met_by_entering_the_others_not() -> None:
-    trace = play("""
-        map: {grid: ["########", "#......#", "########"]}
-        catalogue:
-          robots: {smith: {mobility: free, layer: ground, capabilities: [unlock, push]}}
-          obstacles: {gate: {needs: [{action: unlock, at: [[1, 1]]}, {action: push}]}}
-        robots: {sam: {model: smith, start: [1, 2], objective: {visit: [[1, 6], [1, 1]]}}}
-        obstacles: [{type: gate, region: [1, 4]}]
-        until: {rounds: 1}
-        """)
-    unlocked = trace.one("met", need=0)
-    assert (unlocked["at"], trace.one("violation")["action"]) == (9, "unlock")
-    assert min(inside(trace, 12, {"sam"})) == trace.one("resolved")["tick"] > unlocked["tick"]
-    assert trace.one("resolved")["at"] == 12
-
-
 def test_what_turns_out_untraversable_from_inside_is_left_and_not_entered_again() -> None:
     """A robot that can tell only by entering; it is inside when it learns, and goes back."""
     trace = completed("""

@@ -55,19 +55,6 @@ def test_what_cannot_be_done_once_is_refused(targets: str, says: str) -> None:
         loaded(DEAD_END.replace("[[1, 5], [3, 7]]", targets))
 
 
-def test_robots_in_each_other_s_way_give_way_or_prove_that_nobody_can() -> None:
-    narrow = """
-        map: {grid: ["######", "#....#", "##.###", "######"]}
-        robots:
-          a: {model: quadcopter, start: 7, objective: {once: [8, 10]}}
-          b: {model: quadcopter, start: 10, objective: {once: [9, 7]}}
-        until: {rounds: 1}
-        """
-    completed(narrow)
-    trace = play(narrow.replace("##.###", "######"))
-    assert (trace.outcome["outcome"], trace.outcome["cause"]) == ("operator_needed", "deadlock")
-
-
 def skip_a_target(lines: list[Line]) -> None:
     goal = next(k for k, line in enumerate(lines) if line["type"] == "goal" and line["goal"] == 0)
     del lines[goal]

@@ -176,29 +176,6 @@ def test_plans_are_for_the_rounds_that_one_out_of_service_leaves_possible(
     assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
 
 
-HEMMED_IN = """
-name: b and c keep each other out of a zone, and a stands where one of them would give way
-map: {grid: ["#####", "#...#", "#...#", "#####"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: []}
-    walker: {mobility: heading, layer: ground, capabilities: []}
-robots:
-  a: {model: cart, start: 8, objective: {hold: 8}}
-  b: {model: cart, start: 12, objective: {visit: [11, 8]}}
-  c: {model: walker, start: 11, heading: west, objective: {visit: [7, 8]}}
-never_together: [{robots: [b, c], in: [6, 12, 13]}]
-changes: [{at: 1, robot: a, service: out}]
-"""
-
-
-def test_robots_that_no_order_of_moves_brings_past_one_out_of_service_need_an_operator() -> None:
-    """Each alone has a way; together they have none, and the plan for the rest moves no robot."""
-    result = Mission(loaded(HEMMED_IN)).run()
-    assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
-    assert result.ticks < 50
-
-
 @pytest.mark.parametrize(
     ("line", "message"),
     [

@@ -108,34 +108,6 @@ def test_a_need_is_news_although_another_obstacle_has_come_as_far() -> None:
         assert further and [(one.obstacle, one.group) for one in met] == [(obstacle, (robot,))]
 
 
-LEFT = """
-map: {grid: ["#########", "#.......#", "#########"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [lift]}
-    bee: {mobility: free, layer: air, capabilities: []}
-  obstacles:
-    pa: {needs: [{action: lift, at: [12]}, {action: lift, at: [15], same: true}], blocks: []}
-    pb: {action: fly, blocks: []}
-robots:
-  c: {model: cart, start: 10, objective: {hold: 10}}
-  b: {model: bee, start: 10, objective: {visit: [15, 10]}}
-orders: [{at: 1, type: pa, region: 12}, {at: 2, type: pb, region: 12}]
-changes: [{at: 4, robot: c, service: out}]
-until: {rounds: ROUNDS}
-"""
-
-
-def test_a_run_says_why_an_order_is_left_and_why_a_robot_is_out_of_service() -> None:
-    left = play(LEFT.replace("ROUNDS", "1"))
-    assert left.still_open == ["pa@12", "pb@12"]
-    assert "pa@12 (c is out of service)" in left.outcome["explanation"]
-    assert "pb@12 (it needs a robot with 'fly', and no robot" in left.outcome["explanation"]
-    away = play(LEFT.replace("hold: 10", "visit: [11, 10]").replace("ROUNDS", "9"))
-    said = "c (by a change of the scenario) out of service; not completed"
-    assert away.outcome["outcome"] == "operator_needed" and said in away.outcome["explanation"]
-
-
 GATED = """
 map: {grid: ["########", "#......#", "########"]}
 catalogue:

@@ -117,20 +117,6 @@ def test_an_input_ends_a_wait_before_its_time(clock: Clock) -> None:
     assert played.all("synthesis", tick=told["tick"])
 
 
-LATE = """
-map: {grid: ["....."]}
-robots: {a: {model: husky, start: 0, objective: {visit: [4, 0]}}}
-obstacles: [{type: door, region: 2}]
-changes: [{at: 20, robot: a, objective: {visit: [1, 0]}}]
-until: {rounds: 1, by: 12}
-late: stop
-"""
-
-
-def test_a_run_that_waits_ends_late_when_its_deadline_passes() -> None:
-    assert (play(LATE).outcome["outcome"], play(LATE).outcome["tick"]) == ("late", 13)
-
-
 @pytest.mark.parametrize(
     ("damage", "said"),
     [

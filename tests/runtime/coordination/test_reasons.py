@@ -2,7 +2,6 @@
 
 import pytest
 
-from runtime.played import play
 from safenav.runtime.duties.reasons import (
     Helper,
     Hindrance,
@@ -59,25 +58,3 @@ TWO = (Helper("a", Hindrance.NOTHING), Helper("b", Hindrance.GATES, ("crate@2",)
 )
 def test_what_an_obstacle_lacks_is_said_of_each_robot(found: Shortfall, words: str) -> None:
     assert shortfall_words(found, number_word) == words
-
-
-BEHIND = """
-map: {grid: ["#######", "#.....#", "#######"]}
-catalogue:
-  robots: {cart: {mobility: free, layer: ground, capabilities: [press]}}
-  obstacles: {gate: {needs: [{action: press, AT}]}}
-robots: {a: {model: cart, start: 8, objective: {visit: [8, 12]}}}
-obstacles: [{type: gate, region: 10}]
-"""
-
-
-@pytest.mark.parametrize(
-    ("at", "why"),
-    [
-        ("at: [12]", "gate@10 itself is in its way"),
-        ("robots: 2", "this team has one: a; a has it, but it cannot enter that region alone"),
-    ],
-    ids=["a button behind the gate", "in the gate"],
-)
-def test_an_obstacle_may_be_in_the_way_to_its_own_resolution(at: str, why: str) -> None:
-    assert why in play(BEHIND.replace("AT", at)).outcome["explanation"]

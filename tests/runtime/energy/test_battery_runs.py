@@ -48,31 +48,6 @@ def test_it_goes_by_the_second_charger() -> None:
     assert {"hold": 20} in stops
 
 
-LAST = """
-map: {grid: ["#########", "#.......#", "#########"]}
-catalogue:
-  robots:
-    courier: {mobility: free, layer: air, capabilities: [push],
-              battery: {capacity: 13, charge: 4}}
-    cart: {mobility: free, layer: ground}
-robots:
-  carla: {model: courier, start: [1, 1], objective: {visit: [[1, 7], [1, 5]]}}
-  bob: {model: cart, start: [1, 2], objective: {visit: [[1, 1], [1, 2]]}}
-chargers: [[1, 1]]
-until: {rounds: 1}
-"""
-
-
-def test_no_robot_is_sent_to_charge_when_the_mission_is_complete(clock: str) -> None:
-    """Unless a robot whose turn comes later in that tick meets an obstacle."""
-    run = completed(f"{LAST}clock: {clock}\n")
-    assert not run.all("synthesis", reason="charge")
-    if clock == "lockstep":
-        run = completed(LAST + "obstacles: [{type: door, region: [1, 2], from: 8}]\n")
-        first = run.all("synthesis", robot="carla", reason="charge")[0]
-        assert (run.one("violation")["tick"], first["tick"]) == (8, 11)
-
-
 @pytest.mark.parametrize("text", [CORRIDOR, STOPS])
 def test_the_story_tells_charging_from_rounds(text: str) -> None:
     said: list[str] = []
