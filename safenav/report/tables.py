@@ -30,13 +30,13 @@ def tables(trace: Trace, replay: Replay) -> dict[str, str]:
 
 
 def _moves(replay: Replay) -> Iterable[Row]:
-    names = {region: name for name, region in reversed([*replay.map.names.items()])}
     for tick in range(replay.last + 1):
         for track in replay.robots:
             region, heading = track.regions[tick], track.headings[tick]
             row, col = replay.map.position(region)
             facing = None if heading is None else heading.label
-            yield _when(replay, tick), track.name, region, row, col, names.get(region), facing
+            name = replay.map.named.get(region)
+            yield _when(replay, tick), track.name, region, row, col, name, facing
 
 
 def _events(replay: Replay) -> Iterable[Row]:

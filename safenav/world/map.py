@@ -175,7 +175,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         ]
 
     @cached_property
-    def _named(self) -> Mapping[Region, str]:
+    def named(self) -> Mapping[Region, str]:
         """The first name of each region that has one."""
         return {region: name for name, region in reversed([*self.names.items()])}
 
@@ -189,7 +189,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         """A region in one word: its name, else its number. For a set, the areas in it and its other
         regions: ``ward_a|dock``."""
         if isinstance(place, int):
-            return self._named.get(place, str(place))
+            return self.named.get(place, str(place))
         rest, words = place, []
         for name, regions in sorted(self.areas.items(), key=lambda item: -len(item[1])):
             if regions and regions <= rest and len(place) > 1:
@@ -199,15 +199,19 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     def place(self, region: Region) -> str:
         """Return the words for a place: ``dock``, ``ward_a 40`` (a region of an area) or ``40``."""
-        area = self._in_area.get(region) if region not in self._named else None
+        area = self._in_area.get(region) if region not in self.named else None
         return f"{area} {region}" if area else self.word(region)
 
     def label(self, region: Region) -> str:
         """Return the label of a region: ``47 [3, 8]``, or ``dock 47 [3, 8]`` with the name of
         the region or of its area."""
         row, col = self.position(region)
-        name = self._named.get(region) or self._in_area.get(region)
+        name = self.named.get(region) or self._in_area.get(region)
         return f"{name} {region} [{row}, {col}]" if name else f"{region} [{row}, {col}]"
+
+    def stance(self, region: Region, heading: Heading | None) -> str:
+        """Return the label of a pose: ``47 [3, 8] facing east``."""
+        return self.label(region) + ("" if heading is None else f" facing {heading.label}")
 
     def labels(self, target: frozenset[Region]) -> str:
         """Return the label of a target: an area by its name, else region by region."""

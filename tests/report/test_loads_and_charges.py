@@ -2,6 +2,7 @@
 
 import json
 import re
+from html import escape
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from safenav.report.picture.pictograms import OBSTACLES
 from safenav.report.picture.scene import svg_of
 from safenav.report.replay.reading import read_replay, replay_of
 from safenav.report.replay.timeline import ObstacleStatus, Replay
+from safenav.report.terminal.replay import frame
 from safenav.report.view3d.html import page3d_of
 from safenav.trace.reading import read_trace
 
@@ -57,7 +59,7 @@ def test_a_load_is_carried_from_the_need_that_takes_it_to_the_last(
         assert carriers[taken:put] == [("carrier",)] * (put - taken)
         assert carriers[put:] == [()] * (replay.last + 1 - put)
         robots = {robot.name: robot for robot in replay.scene(taken).robots}
-        assert robots["carrier"].loads == ("pallet",)
+        assert [held.name for held in robots["carrier"].loads] == [load]
         assert robots["truck"].loads == ()
     carried = {name for name, told in replay.loads.items() if len(told) > 1}
     assert carried == {"pallet@71", "pallet@72"}
@@ -71,8 +73,16 @@ def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Rep
     ]
     assert [len(found) for found in places] == [1, 1]
     assert places[0] != places[1]
-    assert replay.scene(taken - 1).carried == frozenset()
-    assert replay.scene(taken).carried == {"pallet@71"}
+
+
+def test_pictures_and_the_terminal_name_the_needs_that_are_left(replay: Replay) -> None:
+    (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
+    known = {taken - 1: "found, needs 'lift', then 'lift'", taken: "help requested, needs 'lift'"}
+    for tick, said in known.items():
+        assert f"pallet@shelf: {said}" in "\n".join(frame(replay, tick))
+        assert f">{escape(said, quote=False)}<" in svg_of(replay.scene(tick))
+    assert "; carries pallet@shelf" in "\n".join(frame(replay, taken))
+    assert ">carries pallet@shelf<" in svg_of(replay.scene(taken))
 
 
 def test_an_order_that_has_to_wait_for_its_helper_is_known(replay: Replay) -> None:
@@ -137,6 +147,7 @@ def test_charges_fall_by_steps_and_rise_at_chargers(
         page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
         browser.open(page, "#tick=8")
         assert browser.one(".robots .charge").text.strip() == "60 %"
+        assert "; charge 60 %" in "\n".join(frame(replay, 8))
 
 
 def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(tmp_path: Path) -> None:

@@ -85,7 +85,7 @@ def test_a_picture_names_robots_objectives_obstacles_and_stack(replays: dict[str
         "visit 47, 44 in turn",
         "uncertainty@43",
         "door@47",
-        "help requested; needs: push",
+        "help requested, needs 'push'",
         "2. door@47",
         "quad waits, digit helps",
     ):
@@ -154,7 +154,7 @@ def test_the_fonts_come_along() -> None:
 def test_a_scenario_is_drawn_before_any_run() -> None:
     scenario = load_scenario(SCENARIOS / "case_study_3.yaml")
     scene = scene_of(scenario)
-    assert [status for _, status in scene.obstacles] == [
+    assert [status for _, status, _ in scene.obstacles] == [
         ObstacleStatus.HIDDEN,
         ObstacleStatus.HIDDEN,
     ]
@@ -183,7 +183,7 @@ def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
     assert any("parcel@dock: ordered at tick 4 at dock" in line for line in text)
     drawn = svg_of(scene_of(scenario))
     words = [text for text, _ in _texts(drawn)]
-    assert "not ordered yet; needs: push" in words and "at most one of a and b at a time" in words
+    assert "not ordered yet, needs 'push'" in words and "at most one of a and b at a time" in words
     assert drawn.count(EXCLUSION["stroke_dasharray"]) == 2  # on the map and in the legend
     source, trace = tmp_path / "zone.yaml", tmp_path / "zone.jsonl"
     source.write_text(ZONE)
@@ -241,7 +241,7 @@ def test_robots_and_obstacles_of_a_large_map_can_be_seen() -> None:
     world = RegionMap.from_grid(["." * 100] * 100)
     robot = Placed("a", "digit", "ground", 50.0, 50.0, None, None)
     door = Hidden("door@77", "door", 77, ("push",), (77,), ())
-    marks = ((door, ObstacleStatus.BLOCKED),)
+    marks = ((door, ObstacleStatus.BLOCKED, 0),)
     svg = svg_of(Scene("large", "tick 1", world, (robot,), marks), Options(legend=False))
     look, mark = looks(["a"])[0], STATUS_MARKS[ObstacleStatus.BLOCKED]
     for path, least in ((look.path, 8.0), (mark.path, 5.0)):

@@ -10,6 +10,7 @@ length, as in ``14,3,7,2`` (front/src/run/sets.ts).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any, Protocol, TypeVar
 
 from msgspec.structs import asdict, astuple
@@ -17,11 +18,10 @@ from msgspec.structs import asdict, astuple
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
 from safenav.report.picture.pictograms import CHARGER, obstacle_pictogram, robot_pictogram
 from safenav.report.replay import timeline
+from safenav.report.replay.changes import Changes
 from safenav.report.replay.perception import SightCache, viewers
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.looks import looks
-from safenav.trace.vocabulary import OPERATOR_ACTION
-from safenav.trace.wording import objective_words
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
 
@@ -98,7 +98,7 @@ def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
         "rows": replay.map.rows,
         "cols": replay.map.cols,
         "grid": replay.map.grid_rows(),
-        "names": {region: name for name, region in reversed([*replay.map.names.items()])},
+        "names": replay.map.named,
         "areas": {name: sorted(area) for name, area in replay.map.areas.items()},
         "chargers": list(replay.chargers),
         "exclusions": [[sorted(each.robots), sorted(each.regions)] for each in replay.exclusions],
@@ -149,7 +149,7 @@ class _Growth:
         self._viewers = viewers(replay)
 
     def changes(
-        self, changes: timeline.Changes[T], value: Callable[[T], list[Any]], *key: str
+        self, changes: Changes[T], value: Callable[[T], list[Any]], *key: str
     ) -> list[list[Any]]:
         """Return new ticks with the value that holds from each on; the last of a tick counts."""
         latest = dict(self._known.new(changes, *key))
@@ -165,7 +165,7 @@ class _Growth:
             "steps": self._known.steps(track),
             "headings": "".join(facing) if len(facing) == len(path) else None,
             "tasks": self.changes(
-                replay.objectives[name], lambda told: task_data(told, replay.map), "tasks", name
+                replay.objectives[name], partial(task_data, replay, name), "tasks", name
             ),
             "progress": self.changes(replay.progress[name], progress_data, "progress", name),
             "charge": charge and self.changes(charge, lambda percent: [percent], "charge", name),
@@ -220,16 +220,11 @@ def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
         "shape": obstacle_pictogram(hidden.type),
         "region": hidden.region,
         "action": hidden.actions[0],
-        "needs": [open_need(action) for action in hidden.actions],
+        "needs": [*map(hidden.open_needs, range(len(hidden.actions)))],
         "blocks": hidden.blocks,
         "since": hidden.since,
         "ordered": hidden.ordered,
     }
-
-
-def open_need(action: str) -> str:
-    """Return the need of an action in words."""
-    return "an operator" if action == OPERATOR_ACTION else f"'{action}'"
 
 
 def _robot(track: timeline.RobotTrack) -> dict[str, Any]:
@@ -255,5 +250,5 @@ def stack_data(frames: Sequence[timeline.StackRow], world: RegionMap) -> list[An
     return [[list(row) for row in rows]]
 
 
-def task_data(objective: Objective | None, world: RegionMap) -> list[Any]:
-    return [objective_words(objective, world.word), sorted(target_regions(objective))]
+def task_data(replay: timeline.Replay, robot: str, objective: Objective | None) -> list[Any]:
+    return [replay.doing(robot, objective), sorted(target_regions(objective))]

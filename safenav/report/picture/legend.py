@@ -12,7 +12,6 @@ from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter, text_width, wrapped
 from safenav.report.replay.timeline import ObstacleStatus, Scene, StackRow, StoryKind
 from safenav.trace.looks import Look, looks
-from safenav.trace.wording import objective_words
 from safenav.world.map import RegionMap
 
 WIDTH = 270.0
@@ -195,7 +194,9 @@ def _robots(scene: Scene, style: tuple[Look, ...]) -> Block:
         lines = lines_of(robot.name, 13, bold=True)
         model = f"{robot.model}, {robot.layer}" if robot.layer else robot.model
         lines += lines_of(model, 12, colour=MUTED)
-        lines += lines_of(objective_words(robot.objective, scene.map.word), 12)
+        lines += lines_of(robot.doing, 12)
+        if equipment := robot.equipment(scene.map):
+            lines += lines_of(equipment, 12, colour=MUTED)
         rows.append(Row(_body(look), lines))
     return Block("Robots and objectives", tuple(rows))
 
@@ -211,13 +212,11 @@ def _body(look: Look) -> Icon:
 
 def _obstacles(scene: Scene, hidden: bool) -> Block:
     rows = []
-    for obstacle, status in scene.obstacles:
+    for obstacle, status, met in scene.obstacles:
         if status is ObstacleStatus.HIDDEN and not hidden:
             continue
         lines = lines_of(obstacle.label(scene.map), 13, bold=True)
-        lines += lines_of(
-            f"{obstacle.meaning(status)}; needs: {', '.join(obstacle.actions)}", 12, colour=MUTED
-        )
+        lines += lines_of(obstacle.state(status, met), 12, colour=MUTED)
         rows.append(Row(_status(status), lines))
     return Block("Obstacles", tuple(rows))
 

@@ -23,9 +23,9 @@ def scene_of(scenario: Scenario) -> Scene:
         heading = robot.start.heading
         degrees = None if heading is None else heading * 90.0
         model = robot.model
-        robots.append(
-            Placed(robot.name, model.name, model.layer, row, col, degrees, robot.objective)
-        )
+        told = (robot.name, model.name, model.layer)
+        doing = describe(robot.objective, scenario.map.word)
+        robots.append(Placed(*told, row, col, degrees, robot.objective, doing=doing))
     obstacles = tuple(
         (
             Hidden(
@@ -38,6 +38,7 @@ def scene_of(scenario: Scenario) -> Scene:
                 ordered=obstacle.ordered,
             ),
             ObstacleStatus.HIDDEN,
+            0,
         )
         for obstacle in scenario.obstacles
     )
@@ -139,9 +140,8 @@ def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:
     world = scenario.map
     return [
         f"  {sign[robot.name]}  {robot.name} ({robot.model.name}) at "
-        f"{world.label(robot.start.region)}"
-        + (f" facing {robot.start.heading.label}" if robot.start.heading is not None else "")
-        + f": {describe(robot.objective, world.word)}"
+        f"{world.stance(robot.start.region, robot.start.heading)}: "
+        f"{describe(robot.objective, world.word)}"
         for robot in scenario.robots
     ]
 

@@ -161,7 +161,7 @@ def _described(scene: Scene) -> str:
     robots = ", ".join(
         f"{r.name} in region {scene.map.region(round(r.row), round(r.col))}" for r in scene.robots
     )
-    obstacles = ", ".join(f"{o.name} {status.value}" for o, status in scene.obstacles)
+    obstacles = ", ".join(f"{o.name} {status.value}" for o, status, _ in scene.obstacles)
     size = f"A map of {scene.map.rows} by {scene.map.cols} regions, {scene.moment}"
     return f"{size}: {robots or 'no robots'}; obstacles: {obstacles or 'none'}."
 
@@ -206,7 +206,7 @@ class _Drawing(Struct):
             self._signs()
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
-        for obstacle, status in self.scene.obstacles:
+        for obstacle, status, _ in self.scene.obstacles:
             if status is not ObstacleStatus.HIDDEN or self.options.hidden:
                 self._obstacle(obstacle, status)
         draw_taken(self.page, self.scene.robots, self.scene.map, self.cell, style)
@@ -249,7 +249,7 @@ class _Drawing(Struct):
         )
         radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
         middle_x, middle_y = self._centre(obstacle.region)
-        if obstacle.name in self.scene.carried:
+        if any(obstacle in robot.loads for robot in self.scene.robots):
             return
         shape = obstacle_pictogram(obstacle.type)
         if cell < LEAST_SHAPE:
@@ -362,7 +362,7 @@ class _Drawing(Struct):
             held_x, held_y, side = x - BADGE * radius, y - BADGE * radius, 1.4 * radius
             corner = (held_x - side / 2, held_y - side / 2, side, side)
             self.page.rect(*corner, rx=side / 12, fill="#FFFFFF", stroke=INK, stroke_width=0.8)
-            shape = obstacle_pictogram(robot.loads[0]) or OBSTACLES["crate"]
+            shape = obstacle_pictogram(robot.loads[0].type) or OBSTACLES["crate"]
             self.page.glyph(shape, held_x, held_y, radius * 0.6, fill=INK)
             if len(robot.loads) > 1:
                 words = f"{len(robot.loads)} x"

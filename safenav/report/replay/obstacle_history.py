@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from msgspec.structs import replace
 
 from safenav.begun import Begun
+from safenav.report.replay.changes import Changes
 from safenav.report.replay.robot_paths import ContradictionError, RobotPaths
-from safenav.report.replay.timeline import Changes, Hidden, ObstacleStatus
+from safenav.report.replay.timeline import Hidden, ObstacleStatus
 from safenav.trace import records, setting
 from safenav.trace.vocabulary import OPERATOR_ACTION
 

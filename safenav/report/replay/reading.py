@@ -14,10 +14,10 @@ from msgspec.structs import replace
 from safenav.begun import Begun
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Verdict
+from safenav.report.replay.changes import Changes
 from safenav.report.replay.obstacle_history import ObstacleHistory
 from safenav.report.replay.robot_paths import ContradictionError, RobotPaths
 from safenav.report.replay.timeline import (
-    Changes,
     Event,
     Replay,
     RobotBelief,

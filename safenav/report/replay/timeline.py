@@ -9,19 +9,18 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Mapping
 from enum import StrEnum
-from operator import itemgetter
-from typing import TypeVar
 
 from msgspec import Struct, field
 
 from safenav.outcome import Outcome
-from safenav.scenario.objective import Objective, Word, number_word
+from safenav.report.replay.changes import Changes
+from safenav.scenario.objective import Objective, Word, number_word, station
 from safenav.scenario.settings import Exclusion
 from safenav.trace.records import End
+from safenav.trace.vocabulary import OPERATOR_ACTION
+from safenav.trace.wording import objective_words
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
-
-T = TypeVar("T")
 
 
 class ObstacleStatus(StrEnum):
@@ -36,16 +35,8 @@ class ObstacleStatus(StrEnum):
     @property
     def meaning(self) -> str:
         """Return one phrase for legends."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    ObstacleStatus.HIDDEN: "still hidden",
-    ObstacleStatus.FOUND: "found",
-    ObstacleStatus.REQUESTED: "help requested",
-    ObstacleStatus.RESOLVED: "resolved",
-    ObstacleStatus.BLOCKED: "blocked",
-}
+        longer = {"hidden": "still hidden", "requested": "help requested"}
+        return longer.get(self.value, self.value)
 
 
 TURNED_BACK = 0.4
@@ -157,10 +148,17 @@ class Hidden(Struct, frozen=True):
     carried: tuple[bool, ...] = ()
     ordered: bool = False
 
-    def meaning(self, status: ObstacleStatus) -> str:
-        """Return its status as one phrase for legends."""
+    def state(self, status: ObstacleStatus, met: int) -> str:
+        """Return its status and open needs in words: ``found, needs 'unlock', then 'push'``."""
         unknown = self.ordered and status is ObstacleStatus.HIDDEN
-        return "not ordered yet" if unknown else status.meaning
+        words = "not ordered yet" if unknown else status.meaning
+        needs = "" if status is ObstacleStatus.RESOLVED else self.open_needs(met)
+        return f"{words}, needs {needs}" if needs else words
+
+    def open_needs(self, met: int) -> str:
+        """Return its needs after the first ``met`` in words."""
+        named = ("an operator" if a == OPERATOR_ACTION else f"'{a}'" for a in self.actions[met:])
+        return ", then ".join(named)
 
     def label(self, world: RegionMap) -> str:
         """``door@47``, or ``door@dock`` if the region has a name."""
@@ -186,7 +184,7 @@ class StackRow(Struct, frozen=True):
         told = [] if self.requester in (None, *self.helpers) else [f"{self.requester} waits"]
         if self.helpers:
             told.append(f"{listed(self.helpers)} {'helps' if len(self.helpers) == 1 else 'help'}")
-        return ", ".join(told)
+        return ", ".join(told) or "no robot helps yet"
 
 
 class RobotProgress(Struct, frozen=True):
@@ -194,30 +192,6 @@ class RobotProgress(Struct, frozen=True):
 
     rounds: int = 0
     reached: Region | None = None
-
-
-class Changes(list[tuple[int, T]]):
-    """A value over time: pairs of the tick from which a value holds and the value, in order. The
-    last of several in one tick counts."""
-
-    @classmethod
-    def of(cls, first: T) -> Changes[T]:
-        """Return a value that holds from the start."""
-        return cls([(-1, first)])
-
-    @property
-    def now(self) -> T:
-        """The last value."""
-        return self[-1][1]
-
-    def put(self, tick: int, value: T) -> None:
-        """Change the value, unless it is the same."""
-        if value != self.now:
-            self.append((tick, value))
-
-    def at(self, tick: int) -> T:
-        """Return the value after all events of that tick."""
-        return self[max(0, bisect_right(self, tick, key=itemgetter(0)) - 1)][1]
 
 
 class Placed(Struct, frozen=True):
@@ -235,8 +209,18 @@ class Placed(Struct, frozen=True):
     trail: tuple[Region, ...] = ()
     taken: tuple[Region, ...] = ()
     """The two regions that it occupies during a step of several ticks; else none."""
-    loads: tuple[str, ...] = ()
-    """The types of the obstacles that it carries."""
+    loads: tuple[Hidden, ...] = ()
+    """The obstacles that it carries."""
+    charge: int | None = None
+    """The charge of its battery in percent, if it has one."""
+    doing: str = ""
+    """Its objective in words."""
+
+    def equipment(self, world: RegionMap) -> str:
+        """Return its loads and its charge in words; empty if it has neither."""
+        loads = f"carries {listed([load.label(world) for load in self.loads])}"
+        charge = f"charge {self.charge} %"
+        return "; ".join([loads] * bool(self.loads) + [charge] * (self.charge is not None))
 
 
 class Scene(Struct, frozen=True):
@@ -246,11 +230,10 @@ class Scene(Struct, frozen=True):
     moment: str
     map: RegionMap
     robots: tuple[Placed, ...]
-    obstacles: tuple[tuple[Hidden, ObstacleStatus], ...]
+    obstacles: tuple[tuple[Hidden, ObstacleStatus, int], ...]
+    """Each obstacle with its status and the number of its fulfilled needs."""
     stack: tuple[StackRow, ...] = ()
     happened: tuple[Event, ...] = ()
-    carried: frozenset[str] = frozenset()
-    """The obstacles that robots carry."""
     chargers: tuple[Region, ...] = ()
     exclusions: tuple[Exclusion, ...] = ()
 
@@ -340,10 +323,7 @@ class Replay(Struct):
 
     def track(self, name: str) -> RobotTrack:
         """Return the robot of that name. Raises KeyError if there is none."""
-        for track in self.robots:
-            if track.name == name:
-                return track
-        raise KeyError(name)
+        return {track.name: track for track in self.robots}[name]
 
     def scene(self, tick: int, fraction: float = 0.0, trail: int = 24) -> Scene:
         """Return the moment after ``tick``, or at a ``fraction`` of the time to the next one.
@@ -352,7 +332,9 @@ class Replay(Struct):
         past ticks in the robots' paths."""
         robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
         there = (o for o in self.hidden.values() if o.since <= tick)
-        obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in there)
+        obstacles = tuple(
+            (o, self.statuses[o.name].at(tick), self.met[o.name].at(tick)) for o in there
+        )
         moment = f"tick {tick} of {self.last}"
         if self.times is not None:
             moment = f"{self._moment(tick, fraction):.1f} of {self.times[-1]:.1f} s"
@@ -360,9 +342,7 @@ class Replay(Struct):
             when = ", ended within it" if self.within else ""
             moment += f"{when}: {self.ending.outcome.replace('_', ' ')}"
         stack = self.stack.at(tick)
-        events = self.happened(tick)
-        carried = frozenset(name for name, told in self.loads.items() if told.at(tick))
-        happenings = (stack, events, carried, self.chargers, self.exclusions)
+        happenings = (stack, self.happened(tick), self.chargers, self.exclusions)
         return Scene(self.name, moment, self.map, robots, obstacles, *happenings)
 
     def _moment(self, tick: int, fraction: float) -> float:
@@ -395,6 +375,15 @@ class Replay(Struct):
         way = track.regions[max(0, tick - trail) : tick + 1]
         both = () if taken is None else (region, taken.toward)
         held = (n for n, told in self.loads.items() if track.name in told.at(tick))
-        loads = tuple(self.hidden[name].type for name in held)
-        named = (track.name, track.model, track.layer)
-        return Placed(*named, *place, degrees, objective, tuple(way), both, loads)
+        loads = tuple(self.hidden[name] for name in held)
+        charge = self.charges[track.name].at(tick) if track.name in self.charges else None
+        named, doing = (track.name, track.model, track.layer), self.doing(track.name, objective)
+        return Placed(
+            *named, *place, degrees, objective, tuple(way), both, loads, charge, doing=doing
+        )
+
+    def doing(self, robot: str, objective: Objective | None) -> str:
+        """Return an objective of a robot in words, and whether it only charges its battery."""
+        place = None if objective is None else station(objective)
+        charges = robot in self.charges and place is not None and place <= {*self.chargers}
+        return objective_words(objective, self.map.word) + ", to charge" * charges

@@ -228,8 +228,7 @@ def _regions(regions: Sequence[Region], world: RegionMap) -> str:
 def _moment_words(moment: PlayMoment, found: Explanation, world: RegionMap) -> str:
     if moment.region is None:
         return "its region is unknown"
-    facing = "" if moment.heading is None else f", facing {moment.heading.label}"
-    words = f"{found.robot} at {world.label(moment.region)}{facing}"
+    words = f"{found.robot} at {world.stance(moment.region, moment.heading)}"
     declared = getattr(found.task.objective, "memory", {})
     remembered = tuple(pair for pair in moment.memory if pair[0] in declared)
     others = _inputs_words((*moment.others, *remembered), world)

@@ -20,8 +20,6 @@ from safenav.report.terminal.fold import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw, legend
 from safenav.scenario.objective import target_regions
 from safenav.trace.looks import labels
-from safenav.trace.wording import objective_words
-from safenav.trace.words import obstacle_words
 
 _BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h"
 _COLOURS = {
@@ -49,22 +47,22 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
         for track in replay.robots
     ]
     known = {status: {} for status in ObstacleStatus}  # type: dict[ObstacleStatus, dict[int, str]]
-    for obstacle, status in scene.obstacles:
-        known[status][obstacle.region] = obstacle_words(obstacle.name, replay.map.word)
-    objectives = {robot.name: robot.objective for robot in scene.robots}
-    targets = frozenset[int]().union(*map(target_regions, objectives.values()))
+    for obstacle, status, met in scene.obstacles:
+        words = "" if status is ObstacleStatus.BLOCKED else f": {obstacle.state(status, met)}"
+        known[status][obstacle.region] = obstacle.label(replay.map) + words
+    targets = frozenset[int]().union(*(target_regions(robot.objective) for robot in scene.robots))
     closed = known[ObstacleStatus.FOUND] | known[ObstacleStatus.REQUESTED]
     picture = MapPicture(robots, closed, known[ObstacleStatus.BLOCKED], targets)
     lines = [click.style(scene.title, bold=True) + f"  {scene.moment}", ""]
     lines += draw(replay.map, picture)
     lines.append("")
-    for track in replay.robots:
-        at = replay.map.label(track.regions[tick])
-        words = objective_words(objectives[track.name], replay.map.word)
-        lines.append(f"{sign[track.name]:2} {track.name} at {at}: {words}")
-        transit = track.transit(tick)
-        if transit is not None:
-            lines[-1] += f" (in transit to {replay.map.label(transit.toward)})"
+    for track, robot in zip(replay.robots, scene.robots, strict=True):
+        at = replay.map.stance(track.regions[tick], track.headings[tick])
+        lines.append(f"{sign[track.name]:2} {track.name} at {at}: {robot.doing}")
+        if robot.taken:
+            lines[-1] += f" (in transit to {replay.map.label(robot.taken[1])})"
+        if equipment := robot.equipment(replay.map):
+            lines[-1] += f"; {equipment}"
     lines += legend(picture)
     lines += [
         line

@@ -140,12 +140,11 @@ class Story:
     def _begin(self) -> None:
         self._echo(click.style(self._scenario.name, bold=True))
         for robot in self._scenario.robots:
-            heading = robot.start.heading  # north is 0
-            facing = "" if heading is None else f" facing {heading.label}"
+            world, start = self._scenario.map, robot.start
             self._echo(
                 f"  {self._letters[robot.name]:2} {self._name(robot.name)} ({robot.model.name}) "
-                f"from {self._region(robot.start.region)}{facing}: "
-                f"{describe(robot.objective, self._scenario.map.word)}",
+                f"from {world.stance(start.region, start.heading)}: "
+                f"{describe(robot.objective, world.word)}",
                 indent=7,
             )
         self._map()
@@ -299,8 +298,8 @@ class Story:
 
     def _robots(self) -> list[str]:
         return [
-            f"{self._letters[name]:2} {self._name(name)} at {self._region(region)}"
-            for name, (region, _) in self._poses.items()
+            f"{self._letters[name]:2} {self._name(name)} at {self._scenario.map.stance(*pose)}"
+            for name, pose in self._poses.items()
         ]
 
     def _echo(self, line: str, indent: int = 13) -> None:
@@ -309,6 +308,3 @@ class Story:
 
     def _name(self, robot: str) -> str:
         return click.style(robot, fg=self._colours.get(robot))
-
-    def _region(self, region: Region) -> str:
-        return self._scenario.map.label(region)

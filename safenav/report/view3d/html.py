@@ -29,9 +29,9 @@ from safenav.motion.in_time import in_time, turns_in_time
 from safenav.motion.requirements import curves
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import data_element, document
+from safenav.report.replay.changes import Changes
 from safenav.report.replay.reading import replay_of
 from safenav.report.replay.robot_paths import SAME
-from safenav.report.replay.timeline import Changes
 from safenav.trace.trace import Trace
 
 RATE = 20
