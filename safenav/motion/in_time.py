@@ -92,6 +92,8 @@ class _Run(Struct):
                 region = self.at.get(record.robot, -1)
                 past = [t for o, t in self.since.items() if self.obstacles[o].region == region]
                 self._tell(max([self.ended.get(record.robot, 0.0), *past]), record)
+            case records.Appeared() if self.obstacles[record.obstacle].ordered:
+                self._about(record.obstacle, max(now, self.decided), record)  # as its request
             case records.Appeared():
                 left = self.left.get(self.obstacles[record.obstacle].region, 0.0)
                 self._about(record.obstacle, left, record)

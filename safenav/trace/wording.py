@@ -253,11 +253,11 @@ class Wording(Struct, frozen=True):
         return f"{what} has missed its deadline, tick {line.due}"
 
     def _acts(self, line: records.Acts) -> str:
-        """``planned for the deadlines: digit at door@47 (tick 14)``."""
-        said = [
-            f"{listed(act.robots)} at {self.obstacle(act.obstacle)} (tick {act.at})"
-            for act in line.acts
-        ]
+        """``planned for the deadlines: digit at 46 for door@47 (tick 14)``."""
+        said = []
+        for act in line.acts:
+            team = (f"{name} at {self.word(place)}" for name, (place, _) in act.robots.items())
+            said.append(f"{listed([*team])} for {self.obstacle(act.obstacle)} (tick {act.at})")
         late = "may" if line.spent else "will"
         said += [f"{self.obstacle(name)} {late} miss its deadline" for name in line.beyond]
         chosen = f"planned for the deadlines: {'; '.join(said)}" if said else ""

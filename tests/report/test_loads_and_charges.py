@@ -10,6 +10,7 @@ import pytest
 from once import SCENARIOS
 from report.browser import Browser
 from safenav.cli import group
+from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
@@ -20,6 +21,7 @@ from safenav.report.replay.reading import read_replay, replay_of
 from safenav.report.replay.timeline import ObstacleStatus, Replay
 from safenav.report.terminal.replay import frame
 from safenav.report.view3d.html import page3d_of
+from safenav.trace import records
 from safenav.trace.reading import read_trace
 
 CART = """
@@ -148,6 +150,16 @@ def test_charges_fall_by_steps_and_rise_at_chargers(
         browser.open(page, "#tick=8")
         assert browser.one(".robots .charge").text.strip() == "60 %"
         assert "; charge 60 %" in "\n".join(frame(replay, 8))
+
+
+def test_in_3d_an_order_appears_with_its_request(warehouse: Path) -> None:
+    """It appeared at the start if no robot had been in its region."""
+    trace = read_trace(warehouse)
+    lines = in_time(trace, motion_of(trace)).records
+    ordered = {one.obstacle: one.t for one in lines if isinstance(one, records.Appeared)}
+    asked = [one for one in lines if isinstance(one, records.Request) and one.obstacle in ordered]
+    first = {one.obstacle: one.t for one in reversed(asked)}
+    assert first == ordered and all(ordered.values())
 
 
 def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(tmp_path: Path) -> None:

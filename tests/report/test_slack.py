@@ -1,5 +1,7 @@
 """Deadlines under the timeline: the duration of each, and its remaining time."""
 
+import json
+import re
 from pathlib import Path
 
 import pytest
@@ -8,10 +10,13 @@ from once import SCENARIOS
 from report.browser import Browser
 from runtime.deadlines.test_timed_runs import LATE
 from runtime.played import play
+from safenav.motion.making import motion_of
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
-from safenav.report.replay.reading import read_replay
+from safenav.report.replay.reading import read_replay, replay_of
 from safenav.report.replay.timeline import Replay
+from safenav.report.view3d.html import page3d_of
+from safenav.trace.reading import read_trace
 
 TIMED = LATE.replace("late: stop", "late: go_on").replace(
     "[[1, 5], [1, 1]]}", "[[1, 5], [1, 1]], within: 14}"
@@ -20,9 +25,13 @@ TIMED = LATE.replace("late: stop", "late: go_on").replace(
 
 @pytest.fixture(scope="module")
 def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
-    path = tmp_path_factory.mktemp("slack") / "timed.jsonl"
+    return read_replay(_trace(tmp_path_factory.mktemp("slack")))
+
+
+def _trace(folder: Path) -> Path:
+    path = folder / "timed.jsonl"
     path.write_text(play(TIMED.replace("by: 8", "by: 60")).text)
-    return read_replay(path)
+    return path
 
 
 def test_a_round_begins_as_long_before_it_is_due_as_it_may_take(replay: Replay) -> None:
@@ -30,9 +39,9 @@ def test_a_round_begins_as_long_before_it_is_due_as_it_may_take(replay: Replay) 
     rounds = [line for line in lines if line[1] == "r"]
     assert [line[4] for line in rounds] == ["kept", "kept"]
     assert [line[2] for line in rounds] == [0, rounds[0][0]]
-    assert all(due - begin == 14 for _, _, begin, due, _ in rounds)
+    assert all(due - begin == 14 for _, _, begin, due, *_ in rounds)
     (mission,) = (line for line in lines if line[1] == "mission")
-    assert mission[2:] == [0, 60, "kept"]
+    assert mission[2:] == [0, 60, "kept", 60 - mission[0]]
 
 
 def test_deadlines_that_are_missed_are_events(tmp_path: Path) -> None:
@@ -46,15 +55,26 @@ def test_deadlines_that_are_missed_are_events(tmp_path: Path) -> None:
     ]
 
 
+def test_in_3d_deadlines_are_at_the_instants_of_their_ticks(tmp_path: Path) -> None:
+    """Their slack was that between the number of an instant and a tick."""
+    trace = read_trace(_trace(tmp_path))
+    (data,) = re.findall(r'id="run">(.*?)</script>', page3d_of(trace, "t", motion_of(trace)))
+    run = json.loads(data)
+    flat = encoded(replay_of(trace), "t")["deadlines"]
+    assert [(of, *told) for _, of, _, _, *told in run["deadlines"]] == [
+        (of, *told) for _, of, _, _, *told in flat
+    ]
+    for instant, of, begin, due, _, _ in run["deadlines"]:
+        assert begin <= instant <= due <= run["last"], of
+
+
 def test_the_page_shows_the_slack(browser: Browser, replay: Replay, tmp_path: Path) -> None:
     page = tmp_path / "timed.html"
     page.write_text(page_of(replay, "timed.jsonl"))
     browser.open(page)
     assert browser.errors() == []
     told = {one.get_attribute("data-of"): one.text for one in browser.all(".deadlines li")}
-    least = min(
-        due - tick for tick, of, _, due, _ in encoded(replay, "t")["deadlines"] if of == "r"
-    )
+    least = min(left for _, of, *_, left in encoded(replay, "t")["deadlines"] if of == "r")
     assert told["r"] == f"r: met, {least} ticks of slack"
     assert told["mission"] == f"mission: met, {60 - replay.last} ticks of slack"
     bars = browser.all('.deadlines li[data-of="r"] .used')

@@ -254,8 +254,8 @@ class ReplayBuilder:
             begin = max(0, line.due - within.get(line.of, line.due))
         else:
             begin = next(begun, 0)
-        slack = Slack(line.tick, of, begin, line.due, line.verdict.value)
-        self.replay.deadlines.append(slack)
+        told = (line.verdict.value, line.due - line.tick)
+        self.replay.deadlines.append(Slack(line.tick, of, begin, line.due, *told))
         if line.verdict in (DeadlineVerdict.LATE, DeadlineVerdict.LOST):
             self._event(line, StoryKind.DEADLINE)
 

@@ -240,13 +240,15 @@ class Scene(Struct, frozen=True):
 
 class Slack(Struct, frozen=True):
     """A verdict on a deadline: ``of`` a robot (its round), an obstacle or the mission, from tick
-    ``begin`` to ``due``; in ``tick`` it is set, lost, kept, late or excused."""
+    ``begin`` to ``due``; in ``tick``, ``left`` ticks before it is due, it is set, lost, kept, late
+    or excused."""
 
     tick: int
     of: str
     begin: int
     due: int
     verdict: str
+    left: int
 
 
 class Replay(Struct):

@@ -16,6 +16,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ from safenav.report.page.html import data_element, document
 from safenav.report.replay.changes import Changes
 from safenav.report.replay.reading import replay_of
 from safenav.report.replay.robot_paths import SAME
+from safenav.report.replay.timeline import Replay
 from safenav.trace.trace import Trace
 
 RATE = 20
@@ -209,8 +211,8 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     """Return the run of a trace in 3D as an HTML document, on the clock of its motion. ``source``:
     the name of the trace."""
     replay = replay_of(in_time(trace, motion))
-    if trace.header.clock is None and replay.charges:
-        replay = replace(replay, charges=_charges(trace, motion, replay.times or ()))
+    if trace.header.clock is None:
+        replay = _timed(replay, trace, motion)
     return document(
         f"{replay.name}: replay in 3D",
         _asset("view3d.css"),
@@ -221,20 +223,30 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     )
 
 
-def _charges(
-    trace: Trace, motion: records.Motion, instants: Sequence[float]
-) -> dict[str, Changes[int]]:
-    """Return the charges of a lockstep run at the instants of its motion instead of at ticks."""
-    found = {}
+def _timed(replay: Replay, trace: Trace, motion: records.Motion) -> Replay:
+    """Move the charges and deadlines of a lockstep run from its ticks to the instants of its
+    motion. A tick has ended with the last of its turns."""
     turns = turns_in_time(trace, motion)
-    for name, charge in replay_of(trace).charges.items():
-        ticks, seconds = zip(*([(0, 0.0), *turns.get(name, ())]), strict=True)
-        told = (
-            (bisect_right(instants, seconds[bisect_right(ticks, tick) - 1] + SAME) - 1, percent)
-            for tick, percent in charge[1:]
-        )
-        found[name] = Changes([charge[0], *told])
-    return found
+    ticked = replay_of(trace)
+
+    def instant(tick: int, *robots: str) -> int:
+        told = (turns.get(name, ()) for name in robots)
+        past = (turn[: bisect_right(turn, tick, key=itemgetter(0))] for turn in told)
+        ends = (turn[-1][1] for turn in past if turn)
+        return bisect_right(replay.times or (), max(ends, default=0.0) + SAME) - 1
+
+    def at_end(tick: int) -> int:
+        return instant(tick, *turns) if tick < ticked.last else replay.last
+
+    charges = {
+        name: Changes((max(0, instant(tick, name)), percent) for tick, percent in charge)
+        for name, charge in ticked.charges.items()
+    }
+    deadlines = [
+        replace(one, tick=at_end(one.tick), begin=at_end(one.begin), due=at_end(one.due))
+        for one in ticked.deadlines
+    ]
+    return replace(replay, charges=charges, deadlines=deadlines)
 
 
 @cache
