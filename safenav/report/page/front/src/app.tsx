@@ -37,7 +37,7 @@ interface AppProps {
   extras?: Extras;
 }
 
-/** Replacements of parts of the page, and additions, on pages that are more than a replay. */
+/** Replacements and additions to the page for pages that are more than a replay. */
 export interface Extras {
   /** Beside the title. */
   title?: ComponentChildren;
@@ -49,7 +49,7 @@ export interface Extras {
   beside?: ComponentChildren;
   controls?: (tick: number) => ComponentChildren;
   hand?: Hand | undefined;
-  /** Keys that mean something else than in a replay, and further ones. */
+  /** Keys that differ from those of a replay, and further ones. */
   keys?: Keys;
   /** The description of the run in the help. */
   about?: ComponentChildren;
@@ -156,7 +156,7 @@ function OutcomeBadge({ run }: { run: Run }) {
   );
 }
 
-/** The last thing that mattered, in words; read aloud when the run is stepped by hand. */
+/** The last important event in words; read aloud when the user steps through the run. */
 function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolean }) {
   const told = useMemo(() => run.events.filter((event) => TOLD.has(event[1])), [run]);
   const end = eventsAfter(told, tick);

@@ -35,7 +35,7 @@ export function applyTheme(theme: Theme): void {
   try {
     localStorage.setItem(KEY, theme);
   } catch {
-    // Not kept, then; the page works without.
+    // The page works without storage.
   }
 }
 
@@ -48,7 +48,7 @@ export const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 const low = matchMedia("(max-height: 760px)");
 
-/** Whether the window is so low that what stands in it has to stand close. */
+/** Return whether the window is so low that the page needs its compact layout. */
 export function useLow(): boolean {
   const [is, setIs] = useState(low.matches);
   useEffect(() => {

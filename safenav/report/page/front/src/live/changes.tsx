@@ -1,4 +1,4 @@
-/** Changing the world of a run: the tools, what a click on the map does, and the line about it. */
+/** Changes to the world of a run: the tools, their effects on the map, and the line that explains them. */
 
 import { useState } from "preact/hooks";
 import { CELL } from "../map/camera";
@@ -18,7 +18,7 @@ export type Tool =
   | { does: "put"; robot: string; heading: string | null }
   | { does: "send"; robot: string; regions: number[]; joins?: Joining };
 
-/** A robot that is to join the team; the first region that is clicked is its start. */
+/** A robot that joins the team; its start is the first clicked region. */
 interface Joining {
   model: string;
   heading: string | null;
@@ -40,7 +40,7 @@ const HEADINGS = ["north", "east", "south", "west"];
 
 export const OVER = "The run has ended: Restart runs the scenario again";
 
-/** The obstacles that stand there after a tick. */
+/** Return the obstacles that are present after a tick. */
 export function standing(run: Run, tick: number): Obstacle[] {
   return run.obstacles.filter((o) => tick >= o.since && at(o.status, tick)[1] !== "resolved");
 }
@@ -55,7 +55,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
     ((tool.does !== "close" && tool.does !== "order") || tool.type === name) &&
     (tool.does !== "send" || tool.robot === name);
   const waits = waitsFor(run);
-  // The types that this run has, the first of all and the chosen one have buttons; the others wait in a list.
+  // The first type, those of this run and the chosen one have buttons; the others are in a list.
   const near = types.filter(
     ({ name, blocks }, i) => blocks && (i === 0 || run.obstacles.some((o) => o.type === name) || (tool.does === "close" && tool.type === name)),
   );
@@ -209,7 +209,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
   );
 }
 
-/** A robot that the scenario does not have: the run continues with it, in a trace of its own. */
+/** Form for a new robot: the run continues with it in a new trace. */
 function Newcomer({ run, models, off, choose }: Pick<WorldProps, "run" | "choose"> & { models: Palette["robots"]; off: string | false }) {
   const [name, setName] = useState("");
   const [model, setModel] = useState(models[0]?.name ?? "");
@@ -245,12 +245,12 @@ function Newcomer({ run, models, off, choose }: Pick<WorldProps, "run" | "choose
 
 type ToolLineProps = Pick<WorldProps, "run" | "tool" | "choose" | "say" | "over"> & { objectives: ObjectiveKind[] };
 
-/** One line above the map: what a click does; the regions of an objective, and its kind. */
+/** A line above the map: the effect of a click, or the regions and kinds of an objective. */
 export function ToolLine({ run, tool, choose, say, over, objectives }: ToolLineProps) {
   return (
     <div class="tool-line" aria-live="polite">
       {tool.does === "send" && !over ? (
-        <Sending run={run} tool={tool} choose={choose} say={say} objectives={objectives} />
+        <Assignment run={run} tool={tool} choose={choose} say={say} objectives={objectives} />
       ) : (
         <p class="quiet">{over ? `${OVER}.` : hintOf(tool)}</p>
       )}
@@ -263,15 +263,15 @@ export function ToolLine({ run, tool, choose, say, over, objectives }: ToolLineP
   );
 }
 
-/** Why a kind of objective cannot have this number of regions. */
+/** Return why a kind of objective cannot have this number of regions. */
 function wrongCount({ least, most }: ObjectiveKind, count: number): string | false {
   if (most === 1) return count !== 1 && "click exactly one region";
   if (most === null) return count < Math.max(2, least) && `click ${least > 2 ? least : "two"} regions or more`;
   return (count < least || count > most) && `click exactly ${most === 2 ? "two" : most} regions`;
 }
 
-/** The regions clicked so far, and what to make of them. */
-function Sending({ run, tool, choose, say, objectives }: Omit<ToolLineProps, "tool" | "over"> & { tool: Tool & { does: "send" } }) {
+/** The regions clicked so far, and the objectives that they can make. */
+function Assignment({ run, tool, choose, say, objectives }: Omit<ToolLineProps, "tool" | "over"> & { tool: Tool & { does: "send" } }) {
   const { robot, joins } = tool;
   const [start, regions] = joins ? [tool.regions[0], tool.regions.slice(1)] : [undefined, tool.regions];
   const send = (objective: object): void => {
@@ -310,7 +310,7 @@ function hintOf(tool: Tool): string {
   return "The robots discover changes as they would in reality.";
 }
 
-/** The robots that are out of service after a tick. */
+/** Return the robots that are out of service after a tick. */
 export function outOfService(run: Run, tick: number): Set<string> {
   const found = new Set<string>();
   for (const [when, kind, text, robot] of run.events) {
@@ -323,19 +323,19 @@ export function outOfService(run: Run, tick: number): Set<string> {
   return found;
 }
 
-/** The headings in which a robot can be put somewhere. */
+/** Return the headings in which a robot can be placed. */
 function headingsOf(robot: Robot): (string | null)[] {
   return robot.headings === null ? [null] : HEADINGS;
 }
 
-/** Why the run waits for an operator; null if it does not. */
+/** Return why the run waits for an operator; null if it does not. */
 export function waitsFor(run: Run): string | null {
   const waits = new Set<EventKind>(["waiting", "paused", "operator"]);
   const last = [...run.events].reverse().find(([, kind]) => waits.has(kind));
   return last !== undefined && last[1] === "waiting" ? last[2] : null;
 }
 
-/** A hand that does what the chosen tool says where the map is clicked. */
+/** Return a hand that applies the chosen tool to clicked regions. */
 export function useWorldHand(run: Run | null, tool: Tool, choose: (next: Tool | ((now: Tool) => Tool)) => void, say: Say): Hand | undefined {
   const [hovered, hover] = useState(-1);
   if (run === null || tool.does === "look") return undefined;

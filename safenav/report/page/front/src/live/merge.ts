@@ -1,4 +1,4 @@
-/** Joins what is new of a run to what the page has: `safenav/report/page/live.py` writes it. */
+/** Merge the news of a run, written by `safenav/report/page/live.py`, into the run of the page. */
 
 import type { Obstacle, Robot, Run, View } from "../run/run";
 
@@ -6,7 +6,7 @@ type Series = "path" | "tasks" | "progress" | "charge" | "headings";
 
 /** New entries, in the shapes of the whole; sets of regions stand for themselves. */
 interface RobotNews extends Pick<Robot, Series> {
-  /** From which number on they are new. */
+  /** Index of the first new one. */
   steps: [from: number, steps: Robot["steps"]];
   view: { vision: number | null; sight: [number, string][]; beliefs: [of: number, told: [number, number, string | -1][]][] } | null;
 }
@@ -17,7 +17,7 @@ export interface News extends Pick<Run, "last" | "times" | "stack" | "events" | 
   obstacles: Obstacle[];
 }
 
-/** A new run that shares with the old one what has not changed. */
+/** Return a new run that shares unchanged parts with the old one. */
 export function merged(run: Run, news: News): Run {
   const robots = run.robots.map((robot, i) => joined(run, robot, news.robots[i]!));
   const obstacles = run.obstacles.map((old) => {

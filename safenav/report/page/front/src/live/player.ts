@@ -1,6 +1,6 @@
 /**
- * The clock of a live page: it follows the newest tick, smoothly, until the reader
- * goes back; then it stays where it was put while the run continues.
+ * The clock of a live page: it follows the newest tick, smoothly, until the user
+ * goes back; then it stays there while the run continues.
  */
 
 import { Player } from "../run/player";
@@ -45,7 +45,7 @@ export class LivePlayer extends Player {
     else this.tickChanged();
   }
 
-  /** The studio says how the run stands. */
+  /** Take the state of the run from the studio. */
   stand(state: RunState): void {
     this.state = state;
     this.speed = state.speed;
@@ -64,7 +64,7 @@ export class LivePlayer extends Player {
     this.say(running ? "pause" : "play");
   }
 
-  /** Shows another tick; the run itself continues. */
+  /** Show another tick; the run itself continues. */
   override seek(tick: number): void {
     this.playing = false;
     super.seek(tick);

@@ -1,4 +1,4 @@
-/** The web socket to the studio: messages both ways, and a new connection when it was lost. */
+/** Web socket to the studio, which reconnects after a loss. */
 
 export type Message = { is: string } & Record<string, any>;
 
@@ -15,7 +15,7 @@ export class Wire {
     this.connect();
   }
 
-  /** Says something to the studio; while it is away, when it is back. */
+  /** Send a message to the studio; without a connection, after the next one. */
   say = (does: string, data: object = {}): void => {
     const text = JSON.stringify({ do: does, ...data });
     if (this.connected) this.socket!.send(text);

@@ -2,7 +2,7 @@
  * The visible part of the map: its centre, its scale, and the robot that it follows.
  *
  * The camera owns the `viewBox` of every layer of the map and writes it by hand, as it changes
- * with every frame while a robot is followed. Lengths: cells for places, pixels for the screen.
+ * with every frame while a robot is followed. Positions are in cells, screen lengths in pixels.
  */
 
 import { clamp } from "../run/run";
@@ -18,7 +18,7 @@ export interface Eye {
   readonly followed: number | null;
   /** Whether all of the map is shown. */
   readonly isWhole: boolean;
-  /** Calls back when the followed robot, or the scale, has changed; the result ends that. */
+  /** Call back when the followed robot or the scale has changed; the result unsubscribes. */
   onChange(listener: () => void): () => void;
   fit(): void;
   zoom(factor: number): void;
@@ -51,7 +51,7 @@ export class Camera implements Eye {
     this.y = rows / 2;
   }
 
-  /** Calls back when the scale or the followed robot has changed, not for mere motion. */
+  /** Call back when the scale or the followed robot has changed, but not for each motion. */
   onChange(listener: () => void): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
@@ -61,7 +61,7 @@ export class Camera implements Eye {
     return this.whole && this.followed === null;
   }
 
-  /** The layers to keep in step, and the size of the room that they have. */
+  /** Set the layers whose view is kept equal, and the size of their container. */
   attach(layers: SVGSVGElement[], width: number, height: number): void {
     this.layers = layers;
     this.width = Math.max(1, width);
@@ -77,7 +77,7 @@ export class Camera implements Eye {
     this.place(this.fitted, this.cols / 2, this.rows / 2);
   }
 
-  /** Zooms by a factor about a point of the room, the middle if there is none. */
+  /** Zoom by a factor about a point of the container, by default its centre. */
   zoom(factor: number, px = this.width / 2, py = this.height / 2): void {
     const scale = clamp(this.scale * factor, this.fitted, Math.max(CLOSEST, this.fitted));
     if (scale <= this.fitted * 1.001 && this.followed === null) return this.fit();
@@ -86,13 +86,13 @@ export class Camera implements Eye {
     this.change(scale, x - shift(px, this.width), y - shift(py, this.height));
   }
 
-  /** Moves the paper by dx and dy pixels and stops following a robot. */
+  /** Move the map by dx and dy pixels and stop following a robot. */
   pan(dx: number, dy: number): void {
     this.followed = null;
     this.change(this.scale, this.x - dx / this.scale, this.y - dy / this.scale);
   }
 
-  /** Brings a place into view, near enough to be seen. */
+  /** Bring a column and row into view, close enough to be legible. */
   show(x: number, y: number): void {
     if (this.isWhole && this.scale >= 20) return;
     this.followed = null;
@@ -105,7 +105,7 @@ export class Camera implements Eye {
     this.change(Math.max(this.scale, Math.min(2 * this.fitted, 56)), this.x, this.y);
   }
 
-  /** For every frame: the followed robot stays in the middle. */
+  /** Keep the followed robot in the centre; called per frame. */
   track(x: number, y: number): void {
     if (this.followed === null) return;
     this.x = x + 0.5;
@@ -113,7 +113,7 @@ export class Camera implements Eye {
     this.write();
   }
 
-  /** Column and row, with fractions, at a point of the room. */
+  /** Return column and row, with fractions, at a point of the container. */
   at(px: number, py: number): [x: number, y: number] {
     return [this.x + (px - this.width / 2) / this.scale, this.y + (py - this.height / 2) / this.scale];
   }
@@ -193,7 +193,7 @@ export function listenToPointers(
     clicked(...camera.at(x, y));
   };
   const wheel = (event: WheelEvent): void => {
-    // Where the page itself scrolls (narrow screens) the wheel is its own, but for a pinch.
+    // On narrow screens the wheel scrolls the page; only a pinch zooms the map.
     const scrolls = document.documentElement.scrollHeight > innerHeight + 1;
     if (scrolls && !event.ctrlKey) return;
     event.preventDefault();

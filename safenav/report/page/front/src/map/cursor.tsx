@@ -1,4 +1,4 @@
-/** The region that a reader points at: with the mouse, or with the arrow keys where a hand draws. */
+/** The region under the pointer, or at the cursor of the arrow keys where a hand draws. */
 
 import { useLayoutEffect, useState } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
@@ -21,7 +21,7 @@ interface CursorArgs {
   hand: Hand | undefined;
 }
 
-/** `pointed`: the region under the pointer or at the cursor, -1 without one; `read` looks again. */
+/** `pointed`: the region under the pointer or at the cursor, -1 if there is none; `read` updates it. */
 export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs) {
   const [hovered, hover] = useState(-1);
   const [at, put] = useState(-1);

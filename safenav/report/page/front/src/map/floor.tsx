@@ -13,7 +13,7 @@ const LETTER = 0.6;
 interface FloorProps {
   run: Run;
   numbers: boolean;
-  /** Names on the map, in pixels: numbers below them give way. */
+  /** Boxes of names in pixels; numbers below them are left out. */
   names: Box[];
   /** Pixels of a cell. */
   scale: number;
@@ -48,7 +48,7 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
   );
 }
 
-/** Live runs and changed drawings come as new objects with the same floor. */
+/** Whether two runs have the same floor: live runs and edits create new objects. */
 function sameFloor<P extends { run: Run }>(a: P, b: P): boolean {
   const rest = (props: P): string => JSON.stringify({ ...props, run: null });
   return a.run.grid === b.run.grid && a.run.cols === b.run.cols && rest(a) === rest(b);
@@ -79,7 +79,7 @@ const Ground = memo(({ run }: { run: Run }) => {
   );
 }, sameFloor);
 
-/** The regions whose number would lie under a name. */
+/** Return the regions whose number a name would cover. */
 function covered(run: Run, names: Box[], size: number, scale: number): number[] {
   const [wide, high] = [(size * scale) / CELL, (2.8 * scale) / CELL];
   const found = [];

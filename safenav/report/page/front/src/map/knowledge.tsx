@@ -1,4 +1,4 @@
-/** Known at a tick: obstacles, targets, occupied regions, refused steps. */
+/** Knowledge at a tick: obstacles, targets, occupied regions, refused steps. */
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
@@ -59,7 +59,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
   </>
 ));
 
-/** Around both regions that a robot takes up while a step takes it several ticks. */
+/** Frame around both regions that a robot occupies during a step of several ticks. */
 function Taken({ run, tick }: { run: Run; tick: number }) {
   return (
     <>
@@ -86,7 +86,7 @@ function Taken({ run, tick }: { run: Run; tick: number }) {
   );
 }
 
-/** A frame in each region that a robot is to reach, with a small copy of its shape in a corner. */
+/** Frames around the targets of robots, each with a small copy of its robot's shape. */
 function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }) {
   const corners = [
     [0.79, 0.25], // above the name of the region, beside its number
@@ -136,18 +136,18 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
   );
 }
 
-/** A square but for its north-western corner, where the number of the region stands. */
-function bracketsOf(x: number, y: number, side: number): string {
+/** Return a square without its north-western corner, which has the number of the region. */
+export function bracketsOf(x: number, y: number, side: number): string {
   const arm = 0.42 * side;
   return `M${x + side - arm} ${y}h${arm}v${side}h${-side}v${-arm}`;
 }
 
-/** An arrow from a robot into the region that it would have entered. */
+/** Arrows from robots into the regions of their refused steps. */
 function Violations({ run, tick, grown }: Omit<KnowledgeProps, "shown">) {
-  const met = eventsAt(run, tick).filter((e) => e[1] === "violation" && e[3] >= 0 && e[4] >= 0);
+  const refused = eventsAt(run, tick).filter((e) => e[1] === "violation" && e[3] >= 0 && e[4] >= 0);
   return (
     <>
-      {met.map(([, , , robot, region]) => {
+      {refused.map(([, , , robot, region]) => {
         const from = run.robots[robot]!.path[tick]!;
         const dx = (region % run.cols) - (from % run.cols);
         const dy = Math.floor(region / run.cols) - Math.floor(from / run.cols);

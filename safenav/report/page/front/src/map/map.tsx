@@ -1,7 +1,7 @@
 /**
  * The map, in drawings over one another so that a browser repaints only what changes: the floor
  * (never), shading of what robots see and believe (at ticks), trails (every frame), obstacles and
- * targets (at ticks), robots (every frame). What moves in every frame is moved by hand and not through
+ * targets (at ticks), robots (every frame). Motion per frame bypasses
  * the component tree.
  */
 
@@ -27,7 +27,7 @@ interface MapProps {
   camera: Camera;
   tick: number;
   shown: Shown;
-  /** A region that was just pointed out. */
+  /** A recently highlighted region. */
   pointed: number | null;
   hand?: Hand | undefined;
 }
@@ -109,7 +109,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
   );
 }
 
-/** Lets a hand take what begins with a press that it wants; with a second finger the map zooms. */
+/** Let a hand take the gestures that begin with a press that it accepts; two fingers zoom the map. */
 function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | undefined): () => void {
   let held: PointerEvent | null = null; // the newest event of its pointer
   const pressed = new Set<number>();
@@ -163,14 +163,14 @@ function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | unde
   };
 }
 
-/** Rings around a region, for a moment. */
+/** Rings that highlight a region briefly. */
 function Pointed({ run, region }: { run: Run; region: number }) {
   const x = ((region % run.cols) + 0.5) * CELL;
   const y = (Math.floor(region / run.cols) + 0.5) * CELL;
   return <circle class="pointed" cx={x} cy={y} r={CELL * 0.75} />;
 }
 
-/** The robot that is drawn at a place, the nearest of several. */
+/** Return the nearest robot that is drawn at a point. */
 function robotAt(run: Run, player: Player, x: number, y: number, reach: number): number | null {
   let found: number | null = null;
   let nearest = Math.max(0.5, reach);

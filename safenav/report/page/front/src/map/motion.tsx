@@ -1,4 +1,4 @@
-/** Robots and their trails: what moves with every frame, by hand and not through components. */
+/** Robots and their trails, which move with every frame without rendering components. */
 
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
@@ -22,7 +22,7 @@ interface MotionProps {
   camera: Camera;
 }
 
-/** Never smaller than can be seen, however large the map. */
+/** Return the enlargement that keeps a mark legible on maps of any size. */
 export function growth(camera: Camera, radius: number, least: number): number {
   return Math.max(1, (least * CELL) / (radius * camera.scale));
 }
@@ -103,7 +103,7 @@ export function Trails({ run, player }: { run: Run; player: Player }) {
   );
 }
 
-/** The first load that a robot carries, and how many there are. */
+/** Show the first load that a robot carries, and their number. */
 function showLoads(sign: Element, loads: Obstacle[]): void {
   sign.setAttribute("visibility", loads.length ? "visible" : "hidden");
   if (loads.length === 0) return;
@@ -111,7 +111,7 @@ function showLoads(sign: Element, loads: Obstacle[]): void {
   sign.querySelector("text")!.textContent = loads.length > 1 ? `${loads.length} x` : "";
 }
 
-/** Draws now and with every frame; in whole ticks for those who want less motion. */
+/** Draw now and with every frame; only whole ticks if the user prefers reduced motion. */
 function onMoment(player: Player, draw: (moment: number) => void): () => void {
   draw(momentOf(player));
   return player.onFrame(() => draw(momentOf(player)));
@@ -126,7 +126,7 @@ function centre(cells: number): string {
 }
 
 /**
- * The way of the last ticks in three strengths. The two older parts change with ticks only; the
+ * Draw the path of the last ticks in three strengths. The two older parts change with ticks only; the
  * newest ends at the robot and changes with every frame.
  */
 function drawTrail(

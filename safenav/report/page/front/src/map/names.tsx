@@ -5,7 +5,7 @@ import { useMemo } from "preact/hooks";
 import { CELL } from "./camera";
 import type { Run } from "../run/run";
 
-/** Heights of letters in pixels, the first that leaves room for a name is taken. */
+/** Heights of letters in pixels, tried in this order until a name has room. */
 const SIZES = [13, 12, 11, 10, 9];
 const LINE = 1.2;
 const GAP = 2;
@@ -78,7 +78,7 @@ function* places(box: Box, width: number, height: number, area: boolean): Genera
   }
 }
 
-/** The names of a map for a given cell size in pixels; one without room is left to the hover. */
+/** The names of a map for a given cell size in pixels; a name without room appears only on hover. */
 export function placeNames(run: Run, scale: number): Name[] {
   const placed: Name[] = [];
   const [width, height] = [run.cols * scale, run.rows * scale];
@@ -160,7 +160,7 @@ export const Areas = memo(
   (a, b) => key(a.run) === key(b.run) && a.run.cols === b.run.cols,
 );
 
-/** The outer border of a set of regions, by so much inside. */
+/** Return the outer border of a set of regions, moved inwards by `inset`. */
 export function outline(run: Run, regions: readonly number[], inset = 0): string {
   const held = new Set(regions);
   const has = (row: number, col: number): boolean =>

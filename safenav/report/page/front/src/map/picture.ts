@@ -1,4 +1,4 @@
-/** Saves what the map shows as a picture that stands alone: SVG, or PNG at twice the size. */
+/** Export of the shown map as a self-contained SVG, or as a PNG of twice the size. */
 
 const KEPT = [
   "fill",

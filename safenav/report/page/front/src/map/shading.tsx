@@ -1,16 +1,16 @@
 /** Sight and beliefs of robots as shading of the floor: the same as in report/picture/shading.py. */
 
 import { memo } from "preact/compat";
-import { at, label, type Robot, type Run, type Told } from "../run/run";
+import { at, label, type Robot, type Run, type BeliefChange } from "../run/run";
 import { holds, runsOf, shapeOf, sizeOf } from "../run/sets";
 import { EVERYONE, type Shown } from "../settings";
 
-/** Hatches of robots that are looked for run in different directions. */
+/** Directions of the hatches, one per believed robot. */
 const ANGLES = [45, -45, 15, -75, 75, -15];
 /** Distance of the lines. */
 const PITCH = 6.5;
 
-/** The robots of which there is something to shade. */
+/** Return the robots that have sight or beliefs to shade. */
 export function viewersOf(run: Run): Robot[] {
   return run.robots.filter((robot) => robot.view !== null);
 }
@@ -76,7 +76,7 @@ interface BelievedProps {
   run: Run;
   robot: Robot;
   of: number;
-  told: Told;
+  told: BeliefChange;
   cell: number;
 }
 
@@ -111,7 +111,7 @@ export function knowledgeOf(run: Run, robot: Robot, tick: number): string[] {
   });
 }
 
-/** Notes on a region in the present shading. */
+/** Return notes on a region in the present shading. */
 export function shadesAt(run: Run, region: number, tick: number, shown: Shown): string[] {
   return viewersOf(run)
     .filter((robot) => watched(run, robot, shown))

@@ -1,4 +1,4 @@
-/** The stage of a page: what shows the run at a moment. The flat map is one, the 3D scene another. */
+/** The stage of a page, which shows the run at a moment: the flat map or the 3D scene. */
 
 import type { ComponentType } from "preact";
 import { Camera, type Eye } from "./camera";
@@ -14,14 +14,14 @@ export interface StageProps {
   player: Player;
   tick: number;
   shown: Shown;
-  /** A region that the reader was pointed to just now, or null. */
+  /** A recently highlighted region, or null. */
   pointed: number | null;
   theme: Theme;
-  /** The effect of presses on the map, instead of moving it, and the drawing above the map. */
+  /** The hand that takes presses on the map instead of moving it. */
   hand?: Hand | undefined;
 }
 
-/** Something that can be shown or hidden, in words. */
+/** A part of the picture that can be hidden, and its label. */
 export type Choice = [key: Exclude<keyof Shown, "viewer">, words: string];
 
 /** The drawn pose of a robot: its region, and one of N E S W if it has a heading. */

@@ -88,7 +88,7 @@ interface ButtonProps {
   icon: ButtonIcon;
   label: string;
   primary?: boolean;
-  /** Why it does nothing now. */
+  /** Reason why it is disabled. */
   off?: string | false;
   onClick(): void;
 }
@@ -101,7 +101,7 @@ export function Button({ icon, label, primary, off, onClick }: ButtonProps) {
   );
 }
 
-/** The seconds of the run, brought up to date with every frame. */
+/** The seconds of the run, updated with every frame. */
 export function Seconds({ player }: { player: Player }) {
   const words = useRef<HTMLSpanElement>(null);
   useLayoutEffect(() => {
@@ -150,13 +150,13 @@ const STORY: EventKind[] = [
 const OUTSIDE: EventKind[] = [
   ...(["inputs", "appeared", "gone", "truth", "objective", "service", "paused", "reopened"] as const),
 ];
-/** Everything else takes the room that is left in the lowest row. */
+/** All other events, placed where the lowest row has room. */
 const REST: EventKind[] = ["act", "push", "pop", "synthesis", "plan", "plan_end"];
 const RANK = [...STORY, ...OUTSIDE, ...REST];
 const MARK = 18;
 /** Rows of marks: those that are close together stand above each other. */
 const ROWS = 3;
-/** By how many marks one of the story may stand beside its place. */
+/** Allowed shifts of a story mark, in widths of a mark. */
 const ASIDE = [0, 1, -1, 2, -2];
 
 interface TimelineMark {

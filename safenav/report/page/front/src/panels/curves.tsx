@@ -1,4 +1,4 @@
-/** Below the lanes: by how much each requirement holds, over time; below its line it does not. */
+/** Below the lanes: the robustness of each requirement over time; below its line it is violated. */
 
 import type { Curve, Run } from "../run/run";
 

@@ -1,4 +1,4 @@
-/** Below the lanes: each deadline from its start until it is due, and the time that it has taken. */
+/** Below the lanes: each deadline from its start to its due tick, and the time used. */
 
 import type { Player } from "../run/player";
 import type { Run, Slack } from "../run/run";
@@ -8,26 +8,29 @@ interface Bar {
   due: number;
   end: number;
   verdict: Slack[4];
+  /** Ticks until it was due; for an open deadline, until now. */
+  left: number;
 }
 
 /** The bars of each deadline, in the order in which they begin. */
 export function barsOf(run: Run): Map<string, Bar[]> {
   const found = new Map<string, Bar[]>();
-  for (const [tick, of, begin, due, verdict] of run.deadlines) {
+  for (const [tick, of, begin, due, verdict, slack] of run.deadlines) {
     const bars = found.get(of) ?? [];
     found.set(of, bars);
     const last = bars[bars.length - 1];
     const open = last && (last.verdict === "set" || last.verdict === "lost") && last.begin === begin;
-    const end = verdict === "set" || verdict === "lost" ? run.last : tick;
-    if (open) Object.assign(last, { end, verdict });
-    else bars.push({ begin, due, end, verdict });
+    const runs = verdict === "set" || verdict === "lost";
+    const [end, left] = runs ? [run.last, due - run.last] : [tick, slack];
+    if (open) Object.assign(last, { end, verdict, left });
+    else bars.push({ begin, due, end, verdict, left });
   }
   return found;
 }
 
 /** The bar with the least slack. */
 export function worstOf(bars: readonly Bar[]): Bar {
-  return bars.reduce((a, b) => (b.due - b.end < a.due - a.end ? b : a));
+  return bars.reduce((a, b) => (b.left < a.left ? b : a));
 }
 
 const MISSED = { late: "missed", lost: "cannot be met", excused: "excused" } as const;
@@ -37,8 +40,7 @@ export function slackOf(bars: readonly Bar[]): string {
   const worst = worstOf(bars);
   if (worst.verdict === "set") return "open";
   if (worst.verdict !== "kept") return MISSED[worst.verdict];
-  const slack = worst.due - worst.end;
-  return `met, ${slack} ${slack === 1 ? "tick" : "ticks"} of slack`;
+  return `met, ${worst.left} ${worst.left === 1 ? "tick" : "ticks"} of slack`;
 }
 
 /** The side on which words do not hide the bars, if there is room. */

@@ -98,7 +98,7 @@ const Rows = memo(({ run, player, events, point }: RowsProps) => (
 
 /**
  * Marks the rows of a tick and scrolls the list (never the page) to them: to all if they fit, to
- * the end if they are the last ones, because how a run ends matters most.
+ * the end if they are the last ones, because the end of a run matters most.
  */
 function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
   for (const row of list.querySelectorAll("[aria-current]")) row.removeAttribute("aria-current");

@@ -40,7 +40,7 @@ export function Help({ dialog, keys, children }: HelpProps) {
   );
 }
 
-/** The keys of a page where some mean something else than on others. */
+/** The keys of a page that replaces some of the usual ones. */
 export function withKeys(keys: Keys, own: Keys): Keys {
   const mine = new Map(own);
   const kept = keys.map(([names, meaning]): Keys[number] => [names, mine.get(names) ?? meaning]);

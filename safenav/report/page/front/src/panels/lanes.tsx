@@ -1,4 +1,4 @@
-/** Below the timeline: a lane for each robot that shows what it does, and numbers of ticks. */
+/** Below the timeline: a lane for each robot that shows its activities, and numbers of ticks. */
 
 import { memo } from "preact/compat";
 import { useMemo } from "preact/hooks";
@@ -13,7 +13,7 @@ export const DOINGS: [kind: Doing, meaning: string][] = [
   ["helping", "helps"],
 ];
 
-/** Top and bottom of what a bar fills of a lane of height 4: colours alone look like those of robots. */
+/** Top and bottom of a bar in a lane of height 4; colours alone resemble those of robots. */
 const FILLED: Record<Doing, [top: number, bottom: number][]> = {
   moving: [[1, 3]],
   waiting: [
@@ -94,7 +94,7 @@ function Lane({ run, player, index }: { run: Run; player: Player; index: number 
   );
 }
 
-/** Times (ticks, or seconds where the run has a motion) at round steps, never closer than can be read. */
+/** Times (ticks, or seconds where the run has a motion) at round steps, spaced so that they are legible. */
 export function axisOf(last: number, width: number): number[] {
   const least = (last * 44) / Math.max(1, width);
   let step = 1;

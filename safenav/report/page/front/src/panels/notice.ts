@@ -1,4 +1,4 @@
-/** Short messages of the page, shown by whatever listens: the toast of the studio. */
+/** Short messages, which the toast of the studio shows. */
 
 const NAME = "safenav-notice";
 
@@ -12,7 +12,7 @@ export function onNotice(show: (words: string) => void): () => void {
   return () => removeEventListener(NAME, heard);
 }
 
-/** The properties of a button that does nothing now and says what to do instead (`off`). */
+/** Return the properties of a button that, while `off`, only shows this advice. */
 export function unless(off: string | false | null | undefined, act: () => void, title?: string) {
   return off
     ? { "aria-disabled": true as const, title: off, onClick: () => notice(off) }

@@ -6,10 +6,10 @@ import type { Eye } from "../map/camera";
 import type { Stage } from "../map/stage";
 import type { Player } from "../run/player";
 import { EventSign, RobotSign, StatusSign } from "./icons";
-import { ARROW } from "../map/knowledge";
+import { ARROW, bracketsOf } from "../map/knowledge";
 import { ANY_LOAD } from "../map/motion";
 import { bar, DOINGS } from "./lanes";
-import { areaOf, at, label, loadsOf, transitAt, type EventKind, type Frame, type Run, type Status } from "../run/run";
+import { areaOf, at, label, loadsOf, roleOf, transitAt, type EventKind, type Run, type Status } from "../run/run";
 import { Hatch, knowledgeOf, viewersOf } from "../map/shading";
 
 interface PanelProps {
@@ -105,7 +105,7 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
                   </span>
                 </p>
                 <p class="quiet">
-                  at {label(run, here.region)}
+                  at {label(run, here.region).replace(", ", ",\u00a0")}
                   {onItsWay}
                   {facing}
                   {loads.length > 0 && ` · carries ${loads.map((load) => load.label).join(", ")}`}
@@ -134,20 +134,10 @@ function Charge({ percent }: { percent: number }) {
   );
 }
 
-/** Lets the last row in sight fade where more follow, so that none seems cut. */
+/** Fade the last visible row if more follow, so that none seems cut. */
 function fade(section: HTMLElement): void {
   const below = section.scrollHeight - section.clientHeight - section.scrollTop;
   section.classList.toggle("more", below > 1);
-}
-
-/** A robot's role in the topmost stack entry that names it. */
-function roleOf(name: string, frames: readonly Frame[]): [kind: string, words: string] | null {
-  for (let i = frames.length - 1; i >= 0; i--) {
-    const [about, , requester, helpers] = frames[i]!;
-    if (helpers.includes(name)) return ["helps", `helps: ${about}`];
-    if (requester === name) return ["waits", `waits: ${about}`];
-  }
-  return null;
 }
 
 export function Stack({ run, tick }: PanelProps) {
@@ -198,7 +188,7 @@ export function Obstacles({ run, tick }: PanelProps) {
   );
 }
 
-/** Hide a sign that repeats the status. */
+/** Meanings of events; the others have the sign of a status. */
 const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" | "blocked">, string> = {
   outcome: "end of the run",
   assumption: "assumption broken",
@@ -228,6 +218,7 @@ const STATUSES: Status[] = ["hidden", "found", "requested", "resolved", "blocked
 
 export const Legend = memo(({ run }: { run: Run }) => {
   const first = run.robots[0];
+  const load = run.obstacles.find((obstacle) => obstacle.carried.length > 1);
   const unknown = `obstacle, still hidden${run.obstacles.some((each) => each.ordered) ? ", or " + UNORDERED : ""}`;
   return (
     <details class="legend" onKeyDown={(event) => event.key === "Escape" && (event.currentTarget.open = false)}>
@@ -248,10 +239,10 @@ export const Legend = memo(({ run }: { run: Run }) => {
         {first && (
           <li>
             <svg width="20" height="20" viewBox="-2 -2 24 24" aria-hidden="true">
-              <rect class="swatch" width="20" height="20" />
-              <path class="target" transform="translate(15 15) scale(3.6)" d={first.look.path} fill={first.look.colour} />
+              <path class="aim" style={{ "--colour": first.look.colour }} d={bracketsOf(0, 0, 20)} />
+              <path class="target" transform="translate(14 6) scale(3.6)" d={first.look.path} fill={first.look.colour} />
             </svg>
-            target of the robot with that shape
+            target of the robot with this shape and colour
           </li>
         )}
         {first && (
@@ -261,7 +252,7 @@ export const Legend = memo(({ run }: { run: Run }) => {
               <path d="M10 9h9" opacity="0.45" />
               <path d="M19 9h10" opacity="0.75" />
             </svg>
-            its path so far
+            path of a robot, newest part strongest
           </li>
         )}
         {run.robots.some((robot) => robot.headings !== null) && (
@@ -269,15 +260,16 @@ export const Legend = memo(({ run }: { run: Run }) => {
             <svg width="18" height="18" viewBox="-0.9 -2 1.8 1.2" aria-hidden="true">
               <path class="nose" d={run.nose} />
             </svg>
-            where it faces
+            where a robot faces
           </li>
         )}
         <ShadingLegend run={run} />
-        {run.obstacles.some((obstacle) => obstacle.carried.length > 1) && (
+        {load && (
           <li>
             <svg width="18" height="18" viewBox="-1.2 -1.2 2.4 2.4" class="robot" aria-hidden="true">
               <g class="load">
-                <path d={ANY_LOAD} fill-rule="evenodd" />
+                <rect x={-1.1} y={-1.1} width={2.2} height={2.2} style="stroke-width: 0.1" />
+                <path d={load.shape || ANY_LOAD} fill-rule="evenodd" />
               </g>
             </svg>
             load that the robot carries
@@ -346,7 +338,7 @@ export const Legend = memo(({ run }: { run: Run }) => {
   );
 });
 
-/** Only what this run has: robots in transit, sight, beliefs. */
+/** Legend of the shadings in this run: robots in transit, sight, beliefs. */
 function ShadingLegend({ run }: { run: Run }) {
   const moving = run.robots.find((robot) => robot.steps.length > 0);
   const seeing = viewersOf(run).find((robot) => robot.view!.sight.length > 0);

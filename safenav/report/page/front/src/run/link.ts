@@ -1,4 +1,4 @@
-/** The address names the tick, `#tick=12`, or the second where the run has a clock: `#t=12.3`. */
+/** The address names the tick, `#tick=12`, or the second if the run has a clock: `#t=12.3`. */
 
 import type { Player } from "./player";
 
@@ -24,7 +24,7 @@ export function followLinks(player: Player): void {
     if (player.playing) return; // browsers refuse hundreds of changes of address a minute
     const before = location.hash;
     pending = window.setTimeout(() => {
-      if (location.hash !== before) return; // a new address, to which the page is about to go
+      if (location.hash !== before) return; // a new address, which the page is about to follow
       if (before !== linkTo(player)) history.replaceState(null, "", linkTo(player));
     }, 120);
   });

@@ -1,11 +1,11 @@
 import { lastAt } from "./run";
 
 /**
- * The clock of the page: a time that runs, stops and jumps. It counts in ticks, or, where a run
- * has a clock, in seconds; then `clock` holds the time of each tick.
+ * The playback clock of the page. It counts in ticks, or in seconds if the run
+ * has a clock; then `clock` holds the time of each tick.
  *
- * Two kinds of listeners: `onFrame` for what moves smoothly (called for every frame, must be
- * cheap), `onTick` for what only changes with whole ticks or with the state of the player.
+ * Two kinds of listeners: `onFrame` for smooth motion (called for every frame, must be
+ * cheap), `onTick` for changes at whole ticks and of the state of the player.
  */
 
 export const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16, 32, 64];
@@ -30,12 +30,12 @@ export class Player {
     return this.clock !== null;
   }
 
-  /** The time at which all that belongs to a tick has happened. */
+  /** Return the time at which all events of a tick have happened. */
   timeOf(tick: number): number {
     return this.clock === null ? tick : this.clock[tick]!;
   }
 
-  /** The end of time. */
+  /** The time of the last tick. */
   get end(): number {
     return this.timeOf(this.last);
   }
@@ -76,20 +76,20 @@ export class Player {
     else this.play();
   }
 
-  /** Jumps to a tick; playing continues from there. */
+  /** Jump to a tick; playback continues from there. */
   seek(tick: number): void {
     this.time = this.timeOf(Math.max(0, Math.min(this.last, Math.round(tick))));
     this.changed();
   }
 
-  /** Jumps to a time: a whole tick where time is counted in ticks. */
+  /** Jump to a time; to a whole tick if time is in ticks. */
   seekTime(time: number): void {
     if (this.clock === null) return this.seek(time);
     this.time = Math.max(0, Math.min(this.end, time));
     this.changed();
   }
 
-  /** Stops, and moves by some whole ticks. */
+  /** Stop, and move by `by` whole ticks. */
   step(by: number): void {
     this.playing = false;
     this.seek(this.tick + by);
@@ -108,7 +108,7 @@ export class Player {
   protected advance = (now: number): void => {
     if (!this.playing) return;
     const before = this.tick;
-    // A page that was in the background continues where it was; it does not leap.
+    // After a time in the background, playback continues at the same position.
     const elapsed = Math.min(0.25, Math.max(0, (now - this.previous) / 1000));
     this.previous = now;
     this.time = Math.min(this.end, this.time + elapsed * this.pace());

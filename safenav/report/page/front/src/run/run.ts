@@ -1,6 +1,6 @@
 /**
- * The run as the page holds it: what `safenav/report/page/encode.py` embedded, and how to ask it
- * for the state at a tick. Values that change now and then are lists of [tick, value...] in
+ * The data of the page, written by `safenav/report/page/encode.py`, and queries for the state
+ * at a tick. Changing values are lists of [tick, value...] in
  * rising order; each holds until the next.
  */
 
@@ -55,7 +55,7 @@ export type Step = [first: number, last: number, toward: number, begin: number, 
 export interface Robot {
   name: string;
   model: string;
-  /** The silhouette of its model, in units of [-1, 1]; empty for one that the library does not know. */
+  /** The silhouette of its model, in units of [-1, 1]; empty for models that the library lacks. */
   shape: string;
   layer: string;
   can: string[];
@@ -63,7 +63,7 @@ export interface Robot {
   path: number[];
   /**
    * Steps of several ticks: after ticks `first` to `last` it is between its region and `toward`; it
-   * sets out at `begin` and arrives at `end`, in ticks, or in seconds where the run has a clock.
+   * departs at `begin` and arrives at `end`, in ticks, or in seconds where the run has a clock.
    */
   steps: Step[];
   /** One of N E S W for each tick, or null for a robot without a heading. */
@@ -80,11 +80,11 @@ export interface Robot {
 export interface View {
   vision: number | null;
   sight: [tick: number, set: number][];
-  beliefs: [of: number, told: Told[]][];
+  beliefs: [of: number, told: BeliefChange[]][];
 }
 
-/** [from tick, 1 if it sees the other, the set of regions where that may be or -1 for unknown] */
-export type Told = [tick: number, seen: number, set: number];
+/** [from tick, 1 if it sees the other, the set of regions where the other may be, -1 for unknown] */
+export type BeliefChange = [tick: number, seen: number, set: number];
 
 export interface Curve {
   name: string;
@@ -106,7 +106,7 @@ export interface Obstacle {
   /** Each of its needs, in words. */
   needs: string[];
   blocks: string[];
-  /** The tick from which on it stands there. */
+  /** The tick from which on it is present. */
   since: number;
   ordered: boolean;
   status: [tick: number, status: Status][];
@@ -122,13 +122,14 @@ export type Frame = [about: string, roles: string, requester: string | null, hel
 /** [tick, kind, text, index of the robot or -1, region or -1] */
 export type RunEvent = [tick: number, kind: EventKind, text: string, robot: number, region: number];
 
-/** A change of a deadline in a tick: when it begins, and the tick at whose end it is due. */
+/** A change of a deadline in a tick: its start, the tick at whose end it is due, and the ticks left until then. */
 export type Slack = [
   tick: number,
   of: string,
   begin: number,
   due: number,
   verdict: "set" | "lost" | "kept" | "late" | "excused",
+  left: number,
 ];
 
 export interface Ending {
@@ -148,7 +149,7 @@ export interface Run {
   grid: string[];
   /** The names that the scenario gives regions. */
   names: Record<number, string>;
-  /** The sets of regions to which it gives names. */
+  /** The named sets of regions. */
   areas: Record<string, number[]>;
   /** The regions where batteries are charged, and how they are marked. */
   chargers: number[];
@@ -156,7 +157,7 @@ export interface Run {
   /** Regions with at most one of these robots at a time. */
   exclusions: [robots: string[], regions: number[]][];
   last: number;
-  /** Seconds of each tick, where the run has a clock: its ticks are the instants at which something happened. */
+  /** Seconds of each tick if the run has a clock: its ticks are the instants of its events. */
   times: number[] | null;
   /** The robustness of the scenario's requirements over the seconds of the motion. */
   curves?: Curve[];
@@ -179,7 +180,7 @@ export interface Run {
   };
 }
 
-/** The entry that holds after all that happened in that tick. */
+/** Return the entry that holds after all events of that tick. */
 export function at<T extends [number, ...unknown[]]>(changes: readonly T[], tick: number): T {
   let low = 0;
   let high = changes.length - 1;
@@ -192,7 +193,7 @@ export function at<T extends [number, ...unknown[]]>(changes: readonly T[], tick
 }
 
 export interface Pose {
-  /** Column and row of the centre, in cells; fractions on the way between two ticks. */
+  /** Column and row of the centre, in cells; fractions between two ticks. */
   x: number;
   y: number;
   /** Degrees clockwise from north, or null. */
@@ -211,7 +212,7 @@ export function transitAt(robot: Robot, tick: number): Step | null {
   return tick < step[0] || tick > step[1] ? null : step;
 }
 
-/** A robot that comes back to where it set out turns after this part of its step. */
+/** The part of a failed step after which a robot turns back. */
 const TURNED_BACK = 0.4;
 
 /** A robot's position at a moment, in ticks, or in seconds if the run has a clock. */
@@ -219,7 +220,7 @@ export function poseAt(run: Run, robot: Robot, time: number): Pose {
   const tick = tickAt(run, time);
   const next = Math.min(tick + 1, run.last);
   const origin = robot.path[tick]!;
-  // In ticks a robot is also on its way in the tick before the first after which it still is.
+  // Without a clock, a robot departs in the tick before `first`.
   const step = transitAt(robot, tick) ?? (run.times ? null : transitAt(robot, next));
   let [goal, after, part] = run.times ? [origin, tick, 0] : [robot.path[next]!, next, time - tick];
   if (step !== null) {
@@ -236,17 +237,17 @@ export function poseAt(run: Run, robot: Robot, time: number): Pose {
   if (robot.headings === null) return { x, y, heading: null };
   const [facing, faces] = [tick, after].map((when) => "NESW".indexOf(robot.headings![when]!) * 90);
   const turn = ((faces! - facing! + 540) % 360) - 180;
-  // Turned before half the way, so that it is seen to drive the way it faces.
+  // It has turned by half the step, so that it faces its direction of motion.
   return { x, y, heading: facing! + turn * Math.min(1, 2 * part) };
 }
 
-/** The last tick that is not after a moment. */
+/** Return the last tick that is not after a moment. */
 export function tickAt(run: Run, time: number): number {
   if (run.times === null) return Math.min(run.last, Math.floor(time + 1e-9));
   return lastAt(run.times, run.last, time);
 }
 
-/** The last of the times up to the index `last` that is not after a time. */
+/** Return the last index up to `last` whose time is not after `time`. */
 export function lastAt(times: readonly number[], last: number, time: number): number {
   let [low, high] = [0, last];
   while (low < high) {
@@ -257,18 +258,18 @@ export function lastAt(times: readonly number[], last: number, time: number): nu
   return low;
 }
 
-/** `12`, or `12.3` where the run has a clock. */
+/** `12`, or `12.3` if the run has a clock. */
 export function moment(run: Run, tick: number): string {
   return run.times ? run.times[tick]!.toFixed(1) : String(tick);
 }
 
-/** `tick 12`, or `12.3 s` where the run has a clock. */
+/** `tick 12`, or `12.3 s` if the run has a clock. */
 export function when(run: Run, tick: number): string {
   return run.times ? `${moment(run, tick)} s` : `tick ${tick}`;
 }
 
 /**
- * Moves robots that are over one another (in different layers) apart, smoothly as they come
+ * Separate robots above one another (in different layers), smoothly as they come
  * closer than one cell. The same rule as `separated` in picture/glyphs.py.
  */
 export function separate(poses: Pose[]): Pose[] {
@@ -302,10 +303,20 @@ export function areaOf(run: Run, region: number): string | undefined {
   return around.sort(([, a], [, b]) => a.length - b.length)[0]?.[0];
 }
 
-/** `47 [3, 8]`, before it the name of the region or its area: as safenav prints regions everywhere. */
+/** `47 [3, 8]`, or `dock 47 [3, 8]` with the name of the region or its area. */
 export function label(run: Run, region: number): string {
   const name = run.names[region] ?? areaOf(run, region);
   return `${name ? `${name} ` : ""}${region} [${Math.floor(region / run.cols)}, ${region % run.cols}]`;
+}
+
+/** A robot's role in the topmost stack entry that names it. */
+export function roleOf(name: string, frames: readonly Frame[]): [kind: string, words: string] | null {
+  for (let i = frames.length - 1; i >= 0; i--) {
+    const [about, , requester, helpers] = frames[i]!;
+    if (helpers.includes(name)) return ["helps", `${name === requester ? "resolves" : "helps"}: ${about}`];
+    if (requester === name) return ["waits", `waits: ${about}`];
+  }
+  return null;
 }
 
 /** The first index in `events` (sorted by tick) whose tick is greater than `tick`. */

@@ -2,7 +2,7 @@
 
 import type { Run } from "./run";
 
-/** Runs of consecutive regions: where each begins, and how many there are. */
+/** Runs of consecutive regions: the first region and the length of each. */
 type Runs = [start: number, count: number][];
 
 interface Shape {
@@ -13,7 +13,7 @@ interface Shape {
 const readSets = new Map<string, Runs>();
 const drawnSets = new Map<string, Shape>();
 
-/** The runs of a set; read when it is first asked for. */
+/** The runs of a set, parsed on first use. */
 export function runsOf(run: Run, set: number): Runs {
   const text = run.sets[set]!;
   let runs = readSets.get(text);
@@ -41,7 +41,7 @@ export function sizeOf(run: Run, set: number): number {
   return runsOf(run, set).reduce((sum, [, count]) => sum + count, 0);
 }
 
-/** The area of a set as path data, and the border around it (its inner edges left out). */
+/** The area of a set as path data, and the border around it (without its inner edges). */
 export function shapeOf(run: Run, set: number, cell: number): Shape {
   const text = run.sets[set]!;
   let shape = drawnSets.get(text);

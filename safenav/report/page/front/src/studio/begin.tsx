@@ -1,4 +1,4 @@
-/** New, Open and Save: scenarios that begin, come and go. */
+/** New, Open and Save: menus and dialogs for scenarios. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
@@ -52,7 +52,7 @@ interface FilesProps {
   chosen(files: File[]): void;
 }
 
-/** A button that asks the reader for files of this computer. */
+/** A button that opens files of this computer. */
 function Files({ words, title, accept, chosen }: FilesProps) {
   const input = useRef<HTMLInputElement>(null);
   return (

@@ -1,10 +1,10 @@
-/** A map from an image: its division, chosen over the picture. */
+/** Import of an image as a map: its division into regions, chosen over the picture. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { notice } from "../panels/notice";
 import { Dialog } from "./menus";
 
-/** Sends a file, or a division of one, to the studio; what is wrong with it is shown. */
+/** Send a file, or a division of one, to the studio, and show errors. */
 export async function uploaded<T = null>(body: File | object, about: Record<string, string>): Promise<T | undefined> {
   const name = body instanceof File ? body.name : "division";
   const response = await fetch(`upload?${new URLSearchParams({ name, ...about })}`, {
@@ -168,7 +168,7 @@ interface LegendProps {
   change(legend: Record<string, string>): void;
 }
 
-/** The meaning of colours; without any, dark is wall. */
+/** Meanings of colours; without them, dark pixels are walls. */
 function Legend({ colours, legend, change }: LegendProps) {
   const darkest = [...colours].sort((a, b) => light(a) - light(b))[0]!;
   const name = (colour: string, word: string): void => {

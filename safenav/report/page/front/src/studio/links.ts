@@ -10,12 +10,12 @@ export async function packed(text: string): Promise<string> {
   return btoa(binary).replace(/\+/g, "-").replace(/\//g, "_").replace(/=+$/, "");
 }
 
-/** The link to a scenario; who opens it with the address of another studio has the same. */
+/** Return a link to a scenario; its fragment opens in any studio. */
 export async function linkOf(text: string): Promise<string> {
   return `#${KEY}${await packed(text)}`;
 }
 
-/** The scenario in a fragment, null if there is none. */
+/** Return the scenario in a fragment; null if there is none. */
 export function packedIn(fragment: string): string | null {
   const found = fragment.replace(/^[^#]*#/, "");
   return found.startsWith(KEY) ? found.slice(KEY.length) : null;

@@ -18,7 +18,7 @@ interface LiveViewProps {
   player: LivePlayer;
   wire: Wire;
   palette: Palette;
-  /** A program drives the run: pages only look. */
+  /** Whether a program drives the run, so that pages only show it. */
   watches?: boolean;
   bar?: ComponentChildren;
   saving?: ComponentChildren;

@@ -19,7 +19,7 @@ export function Menu({ title, children, mark }: { title: string; children: Compo
   );
 }
 
-/** Open menus close with Esc, which then does nothing else, and with a press elsewhere. */
+/** Close open menus on Esc, which then has no other effect, and on a press elsewhere. */
 export function useClosingMenus(): void {
   useLayoutEffect(() => {
     const open = (): HTMLDetailsElement[] => [...document.querySelectorAll<HTMLDetailsElement>("details.menu[open]")];

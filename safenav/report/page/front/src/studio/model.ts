@@ -15,7 +15,7 @@ export interface DrawnRobot {
   line: number;
 }
 
-/** A hidden obstacle, or an order: the list in which it stands, and its number there. */
+/** A hidden obstacle or an order, with its list and its index there. */
 export interface DrawnObstacle {
   list: "obstacles" | "orders";
   index: number;
@@ -28,7 +28,7 @@ export interface DrawnObstacle {
   traversable: boolean | null;
   /** The most ticks from its request to its resolution. */
   within: number | null;
-  /** The regions that its resolution sweeps: those beside it, or some that are listed. */
+  /** The regions that its resolution sweeps: its neighbours, or listed ones. */
   sweeps: "neighbours" | "listed" | null;
   line: number;
 }
@@ -40,7 +40,7 @@ export interface Drawing {
   names: Record<string, number>;
   areas: Record<string, number[]>;
   chargers: number[];
-  /** By the path of what they belong to, and their key: text, line and column of the key, last line. */
+  /** By the path of their item and their key: text, line and column of the key, last line. */
   parts: Record<string, Record<string, [text: string, line: number, column: number, last: number]>>;
   /** Whether the map is drawn in the scenario itself. */
   grid: boolean;
@@ -72,7 +72,7 @@ export function isOrder(kind: Kind, robots: readonly { can: readonly string[] }[
   return !kind.blocks && kind.actions.every((action) => robots.some(({ can }) => can.includes(action)));
 }
 
-/** A kind of objective about targets: how many it takes (`most` null: any number), and its words. */
+/** A kind of objective about targets: the number of targets (`most` null: unlimited), and its words. */
 export interface ObjectiveKind {
   kind: string;
   label: string;
@@ -80,7 +80,7 @@ export interface ObjectiveKind {
   drawing: string;
   least: number;
   most: number | null;
-  /** Its target is written as it is, not in a list. */
+  /** Whether its target is written without a list. */
   one: boolean;
   /** Whether it has a literal form and a weaker one. */
   strict: boolean;
@@ -89,7 +89,7 @@ export interface ObjectiveKind {
 export interface Palette {
   objectives: ObjectiveKind[];
   robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
-  /** Types that block no robot: they can be ordered in a robot's region too. */
+  /** Return whether a type blocks no robot: it can also be ordered in a robot's region. */
   obstacles: Kind[];
   keys: Record<"scenario" | "robot" | "objective" | "obstacle" | "order" | "model" | "type", KeyAbout[]>;
 }
@@ -137,7 +137,7 @@ export type Pen =
   | { does: "robot"; model: string; turns: boolean }
   | { does: "obstacle"; type: string }
   | { does: "order"; type: string }
-  /** Order what lies `from` a region to be brought to another. */
+  /** Order a delivery from region `from`, once it was clicked. */
   | { does: "delivery"; from: number | null }
   | { does: "charger" }
   | { does: "name" }
@@ -145,7 +145,7 @@ export type Pen =
   | { does: "area"; area: string | null; corner: number | null }
   | { does: "objective"; robot: string; kind: ObjectiveKind; targets: Target[] };
 
-/** A region, several of which any counts, or the name of an area. */
+/** A region, several alternative regions, or the name of an area. */
 export type Target = number | number[] | string;
 
 export type Chosen = { robot: string } | { obstacle: string } | { region: number; naming?: boolean } | { area: string; naming?: boolean } | null;

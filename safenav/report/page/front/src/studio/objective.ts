@@ -3,7 +3,7 @@
 import type { Say } from "../live/player";
 import type { DrawnRobot, Pen, Target } from "./model";
 
-/** Takes one more target; the objective is set as soon as it is whole. */
+/** Add a target; the objective is set when it has enough of them. */
 export function choose(pen: Pen & { does: "objective" }, target: Target, setPen: (pen: Pen) => void, say: Say): void {
   const targets = [...pen.targets, target];
   const { kind, least, most } = pen.kind;
@@ -11,7 +11,7 @@ export function choose(pen: Pen & { does: "objective" }, target: Target, setPen:
   setPen(targets.length >= (most ?? Infinity) ? { does: "select" } : { ...pen, targets });
 }
 
-/** The targets of a robot as an edit writes them. */
+/** Return the targets of a robot as an edit writes them. */
 export function targetsOf(robot: DrawnRobot): Target[] {
   return robot.targets.map((regions, i) => robot.areas[i] ?? (regions.length === 1 ? regions[0]! : regions));
 }

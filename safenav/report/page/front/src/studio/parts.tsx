@@ -1,4 +1,4 @@
-/** Keys of a scenario that have no control of their own: a field of text for each, with what is wrong on its lines. */
+/** Text fields for the keys of a scenario without a control of their own, each with its errors. */
 
 import { useEffect, useState } from "preact/hooks";
 import type { Say } from "../live/player";
@@ -14,7 +14,7 @@ interface PartsProps {
   add: string;
 }
 
-/** The fields of the keys that are there, and a choice of those that are not. */
+/** Fields of the present keys, and a menu of the others. */
 export function Parts({ doc, say, path, keys, add }: PartsProps) {
   const [begun, begin] = useState<string[]>([]);
   const at = path.join("/");
@@ -62,7 +62,7 @@ export function Parts({ doc, say, path, keys, add }: PartsProps) {
   );
 }
 
-/** The key in whose value a problem is: of those on its line, the last that begins before it. */
+/** Return the key whose value has a problem: the last on its line that begins before it. */
 function keyOf(parts: Drawing["parts"][string], { line, column }: Problem): string | undefined {
   const within = Object.entries(parts).filter(
     ([, [, first, from, last]]) => line <= last && (line > first || (line === first && column >= from)),
@@ -80,7 +80,7 @@ interface PartProps {
   set(text: string): void;
 }
 
-/** Tells its value when it is left, or with Ctrl and Enter; Escape takes it back. */
+/** A field that sets its value on blur or Ctrl Enter and reverts on Escape. */
 function Part({ name, about, text, fresh, problems, set }: PartProps) {
   const [own, setOwn] = useState(text);
   useEffect(() => setOwn(text), [text]);

@@ -8,13 +8,14 @@ import { idOf, resolving, type Doc, type Verdict } from "./model";
 import { choose as chooseTarget } from "./objective";
 import { Parts } from "./parts";
 import { NEW_AREA, type Drawn } from "./tools";
-import { Judged } from "./verdicts";
+import { VerdictDetails } from "./verdicts";
+
 export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Drawn & { verdict: Verdict | null }) {
   const edit = (op: string, data: object): void => say("edit", { op, ...data });
   if (chosen && "robot" in chosen) {
     const robot = drawing.robots.find((r) => r.name === chosen.robot);
     if (!robot) return null;
-    const called = (region: number): string => drawing.run.names[region] ?? String(region);
+    const drawn = drawing.run.robots.find((each) => each.name === robot.name);
     const drawingObjective = pen.does === "objective" && pen.robot === robot.name;
     return (
       <section key={`robot ${robot.name}`} class="panel chosen" aria-label="The chosen robot">
@@ -65,7 +66,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
         )}
         <h3>Objective</h3>
         <p class="pursued">
-          {robot.kind ?? "none"} {robot.targets.map((target, i) => robot.areas[i] ?? target.map(called).join(" or ")).join(", ")}
+          {drawn?.tasks[0]![1] ?? "no objective"}
         </p>
         <div class="pens">
           {doc.palette.objectives.map((kind) => (
@@ -106,7 +107,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             literal form
           </label>
         )}
-        <div class="verdict-room">{verdict && <Judged verdict={verdict} say={say} />}</div>
+        <div class="verdict-room">{verdict && <VerdictDetails verdict={verdict} say={say} />}</div>
         <Parts
           doc={doc}
           say={say}
@@ -258,7 +259,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
   return null;
 }
 
-/** The robot model or obstacle type: its keys where the scenario has its own, else a way to make it so. */
+/** The robot model or obstacle type: its keys in the scenario's catalogue, or a button that copies it there. */
 function Own({ doc, say, of, name }: { doc: Doc; say: Say; of: "robots" | "obstacles"; name: string }) {
   const own = `catalogue/${of}/${name}` in (doc.drawing?.parts ?? {});
   const [kind, words] = of === "robots" ? (["model", "Model"] as const) : (["type", "Type"] as const);

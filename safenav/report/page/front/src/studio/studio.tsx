@@ -1,4 +1,4 @@
-/** The whole page, as the server reports it; the page holds nothing of its own. */
+/** The page of the studio. Its state is that of the server. */
 
 import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { merged, type News } from "../live/merge";
@@ -15,7 +15,7 @@ import { onNotice } from "../panels/notice";
 
 interface Hello {
   editor: boolean;
-  /** A program drives the run. */
+  /** Whether a program drives the run. */
   watches?: boolean;
   palette: Palette;
   templates: Record<string, string>;

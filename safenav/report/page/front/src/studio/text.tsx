@@ -9,7 +9,7 @@ interface TextProps {
   revision: number;
   problems: Problem[];
   say: Say;
-  /** A line to bring into view, with a number that changes to ask again. */
+  /** A line to scroll to; a new object scrolls again. */
   line: { number: number } | null;
 }
 
@@ -20,7 +20,7 @@ export function Text({ text, revision, problems, say, line }: TextProps) {
   const area = useRef<HTMLTextAreaElement>(null);
   const gutter = useRef<HTMLPreElement>(null);
   const pending = useRef(0);
-  /** Whether Tab indents: a user who has not written here only passes. */
+  /** Whether Tab indents: only after typing, else it moves the focus. */
   const typing = useRef(false);
   useEffect(() => {
     if (pending.current === 0) setOwn(text);

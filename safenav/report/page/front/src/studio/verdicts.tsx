@@ -2,8 +2,9 @@
 
 import type { Say } from "../live/player";
 import type { Chosen, DrawnRobot, Problem, Verdict } from "./model";
+
 /** Why a robot has no strategy, and repairs. */
-export function Judged({ verdict, say }: { verdict: Verdict; say: Say }) {
+export function VerdictDetails({ verdict, say }: { verdict: Verdict; say: Say }) {
   if (verdict.verdict === "realizable") return <p class="judged good">Realizable: it can meet this objective{verdict.allows && ` (${verdict.allows})`}.</p>;
   return (
     <div class="judged bad">

@@ -22,7 +22,7 @@ import { Vehicle, buggy, carrier, manipulator, mast, rover, truck, turtlebot } f
 
 const UP = new Vector3(0, 0, 1);
 
-/** Models of the library that are drawn as what they are: metres of their real bodies. */
+/** Bodies of library models, in metres of the real robots. */
 const MODELS: Record<string, (size: number, colour: string) => Body> = {
   cassie: (_, colour) => new Biped(colour, false),
   spot: (size, colour) => new Quadruped(size / 1.21, colour, 1.1, 0.5, 0.84),
@@ -50,7 +50,7 @@ interface Airframe {
   legs: number;
 }
 
-/** The longest key that a name is, or ends in after `_` or `-`: `lab_husky` looks like `husky`. */
+/** Return the value of the longest key that a name equals or ends in after `_` or `-`: `lab_husky` looks like `husky`. */
 export function likeness<T>(known: Record<string, T>, name: string): T | null {
   const plain = name.replaceAll("-", "_");
   const fits = Object.keys(known).filter((key) => plain === key || plain.endsWith(`_${key}`));
@@ -321,7 +321,7 @@ class Disc implements Body {
   readonly hold: [number, number] = [0, 0.28];
   readonly room: number;
 
-  /** `turns`: it has a heading, which is shown. */
+  /** `turns`: whether it has a heading to show. */
   constructor(size: number, colour: string, turns: boolean) {
     const radius = Math.max(0.15, size / 2);
     this.room = radius * 1.3;

@@ -1,4 +1,4 @@
-/** What every drawn robot has, and can do. */
+/** The interface of drawn robots. */
 
 import type { Group } from "three";
 import type { Sample } from "./motion";
@@ -15,7 +15,7 @@ export interface Body {
   readonly top: number;
   /** The position of a load that it holds: metres ahead of its centre, and above its group (a flyer: its centre). */
   readonly hold: [ahead: number, up: number];
-  /** Metres that a load may measure. */
+  /** The size limit of its loads in metres. */
   readonly room: number;
   pose(sample: Sample, seconds: number, doing: Doing | null): void;
 }

@@ -2,7 +2,7 @@
 
 import type { Eye } from "../map/camera";
 
-/** Around the map, from above, at what happens, or after the robot with that number. */
+/** Around the map, from above, following the story, or following the robot with that index. */
 export type View = "orbit" | "top" | "story" | number;
 
 /** The part of the scene that an eye needs. */

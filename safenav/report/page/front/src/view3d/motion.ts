@@ -1,5 +1,5 @@
 /**
- * The motion that a 3D page carries (`safenav/report/view3d/html.py`), and where each robot is
+ * The motion that a 3D page carries (`safenav/report/view3d/html.py`), and the positions of robots
  * at a moment. Metres, seconds, radians; x east, y north, z up, from the map's south-western corner.
  */
 

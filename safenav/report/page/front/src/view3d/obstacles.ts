@@ -45,7 +45,7 @@ export class Obstacles {
     });
   }
 
-  /** Between the robots that carry it, where the first holds it; several loads lie on one another. */
+  /** Return the place of a load between its carriers, at the height of the first; loads are stacked. */
   private held(obstacle: Obstacle, carriers: number[], seconds: number): Held {
     const { run, motion } = this;
     const samples = carriers.map((robot) => sampleAt(motion, this.robots[robot]!, seconds));
@@ -84,7 +84,7 @@ export class Obstacles {
     return obstacle.action === "sense" ? new Fog(side) : new Heap(side);
   }
 
-  /** To which side a door opens: its positive side is north, or west where the way is level. */
+  /** Return the side to which a door opens: 1 is north, or west in a horizontal passage. */
   private away(obstacle: Obstacle, northSouth: boolean): 1 | -1 {
     const push = this.motion.actions.find((action) => action[1] === obstacle.name);
     if (push === undefined) return 1;

@@ -3,7 +3,7 @@
 import { BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Vector3, type PerspectiveCamera, type Sprite } from "three";
 import { CELL } from "../map/camera";
 import { outline, overlap, type Box } from "../map/names";
-import type { Run } from "../run/run";
+import { clamp, type Run } from "../run/run";
 import { themeColour } from "./colours";
 import { centreOf } from "./floor";
 import { FIELD_ANGLE, sign } from "./signs";
@@ -55,8 +55,8 @@ export class Places {
   }
 
   /**
-   * Hangs the names so that none lies over another one or over `others` as seen from here, the nearest
-   * first; hides those without room.
+   * Place the names, nearest first, so that none covers another one or `others` in this view;
+   * hide those without room.
    */
   declutter(camera: PerspectiveCamera, canvas: HTMLCanvasElement, shown: boolean, others: Sprite[]): void {
     this.group.visible = shown;
@@ -78,18 +78,19 @@ export class Places {
   }
 }
 
-/** The position of a sign on the canvas; null behind the camera. */
+/** Shift a sign sideways into the canvas if its anchor is visible, and return its box; null behind the camera. */
 function boxOn(found: Sprite, camera: PerspectiveCamera, canvas: HTMLCanvasElement): Box | null {
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   const where = found.getWorldPosition(new Vector3()).project(camera);
   if (where.z >= 1) return null;
   const [x, y] = [((where.x + 1) / 2) * width, ((1 - where.y) / 2) * height];
   const [w, h] = [(found.scale.x / FIELD) * height, (found.scale.y / FIELD) * height];
-  const bottom = y + found.center.y * h;
-  return { left: x - w / 2, right: x + w / 2, top: bottom - h, bottom };
+  found.center.x = x < 0 || x > width ? 0.5 : clamp(0.5, 1 - (width - x) / w, x / w);
+  const [left, bottom] = [x - found.center.x * w, y + found.center.y * h];
+  return { left, right: left + w, top: bottom - h, bottom };
 }
 
-/** Hides each sign that would lie over one before it; returns those that are seen. */
+/** Hide each sign that would cover an earlier one; return the visible ones. */
 export function tidied(signs: Sprite[], camera: PerspectiveCamera, canvas: HTMLCanvasElement): Sprite[] {
   camera.updateMatrixWorld();
   const placed: Box[] = [];
@@ -101,7 +102,7 @@ export function tidied(signs: Sprite[], camera: PerspectiveCamera, canvas: HTMLC
   });
 }
 
-/** The lines of a path on the flat map, as points on the ground. */
+/** Return the lines of a path on the flat map as points on the ground. */
 function corners(path: string, run: Run, side: number): number[] {
   const points: number[] = [];
   for (const [, from, down, way, to] of path.matchAll(/M(\S+) (\S+)([HV])([^M]+)/g)) {

@@ -1,4 +1,4 @@
-/** The scene of a run: everything that is drawn, brought to a moment by `update`. */
+/** The scene of a run; `update` draws a moment. */
 
 import {
   Color,
@@ -16,7 +16,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { at, type Run } from "../run/run";
+import { at, roleOf, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import { bodyOf } from "./bodies";
 import type { Body, Doing } from "./body";
@@ -67,7 +67,7 @@ export class RunScene implements Lens {
   private targetsKey = "";
   private readonly anchors: Group[];
   private view: View = "orbit";
-  /** Metres from the floor to where the highest flight goes. */
+  /** The height of the highest flight in metres. */
   private readonly altitude: number;
   /** Whether the reader has moved the camera by hand since it was last placed. */
   private touched = false;
@@ -189,7 +189,7 @@ export class RunScene implements Lens {
     this.orbit.update();
   }
 
-  /** Moves the camera so much of the way (0 to 1) to where it sees all that the story is about. */
+  /** Move the camera by a part (0 to 1) of its path to a view of the story's subject. */
   private frameStory(part: number): void {
     const points = focusAt(this.run, this.motion, this.moment, (robot) => {
       const { x, y } = this.sample(robot, this.moment);
@@ -208,7 +208,7 @@ export class RunScene implements Lens {
     return sampleAt(this.motion, this.robots[robot]!, seconds);
   }
 
-  /** Draws a moment; the tick decides what the robots know. */
+  /** Draw a moment; the robots' knowledge is that of the tick. */
   update(seconds: number, tick: number, shown: Shown): void {
     const before = this.view;
     if (typeof before === "number") {
@@ -245,7 +245,7 @@ export class RunScene implements Lens {
     this.renderer.render(this.scene, this.camera);
   }
 
-  /** The names of the robots (the followed one, then the nearest, first), what they do, and targets. */
+  /** Return the signs by priority: names of robots (the followed one, then the nearest), their activities, targets. */
   private signs(): Sprite[] {
     const away = (anchor: Group): number =>
       anchor === this.anchors[Number(this.view)] ? 0 : anchor.position.distanceTo(this.camera.position);
@@ -264,7 +264,7 @@ export class RunScene implements Lens {
     return null;
   }
 
-  /** Tints the regions that are reserved: the one a robot leaves and the one it enters. */
+  /** Tint the reserved regions: those that robots leave and enter. */
   private showReserved(seconds: number, shown: boolean): void {
     for (const plate of this.reserved) plate.visible = false;
     if (!shown) return;
@@ -278,18 +278,13 @@ export class RunScene implements Lens {
     }
   }
 
-  /** The robots that request help or help now, and those that push or sense. */
+  /** Show roles and present actions above the robots. */
   private showNotices(tick: number, seconds: number): void {
-    const words = this.run.robots.map(() => "");
-    for (const [about, , requester, helpers] of at(this.run.stack, tick)[1]) {
-      this.run.robots.forEach((robot, i) => {
-        if (robot.name === requester) words[i] = `waits: ${about}`;
-        if (!helpers.includes(robot.name)) return;
-        words[i] = `${robot.name === requester ? "resolves" : "helps"}: ${about}`;
-      });
-    }
+    const frames = at(this.run.stack, tick)[1];
+    const words = this.run.robots.map((robot) => roleOf(robot.name, frames)?.[1] ?? "");
     for (const [robot, obstacle, action, from, to] of this.motion.actions) {
-      if (seconds >= from && seconds < to) words[robot] = `${action}: ${obstacle}`;
+      if (seconds < from || seconds >= to) continue;
+      words[robot] = `${action}: ${this.run.obstacles.find((one) => one.name === obstacle)?.label ?? obstacle}`;
     }
     words.forEach((text, i) => this.notices[i]!.show(text));
   }
@@ -318,7 +313,7 @@ export class RunScene implements Lens {
     });
   }
 
-  /** Calls back whenever the reader drags or turns the camera. */
+  /** Call back whenever the user moves the camera. */
   onTouch(listener: () => void): () => void {
     this.orbit.addEventListener("change", listener);
     return () => this.orbit.removeEventListener("change", listener);
@@ -342,7 +337,7 @@ export class RunScene implements Lens {
     }
   }
 
-  /** Looks at a column and row. */
+  /** Turn the camera to a column and row. */
   aim(x: number, y: number): void {
     const { side } = this.motion;
     const [east, north] = [(x + 0.5) * side, (this.run.rows - y - 0.5) * side];

@@ -12,7 +12,7 @@ export interface Style {
   paper: string;
   /** Height as a part of the picture's height, whatever the distance. */
   height: number;
-  /** Which part of the sign is at its place: 0 its lower edge, 1 its upper one. */
+  /** The part of the sign at its position: 0 is its lower edge, 1 the upper one. */
   anchor?: number;
 }
 
@@ -46,7 +46,7 @@ export function sign(text: string, style: Style): Sprite {
   return sprite;
 }
 
-/** A sign that is lit or not, made again only when its text changes. */
+/** A sign that may be empty, redrawn only when its text changes. */
 export class Notice {
   private text = "";
   private sprite: Sprite | null = null;

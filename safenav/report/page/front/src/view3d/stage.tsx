@@ -1,4 +1,4 @@
-/** The stage of the 3D page: the scene on a canvas, and what chooses the camera and the walls. */
+/** The stage of the 3D page: the scene on a canvas, and the controls of the camera and the walls. */
 
 import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
 import { moment, when, type Run } from "../run/run";
@@ -16,7 +16,7 @@ const CHOICES: Choice[] = [
   ["hidden", "hidden obstacles"],
 ];
 
-/** Half seconds, for readers who want less motion. */
+/** Half seconds, if the user prefers reduced motion. */
 const CALM_STEPS = 2;
 
 export function stage3d(run: Run, motion: Motion, robots: Sampled[]): Stage {
@@ -63,7 +63,7 @@ function Scene({ run, player, tick, shown, theme, motion, robots, eye }: ScenePr
       draw();
     });
     observer.observe(room);
-    // A camera that is dragged is drawn also while the run stands still, once a frame.
+    // Dragging the camera redraws the scene also while the run is paused, once per frame.
     let frame = 0;
     const touched = (): void => {
       cancelAnimationFrame(frame);

@@ -5,14 +5,14 @@ import { centreOf } from "./floor";
 import type { Motion } from "./motion";
 
 const KINDS: ReadonlySet<EventKind> = new Set(["violation", "request", "resolved", "blocked", "outcome"]);
-/** Seconds by which the camera is ahead of an event, so that it is seen to happen. */
+/** Seconds by which the camera turns to an event before it happens. */
 const AHEAD = 2;
 
 type Point = [x: number, y: number];
 
 /**
- * The points that belong to the story at a time, in metres: an open request's robots and obstacle, else
- * the place and the robot of the last event that mattered; before any, all robots.
+ * Return the subject of the story at a time, as points in metres: the robots and obstacle of an open request, else
+ * the place and robot of the last important event, else all robots.
  */
 export function focusAt(run: Run, motion: Motion, seconds: number, robotAt: (robot: number) => Point): Point[] {
   const told = run.events.filter((event) => KINDS.has(event[1]) && run.times![event[0]]! <= seconds + AHEAD);

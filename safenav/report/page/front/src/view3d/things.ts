@@ -1,7 +1,6 @@
 /**
- * What obstacles look like: a door whose leaf swings open as it is pushed, fog that lifts when it is
- * sensed, and a heap for types that have no picture of their own. An obstacle that no robot has met
- * yet is a faint outline.
+ * Bodies of obstacles: a door whose leaf swings open as it is pushed, fog that lifts when it is
+ * sensed, and a heap for types without a body of their own. An undiscovered obstacle is a faint outline.
  */
 
 import { BoxGeometry, CapsuleGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry, type BufferGeometry } from "three";
@@ -32,7 +31,7 @@ export abstract class Thing {
     this.group.add(this.outline, this.solid);
   }
 
-  /** Puts it where robots hold it, until it is shown again. */
+  /** Place it where robots hold it, until it is shown again. */
   carry({ x, y, z, yaw, scale }: Held): void {
     this.solid.scale.setScalar(scale);
     this.solid.position.set(x, y, z);
@@ -54,10 +53,10 @@ export abstract class Thing {
     this.become(status, gone);
   }
 
-  /** Whether something of it is left when it is resolved. */
+  /** Whether a part of it remains when it is resolved. */
   protected readonly stays: boolean = false;
 
-  /** The number of its actions that are done. */
+  /** The number of its completed actions. */
   stage(_done: number): void {}
 
   protected abstract become(status: Status, gone: number): void;
@@ -67,7 +66,7 @@ function statusColour(status: Status): Color {
   return themeColour(status === "hidden" ? "hidden" : status);
 }
 
-/** A leaf between two posts, across the way through the gap. */
+/** A leaf between two posts, across the gap. */
 export class Door extends Thing {
   protected override readonly stays = true;
   private readonly hinge = new Group();
@@ -175,7 +174,7 @@ export class Sliding extends Thing {
   }
 }
 
-/** Things that stand or lie there, and go as `leave` says. */
+/** Things that do not move and disappear by `leave`. */
 class Still extends Thing {
   private readonly material = new MeshLambertMaterial();
 
