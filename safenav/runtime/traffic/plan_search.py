@@ -66,7 +66,7 @@ class PlanSearch(Struct):
         self.work = Effort(budgets.MOST_WORK - self.used)
         problem = self.searches.problem(floor)
         if self.state.live and problem.start.stages != floor.stages:
-            return problem, BudgetExhausted(0)  # a robot is about to resolve an obstacle
+            return problem, BudgetExhausted()  # a robot is about to resolve an obstacle
         problem, search, answer = self._searched(problem, helping)
         if (isinstance(answer, Exhausted) or self.hopeless) and floor is not plain:
             if remembering(floor.problem):

@@ -92,12 +92,11 @@ class Search:
             return Found((self.start,))
         few = self._few
         if not few and self._stuck.cannot_complete(self.start):
-            return BudgetExhausted(0)  # refuted in practice; the proof concerns the immobile robots
-        spent = 0
+            return BudgetExhausted()  # refuted in practice; the proof concerns the immobile robots
         budget = budgets.FIRST_BUDGET
         for turn in range(max(1, rounds)):
             if self.work.done:
-                return BudgetExhausted(spent)
+                return BudgetExhausted()
             for variant, states in _attempts(budget):
                 answer = self.by(variant, states)
                 if isinstance(answer, Found):
@@ -105,23 +104,17 @@ class Search:
                 if isinstance(answer, Exhausted):
                     # This also visits the hopeless states, hardly more than were examined.
                     return self.singles(proof or budgets.PROOF_BUDGET)
-                spent += answer.states
             answer = by_legs(self, chain << turn)
             if isinstance(answer, Found):
                 return answer
-            spent += answer.states
             if turn == 0 and few:
                 answer = self.singles(min(budgets.SINGLES_BUDGET, proof))
                 if not isinstance(answer, BudgetExhausted):
                     return answer
-                spent += answer.states
             budget *= 2
         if few and proof > budgets.SINGLES_BUDGET:
-            answer = self.singles(proof)
-            if not isinstance(answer, BudgetExhausted):
-                return answer
-            spent += answer.states
-        return BudgetExhausted(spent)
+            return self.singles(proof)
+        return BudgetExhausted()
 
     @property
     def _few(self) -> bool:
@@ -154,7 +147,7 @@ class Search:
                 queue.append(after)
                 self.work.left -= len(state.poses)
             if len(before) > budget or self.work.done:
-                return BudgetExhausted(len(before))
+                return BudgetExhausted()
         return Exhausted(frozenset(before))
 
     def by(self, variant: Variant, budget: int) -> Answer:
@@ -181,14 +174,14 @@ class Search:
                 continue
             edges += 1
             if edges > budget * 12 or self.work.done:
-                return BudgetExhausted(len(before))
+                return BudgetExhausted()
             if after in before:
                 continue
             before[after] = state
             if goal(after):
                 return Found(path_to(after, before))
             if len(before) > budget:
-                return BudgetExhausted(len(before))
+                return BudgetExhausted()
             stack.append((after, self._following(after, variant, order)))
         return Exhausted(frozenset(before))
 
@@ -296,7 +289,7 @@ def by_legs(search: Search, most_vain: int) -> Found | BudgetExhausted:
         made += 1
         over = spent > most_vain or made > most or search.work.done
         if over or (leg is None and len(legs) == 1):
-            return BudgetExhausted(spent + sum(map(len, legs)))
+            return BudgetExhausted()
         if leg is None:
             del legs[search.rng.randrange(1, len(legs)) :]
         else:

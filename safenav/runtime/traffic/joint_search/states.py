@@ -331,8 +331,6 @@ class Exhausted(Struct, frozen=True):
 class BudgetExhausted(Struct, frozen=True):
     """The budget is exhausted: no verdict."""
 
-    states: int
-
 
 Answer = Found | Exhausted | BudgetExhausted
 
