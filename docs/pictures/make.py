@@ -30,7 +30,7 @@ from safenav.report.picture.scene import Options, svg_of  # noqa: E402
 from safenav.report.replay.perception import shading_of  # noqa: E402
 from safenav.report.replay.reading import read_replay  # noqa: E402
 from safenav.report.replay.timeline import Replay, StoryKind  # noqa: E402
-from studio.serving import Served  # noqa: E402
+from studio.serving import ServedAnew  # noqa: E402
 
 
 def main() -> None:
@@ -141,7 +141,7 @@ def _studio(browser: Browser) -> None:
     """The drawing board, and a run in which a second door was closed."""
     scenario = ROOT / "scenarios" / "case_study_1.yaml"
     metrics = {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    with Served("studio", scenario, "--no-browser") as served:
+    with ServedAnew("studio", scenario, "--no-browser") as served:
         browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
         light = [{"name": "prefers-color-scheme", "value": "light"}]
         browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": light})
