@@ -67,14 +67,16 @@ class Settlement(Struct, frozen=True):
 class TrafficNotes(Struct):
     """Findings of traffic while a settlement is in force. A plan was requested: ``cleared``, for a
     robot that blocks a helper; ``hurried``, for a deadline; ``turned``, with other targets first.
-    ``followed``: a plan was begun; ``hopeless``: obstacles that no joint state serves;
-    ``hemmed_in``: robots, with their poses, that no order of moves brings to their next target;
-    ``impasses``: states in which no plan helped."""
+    ``followed``: a plan was begun, at whose end ``followers`` stand behind their helper;
+    ``hopeless``: obstacles that no joint state serves; ``hemmed_in``: robots, with their poses,
+    that no order of moves brings to their next target; ``impasses``: states in which no plan
+    helped."""
 
     cleared: bool = False
     hurried: bool = False
     turned: bool = False
     followed: bool = False
+    followers: frozenset[str] = frozenset()
     hopeless: frozenset[str] = frozenset()
     hemmed_in: dict[int, Pose] = field(default_factory=dict)
     impasses: set[Hashable] = field(default_factory=set)

@@ -8,6 +8,7 @@
       some turn                     for the mission, one round     deadlock     last plan, next row
       some turn                     for the mission, more rounds   deadlock     few, later
     a plan moves no robot         to the goal of that robot      keep it      keep it
+    a robot that waits follows    to the next goal of each       keep it      keep it
     1st, 6th, last spent search   few robots alone (deadlock)    deadlock     no verdict
     no strategy, though alone     for the mission               deadlock     no verdict
     a move with no way back       last plan again (rejoin),      refused      refused

@@ -110,6 +110,11 @@ class PlanProgress:
         on_charger = robot.pose.region in self.state.scenario.chargers
         return on_charger and robot.charge < takes <= battery.capacity
 
+    def follows(self, name: str) -> bool:
+        """Return whether a robot has followed its helper by a plan, and waits there for the next
+        decision."""
+        return name in self.state.last_settled.notes.followers
+
     def ahead(self, name: str) -> Mask:
         """Return the regions that robots in conflict with this one still need for the plan."""
         if self.execution is None:

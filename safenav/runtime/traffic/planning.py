@@ -307,7 +307,11 @@ class Traffic:
     ) -> None:
         course, fixed = self.searches.course(floor), self._fixed(floor)
         states = shortened(course, states, fixed, self.stop.check)
-        self.state.last_settled.notes.followed = True
+        ends, states = states[-1].poses, self.resolving.approached(floor, states)
+        pairs = zip(floor.names, ends, states[-1].poses, strict=True)
+        notes = self.state.last_settled.notes
+        notes.followers = frozenset(name for name, end, now in pairs if now != end)
+        notes.followed = True
         self.occasions.watch.begin_anew()
         self.plan.begin(floor, states, counts, reason)
 

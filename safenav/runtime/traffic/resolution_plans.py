@@ -1,4 +1,5 @@
-"""The quickest plans that lead to a resolution."""
+"""Plans that lead to a resolution: the quickest one, and the approach of robots that wait for
+it."""
 
 from __future__ import annotations
 
@@ -7,9 +8,10 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from safenav.runtime.resolution.problem import Floor
-from safenav.runtime.team import TeamState
+from safenav.runtime.team import Role, TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.joint_search.formula_memory import remembering
+from safenav.runtime.traffic.joint_search.shortening import Separation, following, shortened, timed
 from safenav.runtime.traffic.joint_search.states import Effort, Found, JointState
 from safenav.runtime.traffic.joint_search.timed import Quickest, beside, keeping_out
 from safenav.runtime.traffic.plan_search import PlanSearch
@@ -17,7 +19,7 @@ from safenav.runtime.traffic.searches import Searches, SearchProblem
 
 
 class ResolutionPlans(Struct):
-    """Plans for helpers."""
+    """Plans for helpers, and for the robots that wait for them."""
 
     state: TeamState
     searches: Searches
@@ -72,3 +74,46 @@ class ResolutionPlans(Struct):
         if states is None or not chosen.keeps(gate, need, tick, dues):
             return None
         return around, states
+
+    def approached(self, floor: Floor, states: Sequence[JointState]) -> Sequence[JointState]:
+        """Return a plan that ends with a resolution, on which waiting robots approach their targets
+        behind the others, if that shortens the next plan."""
+        problem, first, last = floor.problem, states[0], states[-1]
+        if last.stages == first.stages or remembering(problem):
+            return states
+        beyond = self.searches.problem(floor).at(last)
+        course, found = beyond.course, list(states)
+        for index, robot in enumerate(self.state.robots.values()):
+            waits = robot.active and robot.assignment.role is Role.WAITS
+            if waits and not problem.members[index].turns and problem.conflicts[index]:
+                found = following(course, found, index) or found
+        if found[-1].poses == last.poses:
+            return states
+        after = self._next_leg(beyond.at(found[-1]))
+        before = self._next_leg(beyond)
+        if after is None or (before is not None and before <= after):
+            return states
+        if self.searches.turning:
+            rest = self.search.search_of(beyond.at(found[-1])).run(*budgets.CERTIFICATE)
+            if not isinstance(rest, Found):
+                return states
+            self.search.certificates.keep(course, (*found, *rest.states[1:]))
+        return found
+
+    def _next_leg(self, problem: SearchProblem) -> int | None:
+        """Return the ticks until each robot has counted a goal after a resolution, or another
+        resolution occurs; None if that is not found soon."""
+        course, start, search = problem.course, problem.start, self.search.search_of(problem)
+        search.goal = lambda state: (
+            state.stages != start.stages
+            or all(
+                course.is_done(i, count) or state.counts[i] != count
+                for i, count in enumerate(start.counts)
+            )
+        )
+        answer = search.run(*budgets.CERTIFICATE)
+        if not isinstance(answer, Found):
+            return None
+        states = shortened(course, answer.states, (), search.stopping)
+        apart = Separation.of(problem.floor.problem, start.stages)
+        return len(timed(apart.schedule([state.poses for state in states])))

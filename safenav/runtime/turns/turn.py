@@ -12,7 +12,7 @@ from safenav.runtime.coordination.events import Event
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.navigation import Proposal
 from safenav.runtime.sweeping import swept, taken
-from safenav.runtime.team import DecidedStep, RobotState, TeamState
+from safenav.runtime.team import DecidedStep, RobotState, Role, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.actions import Actions
 from safenav.runtime.turns.monitor import Monitors
@@ -63,7 +63,9 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.ACTING)
         elif self.traffic.plan.active and not self._released(robot):
             yield from self._follow_plan(robot)
-        elif self.state.live and self.actions.waits_to_sweep(robot):
+        elif self.state.live and (
+            self.actions.waits_to_sweep(robot) or self._awaits_action(robot.name)
+        ):
             yield from self._stand_still(robot, HoldReason.HELD)
         else:
             yield from self._follow_strategy(robot)
@@ -93,6 +95,8 @@ class Turns:
         planner = robot.planner
         if not self.state.live or not self.traffic.plan.released(robot.name):
             return False
+        if self.traffic.plan.follows(robot.name):
+            return False
         off = "off its strategy", planner, robot.pose
         if planner.node is None and robot.stays_for != off and not self.strategies.relocate(robot):
             robot.stays_for = off  # it has no node there
@@ -104,6 +108,15 @@ class Turns:
         put_there = self.state.live and stop is None
         away = put_there or (stop is not None and stop.region != here)
         return here in self.state.scenario.chargers and not away
+
+    def _awaits_action(self, name: str) -> bool:
+        """Live: whether a robot has followed a helper that is in position to act."""
+        return self.traffic.plan.follows(name) and any(
+            other.assignment.role is Role.HELPS
+            and other.transit is None
+            and other.assignment.goal >> self.state.graph(other).number(other.pose) & 1
+            for other in self.state.robots.values()
+        )
 
     def _stay(
         self, robot: RobotState, why: HoldReason, by: MovedBy = MovedBy.STAY

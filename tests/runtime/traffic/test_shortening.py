@@ -124,9 +124,20 @@ def test_detours_of_a_plan_disappear() -> None:
 
 def test_the_requester_clears_the_way_of_its_helper() -> None:
     """A walker that cannot turn round comes to a doorway where the robot that asked waits. It lets
-    the walker pass. When the door is found, in tick 5, an exhaustive search finds that the mission
-    takes 25 more ticks at least; this one takes three more, since it then waits in the bay."""
+    the walker pass and follows it. When the door is found, in tick 5, an exhaustive search finds
+    that the mission takes 25 more ticks at least."""
     run = played.play(WAITING)
     assert run.outcome["outcome"] == "completed"
     assert run.one("resolved")["tick"] == 11
-    assert run.outcome["ticks"] == 33
+    assert run.outcome["ticks"] == 30
+
+
+def test_live_the_requester_stays_behind_a_helper_that_acts() -> None:
+    """It does not go back to where it waits before the door is open."""
+    run = played.play(WAITING + "clock: live\n")
+    opened = run.one("resolved")["t"]
+    first = run.all("plan")[0]["t"]
+    way = [step for step in run.all("depart") if step["robot"] == "cart"]
+    meanwhile = [step for step in way if first <= step["t"] < opened]
+    assert {step["by"] for step in meanwhile} == {"plan"} and meanwhile[-1]["to"] == 34
+    assert next(step for step in way if step["t"] >= opened)["from"] == 34

@@ -18,7 +18,7 @@ from safenav.runtime.resolution.problem import KeepOut, Problem, Stages
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
 from safenav.runtime.traffic.joint_search.execution import Execution, Schedule, schedule
 from safenav.runtime.traffic.joint_search.states import Course, JointState, has_met
-from safenav.world.poses import Mask, PoseGraph, bits, region_mask
+from safenav.world.poses import FAR, Mask, PoseGraph, bits, region_mask
 
 Timed = Sequence[tuple[int, ...]]
 """The joint poses at each tick, from the first to the last."""
@@ -278,3 +278,39 @@ class TimedPath(Struct, frozen=True):
 
 _Cell = list[int]
 """The poses in which a robot may be, indexed by the number of ``via`` sets passed."""
+
+
+def following(course: Course, states: Sequence[JointState], robot: int) -> list[JointState] | None:
+    """Return a plan of the same ticks in which a robot, after completing its path, approaches its
+    next target as far as possible; None if it cannot get nearer, or the plan would change
+    otherwise.
+
+    A plan ends when an obstacle is resolved. By then a robot that waits for the resolution, and has
+    completed its path, may stand behind the helper instead of where it let the helper pass.
+    """
+    problem, first, last = course.problem, states[0], states[-1]
+    apart = Separation.of(problem, first.stages)
+    graph = problem.members[robot].graph
+    joint = timed(apart.schedule([s.poses for s in states]))
+    goal = course.awaited(robot, last.counts[robot])
+    far = graph.distances(goal, problem.allowed(robot, last.stages))
+    begin = arrival_of(joint, robot)
+    here, allowed = joint[begin][robot], course.steps(first.stages)[robot].allowed
+    closed = closed_by(joint[begin:], robot, apart, graph)
+    reached = 1 << here
+    for shut in closed:
+        free = reached & ~shut
+        reached = free | graph.forward(free) & allowed & ~shut
+    pose = min(bits(reached), key=far.__getitem__, default=here)
+    if not far[pose] < min(far[here], FAR):
+        return None
+    path = TimedPath(graph, allowed, (), 1 << pose)
+    way = path.way(here, closed, [0] * len(closed) + [1 << pose], len(closed), early=False)
+    if way is None:
+        return None
+    steps = (poses[robot] if t <= begin else way[t - begin] for t, poses in enumerate(joint))
+    pairs = zip(joint, steps, strict=True)
+    new = [(*poses[:robot], step, *poses[robot + 1 :]) for poses, step in pairs]
+    found = course.along(first, new[1:])
+    same = all(state.stages == first.stages for state in found[:-1])
+    return found if same and found[-1].stages == last.stages else None
