@@ -1,7 +1,7 @@
 """A hall with two robots over a transport that follows a script."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from safenav.fleet import transport
@@ -101,6 +101,16 @@ def started(side: float = 1.0, **station: Any) -> tuple[FleetWorld, Robots, Any]
     world.open()
     for name in robots.x if "scan" in station else ():
         scanned(robots, name, 9.0)
+    return world, robots, scenario
+
+
+def set_out(
+    script: Sequence[tuple[str | None, float | None]], command: int = 1, **station: Any
+) -> tuple[FleetWorld, Robots, Any]:
+    """The same where digit has been sent to the east, and will do what a script says."""
+    world, robots, scenario = started(**station)
+    robots.script = list(script)
+    world.start(scenario.robots[0], EAST, command)
     return world, robots, scenario
 
 

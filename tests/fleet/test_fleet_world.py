@@ -14,6 +14,7 @@ from fleet.hall import (
     rays,
     scanned,
     seen,
+    set_out,
     started,
     told,
 )
@@ -124,9 +125,7 @@ LOST = {
 @pytest.mark.parametrize("case", LOST)
 def test_who_is_lost_says_why(case: str) -> None:
     script, stays, reason = LOST[case]
-    world, robots, scenario = started()
-    robots.script = list(script)
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, _ = set_out(script)
     events: list[WorldEvent] = []
     while not events:
         events += world.wait(0.01)
@@ -152,9 +151,7 @@ def test_a_robot_that_refuses_goals_is_asked_again_after_a_pause(back: bool) -> 
 
 
 def test_who_is_stopped_in_such_a_pause_is_sent_back_and_not_on() -> None:
-    world, robots, scenario = started()
-    robots.script = [("aborted", 1.9), ("succeeded", 1.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, scenario = set_out([("aborted", 1.9), ("succeeded", 1.5)])
     assert world.wait(0.0) == []
     world.cancel(scenario.robots[0])
     (event,) = world.wait(1.0)
@@ -174,9 +171,7 @@ def test_a_time_limit_is_told_in_seconds_of_the_goal() -> None:
 
 
 def test_old_and_doubled_answers_end_nothing() -> None:
-    world, robots, scenario = started()
-    robots.script = [("succeeded", 2.5), (None, None)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, scenario = set_out([("succeeded", 2.5), (None, None)])
     assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]
     world.start(scenario.robots[0], Pose(10, Heading.EAST), 2)
     robots.post(GoalEnded("digit", 1, GoalEnd.SUCCEEDED))
@@ -200,9 +195,7 @@ LATE_ODOMETRY = {
 def test_a_result_waits_for_odometry_that_comes_later(case: str) -> None:
     """It was read at once: a robot that was back stood elsewhere, in a region that it had left."""
     script, on_the_way, there, expected, goals = LATE_ODOMETRY[case]
-    world, robots, scenario = started()
-    robots.script = list(script)
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, _ = set_out(script)
     if on_the_way is not None:
         robots.x["digit"] = on_the_way
         robots.locate("digit")
@@ -215,18 +208,14 @@ def test_a_result_waits_for_odometry_that_comes_later(case: str) -> None:
 
 def test_who_comes_back_between_two_regions_is_lost_in_both() -> None:
     """It says that it is back, and still reaches into the region that it was to leave."""
-    world, robots, scenario = started(retries=0)
-    robots.script = [("aborted", 2.1), ("succeeded", 2.05)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, _, _ = set_out([("aborted", 2.1), ("succeeded", 2.05)], retries=0)
     (event,) = world.wait(5.0)
     assert told(event) == ("Lost", frozenset({8, 9}))
 
 
 @pytest.mark.parametrize("jump", [-3600.0, 3600.0])
 def test_a_robot_whose_clock_is_set_is_heard(jump: float) -> None:
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.script = [("succeeded", 2.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     old = robots.stamp + 0.5
     robots.post(Scanned("digit", old, 0.0, math.pi / 2, rays(9.0, 1)))
     robots.stamp += jump
@@ -243,9 +232,7 @@ def test_a_robot_whose_clock_is_set_is_heard(jump: float) -> None:
 
 
 def test_what_was_heard_while_the_run_thought_counts_before_its_time_limits() -> None:
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.script = [("succeeded", 2.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, _ = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     robots.now += 60.0  # a synthesis; odometry and scans continue
     robots.locate("digit")
@@ -304,9 +291,7 @@ def test_who_is_cancelled_before_it_sets_out_does_not_move() -> None:
 
 def test_who_is_cancelled_where_it_was_sent_has_arrived() -> None:
     """Its lidar still looks: the run has no patience for that, and the robot is not lost."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.script = [("succeeded", 2.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     assert world.wait(0.02) == []
     world.cancel(scenario.robots[0])
     assert [told(event)[0] for event in world.wait(0.0)] == ["Arrived"]
@@ -315,9 +300,7 @@ def test_who_is_cancelled_where_it_was_sent_has_arrived() -> None:
 
 @pytest.mark.parametrize("late", [False, True])
 def test_who_is_stopped_by_a_door_that_was_seen_is_blocked(late: bool) -> None:
-    world, robots, scenario = started(report="obstacles")
-    robots.script = [(None, 1.6), ("succeeded", 1.5)]
-    world.start(scenario.robots[0], EAST, 4)
+    world, robots, _ = set_out([(None, 1.6), ("succeeded", 1.5)], report="obstacles", command=4)
     if late:
         assert world.wait(0.0) == []
     for text in ("door@9", "elephant@9", "nonsense"):
@@ -378,9 +361,9 @@ def test_a_map_without_metres_is_refused() -> None:
 
 def test_who_comes_back_looks_before_it_says_that_it_failed() -> None:
     """A door may have closed after its last look; the goal then failed for a reason."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"), retries=0)
-    robots.script = [("aborted", 1.6), ("succeeded", 1.5)]
-    world.start(scenario.robots[0], EAST, 4)
+    world, robots, _ = set_out(
+        [("aborted", 1.6), ("succeeded", 1.5)], scan=ScanUse("scan", "door"), retries=0, command=4
+    )
     assert world.wait(0.0) == [] and not robots.script
     scanned(robots, "digit", 0.6)
     events = world.wait(5.0)

@@ -11,6 +11,7 @@ from fleet.hall import (
     rays,
     scanned,
     seen,
+    set_out,
     started,
     told,
 )
@@ -30,9 +31,7 @@ pytestmark = pytest.mark.usefixtures("short_limits")
 
 def test_a_lidar_finds_a_door_before_the_arrival_is_told() -> None:
     """A reading from the way there does not count; the one from the new place does."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.script = [("succeeded", 2.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     assert robots.goals == []
     world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     assert len(robots.goals) == 1  # it sets out when the trace has told it
@@ -52,9 +51,7 @@ def test_a_lidar_finds_a_door_before_the_arrival_is_told() -> None:
 def test_a_door_is_not_gone_while_another_lidar_hits_it(later: str) -> None:
     """From beside it a leaf may be too thin for the rays: the two robots would report it gone and
     there again with every scan."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.script = [("succeeded", 2.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     scanned(robots, "digit", 0.6)
     world.wait(5.0)
@@ -137,9 +134,7 @@ def test_who_arrives_behind_another_robot_looks_until_it_is_sure(there: bool) ->
 
 
 def test_a_scan_from_the_way_is_not_read_after_the_arrival() -> None:
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.script = [("succeeded", 2.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     early = robots.stamp + 0.5
     assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]  # no scan in time
     robots.post(Scanned("digit", early, 0.0, math.pi / 2, rays(0.6, 0)))
@@ -148,9 +143,7 @@ def test_a_scan_from_the_way_is_not_read_after_the_arrival() -> None:
 
 def test_a_scan_is_read_where_it_was_taken() -> None:
     """The robot turned after the scan: the wall that was on its left is not a door ahead of it."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.script = [("succeeded", 2.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     assert world.wait(0.0) == []
     stamp = robots.stamp + 0.5
     robots.stamp += 0.4
@@ -162,9 +155,7 @@ def test_a_scan_is_read_where_it_was_taken() -> None:
 
 
 def test_a_scan_waits_for_the_odometry_of_its_moment() -> None:
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.script = [("succeeded", 2.5)]
-    world.start(scenario.robots[0], EAST, 1)
+    world, robots, _ = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     robots.post(Scanned("digit", robots.stamp + 2.5, 0.0, math.pi / 2, rays(0.6, 0)))
     assert world.wait(0.02) == []
     robots.locate("digit")
