@@ -1,11 +1,19 @@
-"""The child processes of this one that still exist, running or as zombies."""
+"""Programs in processes of their own, and the child processes that still exist."""
 
 import os
-from collections.abc import Iterator
+import subprocess
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 TASKS = Path("/proc/self/task")
+
+
+def ran(words: Iterable[object], **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a program to its end; what it wrote is text. ``options``: as of ``subprocess.run``."""
+    usual = {"capture_output": True, "text": True, "timeout": 900, "check": False}
+    return subprocess.run([*map(str, words)], **usual | options)
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from children import none_left
+from children import none_left, ran
 
 WAITS = [sys.executable, "-c", "input()"]
 
@@ -27,6 +27,6 @@ def test_the_program_that_starts_commands_leaves_nothing_open() -> None:
     """Its connection was closed by the interpreter, which warned of it at the end of the suite."""
     script = "import warm; print(warm.safenav('--version').stdout)"
     command = [sys.executable, "-W", "always", "-c", script]
-    done = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True)
+    done = ran(command, cwd=Path(__file__).parent)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("safenav, version")

@@ -5,13 +5,14 @@ No other test runs them, so a moved module would break them unnoticed.
 
 import ast
 import re
-import subprocess
 import sys
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+
+from children import ran
 
 ROOT = Path(__file__).parents[2]
 PROGRAMS = sorted(
@@ -38,7 +39,7 @@ def test_what_a_program_imports_from_safenav_is_there(program: Path) -> None:
 def test_a_benchmark_with_options_starts(program: Path) -> None:
     """What it imports from beside it is there, too."""
     command = [sys.executable, str(program), "--help"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = ran(command)
     assert done.returncode == 0, done.stderr
 
 
@@ -54,5 +55,5 @@ def test_a_benchmark_with_options_starts(program: Path) -> None:
 def test_a_benchmark_measures(arguments: tuple[str, ...]) -> None:
     """Those that replace a function, or read what a command writes."""
     command = [sys.executable, str(ROOT / "benchmarks" / arguments[0]), *arguments[1:]]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = ran(command)
     assert done.returncode == 0, done.stderr

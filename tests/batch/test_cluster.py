@@ -14,6 +14,7 @@ import pytest
 import warm
 from batch.made_scenarios import SlugsLog, Write, scenario
 from batch.running import SAFENAV, environment, safenav, started, wait_until
+from children import ran
 
 # Not imported: each worker of the tests would import it for the processes that do.
 MISSING = find_spec("distributed") is None
@@ -143,13 +144,7 @@ def test_without_the_extra_it_says_what_to_install(write: Write, slugs: SlugsLog
     Path("hide/distributed.py").write_text("raise ImportError")
     hidden = environment()
     hidden["PYTHONPATH"] = f"hide{os.pathsep}{hidden['PYTHONPATH']}"
-    done = subprocess.run(
-        [*SAFENAV, "batch", "a.yaml", "--dask", "tcp://127.0.0.1:9"],
-        capture_output=True,
-        text=True,
-        env=hidden,
-        check=False,
-    )
+    done = ran([*SAFENAV, "batch", "a.yaml", "--dask", "tcp://127.0.0.1:9"], env=hidden)
     assert done.returncode == 2
     assert "pip install 'distributed>=2024.8'" in done.stderr
 

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import SAFENAV, environment, safenav, started, wait_until
+from children import ran
 from safenav.batch.cases.case import file_name
 from safenav.synthesis.cache import Cache
 
@@ -29,14 +30,7 @@ def test_all_as_expected_is_exit_0(write: Write) -> None:
 
 def test_a_scenario_comes_from_standard_input(write: Write) -> None:
     write("a.yaml")
-    done = subprocess.run(
-        [*SAFENAV, "batch", "-"],
-        input=Path("a.yaml").read_text(),
-        capture_output=True,
-        text=True,
-        env=environment(),
-        check=False,
-    )
+    done = ran([*SAFENAV, "batch", "-"], input=Path("a.yaml").read_text(), env=environment())
     assert "1 passed" in done.stdout, done.stdout + done.stderr
 
 

@@ -3,7 +3,6 @@
 import hashlib
 import io
 import json
-import subprocess
 import sys
 from contextlib import redirect_stdout, suppress
 from functools import cache
@@ -13,6 +12,7 @@ from random import Random
 import pytest
 import yaml
 
+from children import ran
 from fuzz.missions import random_mission
 from once import SCENARIOS, made_once
 from runtime.played import whole
@@ -156,14 +156,7 @@ def certified(text: str) -> str:
 def run_checker(bundle: Path, *, program: Path | None = None) -> tuple[int, str]:
     """Exit status and output of the checker (default: the bundle's own copy)."""
     program = program or bundle / "check.py"
-    done = subprocess.run(
-        [sys.executable, "-I", "-S", str(program), str(bundle)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd="/",
-        env={},
-    )
+    done = ran([sys.executable, "-I", "-S", str(program), str(bundle)], cwd="/", env={})
     return done.returncode, done.stdout + done.stderr
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from children import ran
 from once import made_once
 from safenav.certify.checker import check_strategies as checker
 from safenav.certify.evidence import strategy_measures
@@ -95,7 +96,7 @@ def proved(program: Path, cases: list[Case], folder: Path) -> dict[int, str]:
         else:
             (folder / "strategies" / f"{k}.json").write_text(json.dumps(case.document))
             (folder / "measures" / f"{k}-{k}.json").write_text(json.dumps(case.measures))
-    done = subprocess.run([program, folder], capture_output=True, text=True, check=False)
+    done = ran([program, folder])
     said = (each for each in json.loads(done.stdout) if each["kind"] != "alive")
     verdicts = {int(each["spec"]): each["reason"] for each in said}
     assert verdicts.keys() == {*range(len(cases))}

@@ -7,7 +7,6 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +23,7 @@ from certify.strategy_mutants import KINDS
 from certify.test_bundles import COMPLETED, UNREALIZABLE
 from certify.test_findings import EXACT, bundle_of
 from certify.test_strategies import random_game, text_of
+from children import ran
 from oracle import (
     build_game,
     extract,
@@ -57,7 +57,7 @@ def program() -> Path:
 
 
 def asked(program: Path, bundle: Path) -> list[dict[str, str]]:
-    done = subprocess.run([program, bundle], capture_output=True, text=True, check=False)
+    done = ran([program, bundle])
     found: list[dict[str, str]] = json.loads(done.stdout)
     assert done.returncode == any(each["verdict"] == "refused" for each in found)
     return found
@@ -76,7 +76,7 @@ def test_the_theorems_rest_on_no_axiom(tmp_path: Path) -> None:
     file = tmp_path / "Assumed.v"
     file.write_text(f"From Proved Require Import Files Print.\n{asks}")
     command = ["coqc", "-Q", str(built() / "theories"), "Proved", str(file)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    done = ran(command, check=True)
     assert done.stdout.splitlines() == ["Closed under the global context"] * len(THEOREMS)
 
 
@@ -100,7 +100,7 @@ def counted(program: Path, bundle: Path, folder: Path) -> tuple[int, dict[str, i
     nodes = [json.loads(p.read_text())["nodes"] for p in (folder / "strategies").iterdir()]
     edges = sum(len(node["trans"]) for each in nodes for node in each.values())
     environment = {**os.environ, "OCAMLRUNPARAM": "v=0x400"}
-    done = subprocess.run([program, folder], capture_output=True, text=True, env=environment)
+    done = ran([program, folder], env=environment)
     assert {each["verdict"] for each in json.loads(done.stdout)} == {"proved"}
     told = (line.split(": ") for line in done.stderr.splitlines())
     return edges, {name: int(float(words)) for name, words in told if words.isdecimal()}

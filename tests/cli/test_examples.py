@@ -5,13 +5,13 @@ import os
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 import warm
+from children import ran
 from safenav.cli import COMMANDS, command_of, group
 
 MAPS = Path(__file__).parents[1] / "maps"
@@ -54,15 +54,7 @@ def test_the_examples_run_one_after_the_other(name: str, tmp_path: Path) -> None
         if name == "safenav" and "<" not in words:
             done = warm.safenav(*words, cwd=tmp_path, env=environment)
         else:
-            done = subprocess.run(
-                ["bash", "-c", command],
-                cwd=tmp_path,
-                env=environment,
-                capture_output=True,
-                text=True,
-                timeout=300,
-                check=False,
-            )
+            done = ran(["bash", "-c", command], cwd=tmp_path, env=environment)
         if "--proved" in words and "safenav-proved, is not installed" in done.stderr:
             continue  # it is built apart: tests/certify runs it
         assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"

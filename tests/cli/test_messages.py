@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import warm
+from children import ran
 from cli.conftest import MAIN, Command
 from once import SCENARIOS
 from safenav.cli import COMMANDS
@@ -117,14 +118,10 @@ def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> 
     (tmp_path / "s.yaml").write_text(GOOD)
     (tmp_path / "file").write_text("in the way")
     script = f"import sys; sys.argv = ['safenav', 'check', 's.yaml']; {MAIN}"
-    done = subprocess.run(
+    done = ran(
         [sys.executable, "-c", script],
         env={**os.environ, "SAFENAV_CACHE": str(tmp_path / "file" / "cache"), "NO_COLOR": "1"},
-        capture_output=True,
-        text=True,
         cwd=tmp_path,
-        timeout=300,
-        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr.startswith("warning: ")
@@ -153,7 +150,7 @@ def test_standard_streams_may_be_closed(closed: str, tmp_path: Path) -> None:
     script = f"import sys; sys.argv[0] = 'safenav'; {MAIN}"
     command = [sys.executable, "-c", script, "run", SCENARIOS / "hello.yaml", "--trace", trace]
     shell = ["sh", "-c", f'exec "$0" "$@" {closed}', *map(str, command)]
-    done = subprocess.run(shell, capture_output=True, text=True, timeout=300, check=False)
+    done = ran(shell)
     assert (done.returncode, done.stderr) == (0, "")
     assert bool(done.stdout) == (closed == "2>&-")
     assert [json.loads(line)["type"] for line in trace.read_text().splitlines()][-1] == "outcome"

@@ -2,13 +2,13 @@
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from jsonschema import Draft202012Validator
 
+from children import ran
 from cli.conftest import Command
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, template_text
 from safenav.scenario.reading.loader import load_scenario, schema_text
@@ -107,12 +107,9 @@ def test_shells_complete_commands_as_documented(shell: str, environment: dict[st
     assert f"_SAFENAV_COMPLETE={shell}_source safenav" in documented
     asked = {"COMP_WORDS": "safenav cat", "COMP_CWORD": "cat" if shell == "fish" else "1"}
     program = "import sys; sys.argv[0] = 'safenav'; from safenav.cli import main; main()"
-    found = subprocess.run(
+    found = ran(
         [sys.executable, "-c", program],
         env={**environment, **asked, "_SAFENAV_COMPLETE": f"{shell}_complete"},
-        capture_output=True,
-        text=True,
-        timeout=300,
         check=True,
     )
     assert "catalogue" in found.stdout

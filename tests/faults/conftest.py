@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import warm
+from children import ran
 from safenav.audit.check import check_trace
 from safenav.synthesis.binary import find_binary
 
@@ -65,15 +66,12 @@ class Process:
         if limit is None:
             done = warm.safenav(*arguments, cwd=self.folder, env=environment)
         else:  # Python 3.11 does not notice that a compiled file was cut off, and others read it
-            done = subprocess.run(
+            done = ran(
                 self.command(*arguments),
-                capture_output=True,
-                text=True,
                 timeout=seconds,
                 cwd=self.folder,
                 env={**environment, "PYTHONDONTWRITEBYTECODE": "1"},
                 preexec_fn=limit,
-                check=False,
             )
         assert "Traceback" not in done.stderr
         return done

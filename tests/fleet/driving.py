@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from children import ran
+
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from fleet.lab import lab_at
@@ -157,14 +159,7 @@ class Lab:
         _wait_for(self.port)
 
     def drive(self, *options: str, seconds: float = 600.0) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            self.command(*options),
-            capture_output=True,
-            text=True,
-            env=self.environment,
-            timeout=seconds,
-            check=False,
-        )
+        return ran(self.command(*options), env=self.environment, timeout=seconds)
 
     def command(self, *options: str) -> list[str]:
         words = ["drive", self.scenario, "--fleet", self.fleet, "--trace", self.trace]

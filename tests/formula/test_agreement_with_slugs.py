@@ -1,13 +1,13 @@
 """Two readers of one language: synthesizer and evaluator agree on the meaning of a printed
 formula."""
 
-import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 
+from children import ran
 from formula.test_formula import BOOLEANS, INTEGERS, formulas, states
 from safenav.formula.evaluator import evaluate
 from safenav.formula.printer import to_text
@@ -52,9 +52,7 @@ def test_slugs_reads_a_formula_as_it_is_evaluated(slugs: Path) -> None:
     def judged(formula: Formula, now: State, then: State) -> None:
         holds = evaluate(formula, now, then)
         text = specification(formula, now, then)
-        run = subprocess.run(
-            [slugs, "--realizability", "-"], input=text, capture_output=True, text=True, check=False
-        )
+        run = ran([slugs, "--realizability", "-"], input=text)
         assert run.returncode == (0 if holds else 10), f"{text}\n{run.stderr}"
         verdicts.add(holds)
 

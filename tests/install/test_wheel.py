@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 import yaml
 
+from children import ran
 from once import locked, made_once
 
 ROOT = Path(__file__).parents[2]
@@ -97,9 +98,7 @@ def test_nothing_but_what_needs_numpy_loads_it() -> None:
         "import safenav.batch.cases.search, safenav.certify.record, safenav.runtime.mission\n"
         "import safenav.report.page.html, safenav.report.notebook\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False
-    )
+    done = ran([sys.executable, "-c", program])
     assert done.returncode == 0, done.stderr
 
 
@@ -114,9 +113,7 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
     assert shutil.which("c++", path=environment["PATH"]) is None
 
     def say(*words: str) -> str:
-        done = subprocess.run(
-            words, cwd=elsewhere, env=environment, capture_output=True, text=True, check=False
-        )
+        done = ran(words, cwd=elsewhere, env=environment)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
@@ -130,14 +127,7 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
     assert "1 passed" in say(program, "batch", "x.yaml")
     say(program, "run", "x.yaml", "--trace", "x.jsonl")
     say(program, "check-trace", "x.jsonl")
-    done = subprocess.run(
-        [program, "motion", "x.jsonl", "--report"],
-        cwd=elsewhere,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ran([program, "motion", "x.jsonl", "--report"], cwd=elsewhere, env=environment)
     assert done.returncode == 2
     assert "this needs numpy, which is not installed" in done.stderr
     assert "pip install 'numpy>=1.26' 'daqp>=0.7,<1'" in done.stderr
@@ -148,12 +138,9 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
 @pytest.mark.slow
 def test_an_installation_without_compiler_names_what_is_missing(tmp_path: Path) -> None:
     settings = f"--config-settings=build-dir={tmp_path / 'build'}"
-    done = subprocess.run(
+    done = ran(
         [sys.executable, "-m", "pip", "wheel", "--no-deps", settings, "-w", tmp_path, ROOT],
         env={**os.environ, "CXX": str(tmp_path / "missing")},
-        capture_output=True,
-        text=True,
-        check=False,
     )
     assert done.returncode == 1
     assert "It needs a C++17 compiler (Debian: apt install g++" in done.stdout + done.stderr
@@ -168,13 +155,7 @@ def test_without_numpy_a_map_file_is_refused_with_what_to_install(
     scenario = tmp_path / "s.yaml"
     scenario.write_text("safenav: 1\nmap: {image: floor.png, rows: 2, cols: 2}\nrobots: {}\n")
     hidden = "import sys; sys.modules['numpy'] = None; from safenav.cli import main; main()"
-    done = subprocess.run(
-        [sys.executable, "-c", hidden, "check", str(scenario)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ran([sys.executable, "-c", hidden, "check", str(scenario)], cwd=tmp_path)
     assert done.returncode == 2
     assert "a map file needs numpy, which is not installed" in done.stderr
     assert "pip install 'numpy>=1.26' 'pillow>=10'" in done.stderr

@@ -5,7 +5,6 @@ judged. Everything else must equal the oracle's: the bytes of strategies with ev
 the two flags, soundness of strategies and counterstrategies, the translation.
 """
 
-import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -13,6 +12,7 @@ from pathlib import Path
 from random import Random
 from typing import Literal
 
+from children import ran
 from oracle.automaton import Automaton, MalformedAutomatonError, from_json, to_json, to_text
 from oracle.checker import check_counterstrategy, check_strategy
 from oracle.extraction import extract
@@ -65,14 +65,7 @@ class Duel:
 
     def run(self, *arguments: str) -> Answer:
         """Run the binary on the file that was written last."""
-        process = subprocess.run(
-            [self.binary, *arguments],
-            capture_output=True,
-            text=True,
-            timeout=SECONDS,
-            check=False,
-            cwd=self.folder,
-        )
+        process = ran([self.binary, *arguments], timeout=SECONDS, cwd=self.folder)
         verdict: Verdict | None = None
         if "RESULT: Specification is realizable." in process.stderr:
             verdict = "realizable"

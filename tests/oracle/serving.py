@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from children import ran
 from oracle.game import Game
 
 Measure = tuple[int, int | None]
@@ -57,12 +58,7 @@ def difference(
     Along each edge the measure must fall, too, unless the goal is met or an assumption excuses;
     with the `game`, whether it does is looked up there.
     """
-    listed = subprocess.run(
-        [binary, "--explicitStrategy", "--jsonOutput", *options, file],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    listed = ran([binary, "--explicitStrategy", "--jsonOutput", *options, file], check=True).stdout
     strategy = json.loads(listed)
     nodes = [strategy["nodes"][str(i)] for i in range(len(strategy["nodes"]))]
     server = begin(binary, file, *options)

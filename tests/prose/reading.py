@@ -4,12 +4,13 @@ import ast
 import inspect
 import io
 import re
-import subprocess
 import tokenize
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
+
+from children import ran
 
 ROOT = Path(__file__).parents[2]
 SKIPPED = ("assets/", "docs/pictures/", "tests/", "fonts/")
@@ -32,9 +33,7 @@ def prose() -> list[Sentence]:
 
 
 def _sentences() -> Iterator[Sentence]:
-    listed = subprocess.run(
-        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60
-    )
+    listed = ran(["git", "ls-files"], cwd=ROOT, check=True, timeout=60)
     for path in listed.stdout.splitlines():
         if any(part in path for part in SKIPPED) or not (ROOT / path).is_file():
             continue

@@ -5,11 +5,11 @@ import hashlib
 import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
+from children import ran
 from safenav.report.page.html import embedded, page_of
 from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.replay.timeline import Replay
@@ -39,9 +39,7 @@ def test_a_rebuild_gives_the_same_bytes() -> None:
     node = shutil.which("node")
     if node is None or not (FRONT / "node_modules").exists():
         pytest.skip("needs Node and `npm ci` in safenav/report/page/front")
-    done = subprocess.run(
-        [node, "build.mjs", "--check"], cwd=FRONT, capture_output=True, text=True, check=False
-    )
+    done = ran([node, "build.mjs", "--check"], cwd=FRONT)
     assert done.returncode == 0, done.stderr
 
 
@@ -49,9 +47,7 @@ def test_types_are_right() -> None:
     compiler = FRONT / "node_modules" / ".bin" / "tsc"
     if shutil.which("node") is None or not compiler.exists():
         pytest.skip("needs Node and `npm ci` in safenav/report/page/front")
-    done = subprocess.run(
-        [str(compiler), "--noEmit"], cwd=FRONT, capture_output=True, text=True, check=False
-    )
+    done = ran([str(compiler), "--noEmit"], cwd=FRONT)
     assert done.returncode == 0, done.stdout
 
 

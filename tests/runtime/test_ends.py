@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from children import ran
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
@@ -154,7 +155,7 @@ def test_the_check_of_a_bundle_ends_with_who_asked_for_it(
 
 def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
     program = f"{PRESSED}import runpy; runpy.run_module('safenav', run_name='__main__')"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    done = ran([sys.executable, "-c", program])
     assert (done.returncode, done.stderr) == (130, "error: interrupted\n")
 
 
@@ -171,7 +172,7 @@ __main__.main()
 """
     buffered = {key: text for key, text in os.environ.items() if key != "PYTHONUNBUFFERED"}
     command = [sys.executable, "-c", program]
-    done = subprocess.run(command, capture_output=True, text=True, env=buffered)
+    done = ran(command, env=buffered)
     assert (done.returncode, done.stdout, done.stderr) == (3, "thread\naction", "")
 
 

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 
 import safenav
 import warm
+from children import ran
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
@@ -26,14 +26,8 @@ def environment(tmp_path: Path) -> dict[str, str]:
 
 
 def run(program: str, folder: Path, environment: dict[str, str]) -> str:
-    found = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
+    found = ran(
+        [sys.executable, "-W", "error", "-c", program], cwd=folder, env=environment, timeout=120
     )
     assert found.returncode == 0, found.stderr
     return found.stdout

@@ -3,6 +3,8 @@
 import subprocess
 from pathlib import Path
 
+from children import ran
+
 # The robot follows a light that returns infinitely often.
 FOLLOW = """
 [INPUT]
@@ -49,12 +51,4 @@ def run(
     binary: Path, folder: Path, *arguments: str | Path, text: str = ""
 ) -> subprocess.CompletedProcess[str]:
     """Run the command in the folder."""
-    return subprocess.run(
-        [binary, *arguments],
-        cwd=folder,
-        input=text,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+    return ran([binary, *arguments], cwd=folder, input=text)

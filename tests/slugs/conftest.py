@@ -4,11 +4,11 @@ SAFENAV_SLUGS names another binary than the one that came with safenav.
 """
 
 import os
-import subprocess
 from pathlib import Path
 
 import pytest
 
+from children import ran
 from safenav.synthesis.binary import find_own_binary
 from slugs.commands import CROWDED, ENDLESS, FOLLOW, STUCK
 
@@ -33,7 +33,7 @@ def slugs_binary() -> Path:
 @pytest.fixture(scope="session")
 def own_slugs(slugs_binary: Path) -> Path:
     """The binary, for tests of what upstream's does not have."""
-    said = subprocess.run([slugs_binary, "--version"], capture_output=True, text=True, check=False)
+    said = ran([slugs_binary, "--version"])
     if said.returncode != 0 or not said.stdout.startswith("slugs "):
         pytest.skip(f"{slugs_binary} is not the slugs of this repository")
     return slugs_binary

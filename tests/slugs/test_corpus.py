@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from children import ran
 from once import CORPUS
 
 STRATEGY = ("--explicitStrategy", "--jsonOutput")
@@ -92,9 +93,7 @@ def _ask(binary: Path, output: Path, *arguments: str) -> tuple[str | None, str]:
 
 
 def _accepted(binary: Path, *arguments: str) -> str:
-    process = subprocess.run(
-        [binary, *arguments], capture_output=True, text=True, timeout=TIMEOUT, check=False
-    )
+    process = ran([binary, *arguments], timeout=TIMEOUT)
     return "" if process.returncode == 0 else process.stdout + process.stderr
 
 

@@ -2,13 +2,13 @@
 
 import io
 import json
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
 import pytest
 
+from children import ran
 from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import AddObstacle, AssignObjective, SetService
 from safenav.runtime.mission import Mission
@@ -67,6 +67,6 @@ def test_the_bundle_of_a_changed_run_is_accepted_by_its_own_checker(
         files.extractall(tmp_path)
     (checker,) = tmp_path.rglob("check.py")
     command = [sys.executable, "-I", "-S", str(checker), str(checker.parent)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = ran(command)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "digit receives another objective" in done.stdout

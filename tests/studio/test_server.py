@@ -3,7 +3,6 @@
 import asyncio
 import http.client
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import aiohttp
 import pytest
 
+from children import ran
 from safenav.errors import UsageError
 from safenav.studio.server import Server, listening
 from safenav.studio.session import Studio
@@ -128,13 +128,7 @@ def test_nonsense_is_answered_and_the_next_message_is_taken(served: Served) -> N
 
 def test_standard_input_cannot_be_watched() -> None:
     program = Path(sys.executable).with_name("safenav")
-    done = subprocess.run(
-        [program, "run", "-", "--live"],
-        input=HELLO.read_text(),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ran([program, "run", "-", "--live"], input=HELLO.read_text())
     assert done.returncode == 2
     assert "needs a file" in done.stderr
 
@@ -175,9 +169,7 @@ def test_without_the_extra_it_says_how_to_get_it() -> None:
         f"sys.argv = ['safenav', 'run', {str(HELLO)!r}, '--live']\n"
         "from safenav.cli import main; main()"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False
-    )
+    done = ran([sys.executable, "-c", program], cwd=ROOT)
     assert done.returncode == 2
     assert "pip install 'aiohttp>=3.10,<4' 'ruamel.yaml>=0.18'" in done.stderr
     assert "Traceback" not in done.stderr

@@ -1,12 +1,12 @@
 """Requests to a slugs binary: verdicts, limits, and every way in which a program can fail."""
 
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
 
+from children import ran
 from safenav.errors import ExitCode, ResourceLimitError, SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import (
@@ -325,9 +325,7 @@ def test_importing_it_loads_nothing_heavy() -> None:
         "print(sorted({'numpy', 'networkx', 'scipy', 'tempfile', 'asyncio', 'yaml'} "
         "& set(sys.modules)))"
     )
-    printed = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    ).stdout
+    printed = ran([sys.executable, "-c", code], check=True).stdout
     assert printed.strip() == "[]"
 
 
