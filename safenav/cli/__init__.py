@@ -6,11 +6,14 @@
 from __future__ import annotations
 
 import importlib
+import io
 import os
 import signal
+import stat
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -147,6 +150,9 @@ def main() -> None:
     """Entry point of the ``safenav`` command. SIGTERM and SIGHUP end it as Ctrl-C does: with its
     subprocesses, without its temporary files."""
     _open_closed_streams()
+    if stat.S_ISFIFO(os.fstat(1).st_mode):
+        output = io.BufferedWriter(_Pipe(1, "w", closefd=False))
+        sys.stdout = io.TextIOWrapper(output, sys.stdout.encoding, sys.stdout.errors)
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, signal.default_int_handler)
@@ -168,11 +174,6 @@ def main() -> None:
         _fail(f"{told[:1].lower()}{told[1:]}{hint}", ExitCode.BAD_INPUT)
     except KeyboardInterrupt:
         _fail("interrupted", ExitCode.INTERRUPTED)
-    except BrokenPipeError:
-        # The reader of the output has closed it (``safenav ... | head``), which is not an error.
-        # Keep the interpreter from writing to it at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(ExitCode.OK)
     except Exception as error:
         if os.environ.get("SAFENAV_DEBUG"):
             raise
@@ -199,6 +200,18 @@ def _open_closed_streams() -> None:
         except OSError:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
             setattr(sys, name, os.fdopen(number, mode, encoding="utf-8"))
+
+
+class _Pipe(io.FileIO):
+    """Output that is discarded once its reader has closed it (``safenav ... | head``): the command
+    continues, and its exit code is that of its result."""
+
+    def write(self, data: Any) -> int:
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+            return memoryview(data).nbytes
 
 
 def _coloured() -> bool | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -22,7 +21,6 @@ from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, RunResult
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock, Expect
-from safenav.trace.records import Record
 from safenav.trace.trace import Trace
 from safenav.trace.writing import Listener, TraceWriter, next_part
 
@@ -77,7 +75,7 @@ class RunSession:
             from safenav.report.terminal.story import Story
 
             story = Story(plan, maps=self._maps, width=terminal_width())
-            listeners.append(_while_heard(story))
+            listeners.append(story)
         self.mission = self._make(plan, [*listeners, *self._views])
 
     def _another(self, rest: Scenario) -> Mission:
@@ -217,24 +215,6 @@ def _interrupt(mission: Mission, number: int) -> None:
         return
     mission.stop()
     signal.setitimer(signal.ITIMER_REAL, PATIENCE)
-
-
-def _while_heard(listener: Listener) -> Listener:
-    """Return a listener that is ignored once the output's reader has closed it: the run
-    continues."""
-    heard = True
-
-    def hear(record: Record) -> None:
-        nonlocal heard
-        if not heard:
-            return
-        try:
-            listener(record)
-        except BrokenPipeError:
-            heard = False
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-    return hear
 
 
 def _not_reached(plan: Scenario, result: RunResult) -> Iterator[str]:
