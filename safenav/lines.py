@@ -15,7 +15,7 @@ from typing import Any
 
 _FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
 
-HINT = "remove it: programs do not agree on whether a line ends there"
+HINT = "remove it: programs disagree on what it means, for example on whether a line ends there"
 
 
 def printable(text: str) -> str:

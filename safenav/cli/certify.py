@@ -77,7 +77,7 @@ def command(
 
     Any outcome can be certified, including that the mission is infeasible."""
     if (scenario is None) == (trace is None):
-        raise UsageError("name a scenario to run, or the --trace of an earlier run")
+        raise UsageError("give either a scenario to run, or the --trace of an earlier run")
     if (motion is not None and trace is None) or (with_motion and scenario is None):
         raise UsageError("--motion goes with --trace, --with-motion with a scenario")
     try:

@@ -15,6 +15,7 @@ from safenav.cli import warn
 from safenav.errors import Diagnostic, ExitCode, InputError, ResourceLimitError, SynthesizerError
 from safenav.explain.lines import explain_lines
 from safenav.explain.vacuity import Way, vacuous_wins
+from safenav.file_kind import kind_of
 from safenav.outcome import Verdict
 from safenav.outfile import write_all
 from safenav.report.terminal.specification_text import (
@@ -59,7 +60,7 @@ def is_specification(file: Path) -> bool:
     read."""
     try:
         with file.open(encoding="utf-8", errors="replace") as text:
-            return source.is_specification(text.read(source.MAX_BYTES))
+            return kind_of(text.read(source.MAX_BYTES)) == "specification"
     except OSError:
         return False
 

@@ -168,7 +168,7 @@ def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
     reading = Reading(str(path), world=scenario.map)
     reading.catalogue = scenario.catalogue
     text = read_source(path, reading)
-    root = None if text is None else parsed(text, reading)
+    root = None if text is None else parsed(text, reading, "fleet file")
     fleet = None if root is None else _fleet(root, scenario, reading)
     reading.raise_if_any()
     assert fleet is not None

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator
 
 from safenav.errors import Diagnostic, InputError
+from safenav.file_kind import another_kind
 from safenav.formula import syntax
 from safenav.formula.checking import check
 from safenav.formula.parser import FormulaError, parse
@@ -18,6 +19,8 @@ from safenav.lines import HINT, foreign_character
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 
 _INTEGER = re.compile(r"([^\s:]+)\s*:\s*(\d+)\s*\.\.\.\s*(\d+)\Z")
+_SHOWN = 60
+"""Characters of a line in a message."""
 _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z")
 
 
@@ -30,6 +33,8 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
     if (foreign := foreign_character(text)) is not None:
         at, column, found = foreign
         raise InputError([Diagnostic(file, at, column, f"not text: {found}", HINT)])
+    if wrong := another_kind(text, "specification", file):
+        raise InputError([Diagnostic(file, 0, 0, *wrong)])
     variables: list[Variable] = []
     constraints: list[Constraint] = []
     problems: list[Diagnostic] = []
@@ -62,7 +67,9 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
                 Constraint(section, to_infix(line), Origin(f"{file}:{number}", comment))
             )
         elif not problems:
-            problems.append(Diagnostic(file, number, 1, f"'{line}' stands before any section"))
+            hint = "a specification begins with a section, such as [INPUT]"
+            found = f"'{line[:_SHOWN]}' is in no section"
+            problems.append(Diagnostic(file, number, 1, found, hint))
     if problems:
         raise InputError(problems)
     # A strategy counts inputs before outputs, whatever the order of the sections.

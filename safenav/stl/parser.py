@@ -185,7 +185,7 @@ class _Parser:
     def _value(self, found: Token) -> float:
         value = float(found.text)
         if value > 1e9:
-            raise FormulaError(found.column, f"the number {found.text[:20]} is too large")
+            raise FormulaError(found.column, "a number that is too large")
         return value
 
     def _comparison(self) -> syntax.Node:

@@ -8,8 +8,9 @@ from pathlib import Path, PurePosixPath
 from msgspec import Struct
 
 from safenav.errors import UsageError
+from safenav.file_kind import another_kind
 from safenav.outfile import write_whole
-from safenav.scenario.yaml.source import MAX_BYTES, is_trace
+from safenav.scenario.yaml.source import MAX_BYTES
 
 _ENDINGS = (".yaml", ".yml")
 _DEEP = 3
@@ -72,18 +73,16 @@ class ScenarioFolder(Struct, frozen=True):
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a scenario file. Raises UsageError for an unreadable one and for a trace,
-    which saving would overwrite."""
+    """Return the text of a scenario file. Raises UsageError if it cannot be read, or is of another
+    kind, which saving would overwrite."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise UsageError(f"{path} is larger than {MAX_BYTES // 1_000_000} MB")
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"{path} cannot be read as text: {error}") from error
-    if is_trace(text):
-        raise UsageError(
-            f"{path}: this is a trace, not a scenario\n    show it with: safenav replay {path}"
-        )
+    if wrong := another_kind(text, "scenario", str(path)):
+        raise UsageError("\n    ".join((f"{path}: {wrong[0]}", wrong[1])))
     return text
 
 

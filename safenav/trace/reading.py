@@ -16,13 +16,16 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
+from safenav.file_kind import another_kind
 from safenav.lines import json_flaw
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import KINDS, VERSION, Discovered, Header, Late, Record
 from safenav.trace.trace import Trace
 
 _DIAGNOSTIC_LIMIT = 20
-_SCENARIO = re.compile(rb"^safenav[ \t]*:", re.MULTILINE)
+_BEGINNING = 4000
+"""Bytes of a file from which its kind is recognized."""
+_WRITTEN = "not a trace of safenav: 'safenav run SCENARIO --trace FILE' writes one"
 _PERHAPS_CONTROL = re.compile(rb"\\[bfnrtu]|[\x7f-\xff]")
 """Bytes of JSON whose strings may hold control characters."""
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
@@ -48,9 +51,8 @@ def read_lines(lines: Iterable[str], source: str = "<trace>") -> Trace:
 
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
     """The trace in some bytes. ``source`` names it in messages. Raises InputError."""
-    if _SCENARIO.search(content[:4000]):
-        hint = f"run it first: safenav run {source} --trace run.jsonl"
-        raise InputError([Diagnostic(source, 0, 0, "this is a scenario, not a trace", hint)])
+    if wrong := another_kind(content[:_BEGINNING].decode("utf-8", "replace"), "trace", source):
+        raise InputError([Diagnostic(source, 0, 0, *wrong)])
     lines = content.split(b"\n")
     unfinished = lines.pop()  # empty if the last line is complete
     reader = _Reader(source)
@@ -99,10 +101,10 @@ class _Reader:
         try:
             data = json.loads(content.decode("utf-8"))
         except (ValueError, RecursionError) as error:
-            self._report(number, f"this line is not JSON: {json_flaw(error)}")
+            self._refuse(number, f"this line is not JSON: {json_flaw(error)}")
             return
         if not isinstance(data, dict):
-            self._report(number, "a line of a trace is a JSON object")
+            self._refuse(number, "a line of a trace is a JSON object")
             return
         if _PERHAPS_CONTROL.search(content):
             data = _shown(data)
@@ -112,8 +114,7 @@ class _Reader:
         elif kind == Header.type:
             self._take_header(number, data)
         elif self._header is None and not self._diagnostics:
-            self._headless = True  # without it, no line can be checked
-            self._report(number, "the first line must be the header", "is this a safenav trace?")
+            self._refuse(number, "the first line must be the header")
         elif kind in KINDS:
             record = self._convert(number, KINDS[kind], data)
             if isinstance(record, Discovered):
@@ -177,6 +178,11 @@ class _Reader:
         if obstacle in self._obstacles:
             self._report(number, f"{obstacle} {problem}")
         self._obstacles.add(obstacle)
+
+    def _refuse(self, number: int, found: str) -> None:
+        """Report a line that is not a record; if it is the first one, no other is checked."""
+        self._headless = self._header is None and not self._diagnostics
+        self._report(number, found, _WRITTEN if self._headless else "")
 
     def _report(self, number: int, found: str, hint: str = "") -> None:
         self._diagnostics.append(Diagnostic(self._source, number, 1, found, hint))

@@ -73,6 +73,13 @@ def test_a_mistake_in_a_type_brings_no_second_message(safenav: Command, tmp_path
         (["check", "run.jsonl"], ["this is a trace", "safenav replay run.jsonl"]),
         (["replay", "s.yaml"], ["this is a scenario", "safenav run s.yaml --trace"]),
         (["check-trace", "s.yaml"], ["this is a scenario", "safenav run s.yaml --trace"]),
+        (["check", "fleet.yaml"], ["this is a fleet file, not a scenario", "safenav drive"]),
+        (["drive", "s.yaml", "--fleet", "run.jsonl"], ["this is a trace, not a fleet file"]),
+        (["check", "lab.motion.jsonl"], ["this is a motion file", "safenav check-motion"]),
+        (["replay", "lab.motion.jsonl"], ["this is a motion file, not a trace"]),
+        (["replay", "notes.txt"], ["notes.txt:1:1: this line is not JSON", "not a trace of"]),
+        (["verify", "s.yaml", "x.json"], ["this is a scenario, not a specification"]),
+        (["verify", "notes.txt", "x.json"], ["'one' is in no section", "such as [INPUT]"]),
         (["check", str(MAPS / "office.pgm")], ["this is an image (PGM)", "safenav draw"]),
         (["rn", "s.yaml"], ["there is no command 'rn'", "did you mean 'run'?"]),
         (["s.yaml"], ["there is no command 's.yaml'", "safenav run s.yaml"]),
@@ -86,6 +93,9 @@ def test_the_wrong_kind_of_thing_is_recognized(
 ) -> None:
     (tmp_path / "s.yaml").write_text(GOOD)
     (tmp_path / "run.jsonl").write_text('{"type":"header","trace":1}\n')
+    (tmp_path / "lab.motion.jsonl").write_text('{"type":"header","motion":1}\n')
+    (tmp_path / "fleet.yaml").write_text("safenav-fleet: 1\ntransport: ros2\n")
+    (tmp_path / "notes.txt").write_text("one\ntwo\n")
     found = safenav(*arguments)
     assert found.returncode == 2
     assert len(found.stderr.splitlines()) <= 3, found.stderr
@@ -141,6 +151,17 @@ def test_an_output_on_a_full_disk_is_no_defect() -> None:
         )
     assert done.returncode == 2
     assert "cannot write the output: No space left on device" in done.stderr
+
+
+@pytest.mark.parametrize(("name", "code"), [("hello", 0), ("unrealizable/forbidden_way", 1)])
+def test_a_closed_pipe_changes_no_exit_code(name: str, code: int) -> None:
+    """It always was 1, which says that a robot is unrealizable."""
+    script = f"import sys; sys.argv = ['safenav', 'check', '{SCENARIOS / name}.yaml']; {MAIN}"
+    piped = '"$0" -c "$1" | true; exit ${PIPESTATUS[0]}'
+    done = subprocess.run(
+        ["bash", "-c", piped, sys.executable, script], capture_output=True, timeout=300, check=False
+    )
+    assert (done.returncode, done.stderr) == (code, b"")
 
 
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])

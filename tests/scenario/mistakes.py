@@ -17,7 +17,7 @@ SHAPE = re.compile(
     r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more)|unknown word"
     r"|is empty$|cannot name|is reserved|there is no event|: both '|has both"
     r"|without '|exactly one of|is 'literal', not|has no meaning for"
-    r"|always_eventually|is not a tick or range|is not a colour|there are no robots"
+    r"|always_eventually|is not a colour|there are no robots"
     r"|at least two robots|one form only|map: one of|version \d+ of|targets, and a patrol"
     r"|an empty set|is outside the map: -|corner of"
 )

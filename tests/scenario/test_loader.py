@@ -346,7 +346,7 @@ def test_a_slip_is_answered_by_what_to_write(written: str, hint: str) -> None:
 
 
 def test_a_list_in_place_of_a_tick_is_named() -> None:
-    with pytest.raises(InputError, match="a list of 2 is not a tick or range"):
+    with pytest.raises(InputError, match="found a list of 2, expected a tick or a range"):
         load_scenario_text("safenav: 1\nmap: {grid: ['..']}\ninputs: {alarm: {at: [[6, 12]]}}\n")
 
 

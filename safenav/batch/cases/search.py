@@ -24,6 +24,7 @@ from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
 from safenav.batch.cases.variation import varied
 from safenav.cached_method import cached_method
 from safenav.errors import UsageError
+from safenav.file_kind import kind_of
 from safenav.scenario.reading.references import referenced_files, root_of
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
 from safenav.scenario.yaml.findings import Findings
@@ -66,7 +67,6 @@ LEFT_OUT = ("invalid", "unrealizable")
 """Folders of these names are not searched: their scenarios fail on purpose."""
 
 _SUFFIXES = (".yaml", ".yml")
-_SCENARIO = re.compile(r"^safenav\s*:", re.MULTILINE)
 _MAGIC = re.compile(r"[*?\[]")
 _WIDTH = 40
 
@@ -195,7 +195,7 @@ class _Search:
 def _is_scenario(text: str | None) -> bool:
     """Return whether a file that a search found is meant as a scenario. If in doubt it is: a broken
     scenario must not vanish from the batch."""
-    if text is None or _SCENARIO.search(text):
+    if text is None or kind_of(text) == "scenario":
         return True
     try:
         root = read_document(text).root

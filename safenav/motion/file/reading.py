@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from safenav.errors import Diagnostic, InputError
+from safenav.file_kind import another_kind
 from safenav.lines import json_flaw, json_line
 from safenav.motion.file import records
 from safenav.trace.fields import WrongError, convert, entries, is_row
@@ -31,6 +32,8 @@ def read_motion(path: Path) -> records.Motion:
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
+    if wrong := another_kind(content[:4000].decode("utf-8", "replace"), "motion file", str(path)):
+        raise InputError([Diagnostic(str(path), 0, 0, *wrong)])
     return parsed(content, str(path))
 
 

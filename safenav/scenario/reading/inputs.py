@@ -32,8 +32,8 @@ def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int,
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not 1 <= first <= last <= MOST_TICKS:
             hint = "for example at: [12, 20-30]; ticks count from 1"
-            shown = f"'{clipped(text)}'" if isinstance(part, Scalar) else read.described(part)
-            findings.add(part, f"{what}: {shown} is not a tick or range", hint)
+            told = f"{what}: found {read.described(part)}, expected a tick or a range of ticks"
+            findings.add(part, told, hint)
         found.append((first, last))
     return tuple(found)
 
@@ -45,8 +45,8 @@ def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]
     value = node.value if isinstance(node, Scalar) else None
     word = {True: "on", False: "off"}.get(value) if isinstance(value, bool) else value
     if not isinstance(word, str) or word not in _AGAIN:
-        found = f"{what}: found '{clipped(str(value))}'"
-        findings.add(node, found, "'off': off infinitely often; 'on': on infinitely often; 'both'")
+        found = f"{what}: found {read.described(node)}, expected off, on or both"
+        findings.add(node, found, "the value that the input has infinitely often")
         return ()
     return _AGAIN[word]
 

@@ -52,7 +52,7 @@ def _polygon(
             return None
         numbers = [read.finite(part, f"a corner of {what}", findings) for part in pair]
         if len(numbers) != 2 or None in numbers:
-            findings.add(item, f"a corner of {what} is [x, y] in metres")
+            read.wrong_type(item, f"a corner of {what}", "[x, y] in metres", findings)
             return None
         corners.append((float(numbers[0] or 0), float(numbers[1] or 0)))
     shifted = corners[1:] + corners[:1]

@@ -151,8 +151,8 @@ class Reading(Findings):
     ) -> tuple[Target | None, ...] | None:
         """Return a list of ``least`` targets or more, None in place of those that were reported."""
         if isinstance(node, Scalar | Mapping):
-            found = f"{what}: a list of targets is expected"
-            self.add(node, found, "put brackets around it: [47, [3, 8], dock]")
+            hint = "put brackets around it: [47, [3, 8], dock]"
+            wrong_type(node, what, "a list of targets", self, hint)
             return None
         items = sequence(node, what, self)
         if items is None or (least == 1 and self.reports_position(node, what)):

@@ -19,6 +19,7 @@ from msgspec.structs import replace
 from safenav.lines import HINT, foreign_character, printable
 
 MAX_DEPTH = 50
+_TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
 MAX_NODES = 100_000
 """Maximum number of nodes of a document; an alias counts with all nodes that it refers to."""
 
@@ -125,6 +126,8 @@ def read_document(text: str) -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = Place(mark.line + 1, mark.column + 1) if mark else Place()
+        if "nesting depth" in (error.problem or ""):  # a limit of newer versions of libyaml
+            raise DocumentError(place, _TOO_DEEP) from None
         raise DocumentError(place, f"not YAML: {_sentence(error)}", _syntax_hint(error)) from None
     except yaml.reader.ReaderError as error:
         raise DocumentError(*_bad_character(text, error)) from None
@@ -181,7 +184,7 @@ class _Builder:
             found: tuple[Node, int] = self._scalar(event, place), 1
         else:
             if len(self._open) >= MAX_DEPTH:
-                raise DocumentError(place, f"nested more than {MAX_DEPTH} deep")
+                raise DocumentError(place, _TOO_DEEP)
             self._known.pop(event.anchor, None)
             self._open.append(event.anchor)
             found = self._collection(isinstance(event, yaml.MappingStartEvent), place)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import stat
 import sys
 from collections.abc import Callable
@@ -10,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
+from safenav.file_kind import another_kind
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Place, read_document
 from safenav.scenario.yaml.findings import Findings
 
@@ -20,10 +20,6 @@ MAX_BYTES = 5_000_000
 STDIN = "-"
 """The path that means standard input."""
 
-_TRACE = re.compile(r'\s*\{"type"\s*:\s*"header"')
-_SPECIFICATION = re.compile(
-    r"(?:\s|#[^\n]*\n)*\[(?:INPUT|OUTPUT|(?:ENV|SYS)_(?:INIT|TRANS|LIVENESS))\]"
-)
 _SUFFIXES = {"", ".yaml", ".yml", ".json", ".txt"}
 _FOREIGN = (
     "a scenario is YAML ('safenav new FILE' writes one); from LTLMoP and TuLiP, name the slugsin "
@@ -151,25 +147,11 @@ def _decoded(data: bytes) -> str:
         raise _UnusableError(found, "save it as UTF-8", place) from None
 
 
-def is_trace(text: str) -> bool:
-    """Return whether a text begins like a trace."""
-    return _TRACE.match(text) is not None
-
-
-def is_specification(text: str) -> bool:
-    """Return whether a text begins like a specification of slugs."""
-    return _SPECIFICATION.match(text) is not None
-
-
-def parsed(text: str, findings: Findings) -> Node | None:
-    """Return the YAML document in a text; report its errors. None if it is not readable."""
-    if is_trace(text):
-        hint = f"show it with: safenav replay {findings.file}"
-        findings.add(None, "this is a trace, not a scenario", hint)
-        return None
-    if is_specification(text):
-        hint = f"its strategy: safenav synth {findings.file}; why not: safenav explain"
-        findings.add(None, "this is a specification, not a scenario", hint)
+def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
+    """Return the YAML document in a text; report its errors. None if it is not readable.
+    ``expected``: its kind of file."""
+    if wrong := another_kind(text, expected, findings.file):
+        findings.add(None, *wrong)
         return None
     if len(text) > MAX_BYTES:
         findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB")
