@@ -35,10 +35,9 @@ def before_any_step(*mutations: Mutation) -> Mutation:
 
 
 def fall_on_the_cart(lines: list[Line]) -> None:
-    """Let the debris appear a tick earlier, on the cart."""
-    lines[0]["scenario"]["obstacles"][0]["from"] = 2
+    """Let the debris appear before the cart has left."""
     line = lines.pop(find(lines, "appeared"))
-    lines.insert(find(lines, "move", tick=2) + 1, line | {"tick": 2})
+    lines.insert(find(lines, "move", tick=3), line)
 
 
 def list_twice(lines: list[Line]) -> None:
@@ -90,8 +89,10 @@ CASES_OF_PLANS: list[Case] = [
     ),
     ("header come_and_gone 0 -", list_twice),
     ("appeared come_and_gone 3 -", scenario("obstacles", 0, "from", to=4)),
-    ("appeared come_and_gone 2 cart", fall_on_the_cart),
-    ("ordered come_and_gone 3 -", scenario("obstacles", 0, "ordered", to=True)),
+    ("appeared come_and_gone 3 cart", fall_on_the_cart),
+    ("appeared come_and_gone 4 -", both(drop("appeared"), drop("gone"))),
+    ("gone come_and_gone 5 -", drop("gone")),
+    ("ordered come_and_gone 3 -", scenario("obstacles", 0, "ordered", to=True), fall_on_the_cart),
     ("gone come_and_gone 5 -", scenario("obstacles", 0, "until", to=9)),
     ("gone come_and_gone 5 -", insert_after("gone", {})),
     ("gone come_and_gone 5 -", scenario("obstacles", 0, "until", to=None)),

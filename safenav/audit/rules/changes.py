@@ -10,10 +10,24 @@ from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import moment, taken
 
 
-@judges("line", "appeared")
+def _tick_begins(move: Line, now: Situation) -> bool:
+    """Return whether a move is the first of a tick in a simulated world: all that the scenario
+    changes in that tick has changed."""
+    return not now.external and move.robot == next(iter(now.header.robots))
+
+
+@judges("line", "appeared", "move")
 def appeared(record: Line, now: Situation) -> Iterator[Said]:
     """An obstacle appears only if none of its name is present, never in a region that a robot
-    occupies, and if the scenario lets it appear, not before its time (T)."""
+    occupies, and if the scenario lets it appear, not before its time. In a simulated world it
+    appears at its time, or as soon as no robot or other obstacle is there (T)."""
+    if record.type == "move":
+        time = now.time if now.live else record.tick
+        for one in now.coming if _tick_begins(record, now) else ():
+            due = one.from_ <= time and (one.until is None or time < one.until)
+            if due and now.status[one.name].away and (one.ordered or not _taken(one, now)):
+                yield None, f"{one.name} does not appear by tick {record.tick}"
+        return
     obstacle = now.obstacles[record.obstacle]
     if not now.status[obstacle.name].away:
         yield f"{obstacle.name} appears where it already is"
@@ -24,12 +38,18 @@ def appeared(record: Line, now: Situation) -> Iterator[Said]:
             place = now.show(obstacle.region)
             yield robot, f"{obstacle.name} appears at {place}, where {robot} is"
     if record.cause == "scenario":
-        listed = now.listed[obstacle.name]
-        since = min((o.from_ for o in listed if o.from_ is not None), default=None)
+        since = next((one.from_ for one in now.coming if one.name == record.obstacle), None)
         if since is None:
             yield f"the scenario does not let {obstacle.name} appear"
         elif moment(record) < since:
             yield f"{obstacle.name} appears in tick {record.tick}, before {since}"
+
+
+def _taken(obstacle: Line, now: Situation) -> bool:
+    """Return whether a robot or another obstacle, not an order, is in an obstacle's region."""
+    others = (o for o in now.obstacles_at[obstacle.region] if now.status[o.name].unmet)
+    here = (obstacle.region in now.taken_by(robot) for robot in now.header.robots)
+    return any(here) or not all(other.ordered for other in others)
 
 
 @judges("line")
@@ -49,15 +69,21 @@ def ordered(record: Line, now: Situation) -> Iterator[Said]:
         yield None, f"{before.obstacle} is an order, but its 'order' line is missing", before
 
 
-@judges("line", "gone")
+@judges("line", "gone", "move")
 def gone(record: Line, now: Situation) -> Iterator[Said]:
     """Only an obstacle that is present disappears; if the scenario lets it disappear, not before
-    its time (T)."""
+    its time, and in a simulated world at its time (T)."""
+    if record.type == "move":
+        time = now.time if now.live else record.tick
+        for name, until in now.until.items() if _tick_begins(record, now) else ():
+            if until <= time and not now.status[name].away:
+                yield None, f"{name} does not disappear by tick {record.tick}"
+        return
     name = record.obstacle
     if now.status[name].away:
         yield f"{name} disappears, but it is absent"
-    if record.cause == "scenario":
-        until = min((o.until for o in now.listed[name] if o.until), default=None)
+    elif record.cause == "scenario":
+        until = now.until.get(name)
         if until is None:
             yield f"the scenario does not let {name} disappear"
         elif moment(record) < until:

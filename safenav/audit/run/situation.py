@@ -83,6 +83,7 @@ class Situation(Actions):
             self.outcome = record
             return
         self.turn.add(record)
+        self.time = self.time if record.t is None else record.t
         if record.type in _CHANGES and not self.repeats_inputs(record):
             self.aside.clear()
         if self.ends_wait(record):
@@ -171,8 +172,11 @@ class Situation(Actions):
                 self.discovered.discard(name)
                 self.requests.pop(name, None)
                 self.given_up.pop(name, None)
+                self.until.pop(name, None)
                 if record.type == "appeared":
                     self._begin(name)
+                    if record.cause != "user":
+                        self._comes(name)
                     self.orders.discard(name)
                 else:
                     self.exclude_lost_position(self.obstacles[name])
@@ -295,6 +299,13 @@ class Situation(Actions):
         """Make an obstacle present with all needs unmet."""
         self.status[obstacle] = Status.UNRESOLVED
         self.open[obstacle] = self.opened(obstacle)
+
+    def _comes(self, obstacle: str) -> None:
+        """Record that the next obstacle of that name in the header has appeared."""
+        one = next((one for one in self.coming if one.name == obstacle), None)
+        if one is not None:
+            self.coming.remove(one)
+            self.until |= {obstacle: one.until} if one.until else {}
 
     def finish_turn(self, last: bool) -> None:
         """Record whether the turn that has ended was the last one of the trace."""

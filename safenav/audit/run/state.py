@@ -54,6 +54,8 @@ class State(Robots):
         self.fails_in: int | None = None
         """The tick in which a robot has failed, or was charged, while the team waits."""
         self.outcome: Line | None = None
+        self.time = 0.0
+        """Live: the time of the last line, in seconds."""
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
     def _list(self, records: Iterable[Line]) -> None:
@@ -69,6 +71,11 @@ class State(Robots):
             for name, obstacle in self.obstacles.items()
         }
         """All obstacles of one name: an obstacle may reappear."""
+        later = sorted((o for o in first if o.from_ is not None), key=lambda one: one.from_)
+        self.coming: list[Obstacle] = later
+        """The obstacles of the header that have not appeared yet, in the order of their times."""
+        self.until = {o.name: o.until for o in first if o.from_ is None and o.until}
+        """The time at which each present obstacle of the header disappears, if it does."""
         self.status = {
             name: Status.ABSENT if all(o.from_ is not None for o in listed) else Status.UNRESOLVED
             for name, listed in self.listed.items()
