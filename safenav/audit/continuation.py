@@ -12,7 +12,7 @@ from typing import Any
 
 from safenav.audit.judging import findings, findings_before
 from safenav.audit.kinds import STAYING, shape_of
-from safenav.audit.lines import Line
+from safenav.audit.lines import Line, Made
 from safenav.audit.rules.deadlines import DeadlineRule
 from safenav.audit.rules.plans import FollowsPlanRule, Left
 from safenav.audit.rules.rule import Rule
@@ -84,11 +84,9 @@ def continuation_problems(
         else:
             done = earlier.get(name)
             yield from _robot_problems(name, robots[name], now, done)
-            if done is not None and done.clock is not None and not now.is_away(name):
-                since = -1 if now.is_to_return(name) else tick - deadlines.begun(name)
-                within = deadlines.within(name)
-                if done.clock.since not in (since, since if within is None else min(since, within)):
-                    yield f"the round of {name} began {since} ticks earlier, not {done.clock.since}"
+            timed = not now.live and now.header.promises is not None
+            if timed and done is not None and not now.is_away(name):
+                yield from _clock_problems(name, done.clock or Made(), deadlines, tick, now)
     for name in now.memories.possible:
         if name in earlier and now.own[name].kind == "ltl":
             told = earlier[name].memory or {}
@@ -113,6 +111,8 @@ def continuation_problems(
     told = dict(begun.due or {})
     if not now.live and told != due:
         yield f"{told or 'nothing'} is due, but the first run leaves {due or 'nothing'}"
+    late = deadlines.late() & known if not now.live else set[str]()
+    yield from _others(begun.late, late, "obstacle", "is late; in the first run:")
 
 
 def _others(told: Sequence[str] | None, truth: set[str], kind: str, claim: str) -> Iterator[str]:
@@ -120,6 +120,24 @@ def _others(told: Sequence[str] | None, truth: set[str], kind: str, claim: str) 
     if {*(told or ())} != truth:
         said = ", ".join(told or ()) or f"no {kind}"
         yield f"{said} {claim} {', '.join(sorted(truth)) or 'none'}"
+
+
+def _clock_problems(
+    name: str, told: Line, deadlines: DeadlineRule, tick: int, now: Situation
+) -> Iterator[str]:
+    within, (begun, away, *rest) = deadlines.within(name), deadlines.clock(name)
+    since, ways = tick - begun, {away, away or now.objectives[name] != now.own[name]}
+    if name in now.out:
+        ways.add(True)
+    if now.is_to_return(name):
+        since, ways, rest = -1, {False}, [False, False]
+    if told.since not in (since, since if within is None else min(since, within)):
+        yield f"the round of {name} began {since} ticks earlier, not {told.since}"
+    flags = bool(told.disturbed), bool(told.before), bool(told.over)
+    if flags not in [(way, *rest) for way in ways]:
+        facts = zip(("disturbed", "disturbed before", "judged"), flags, strict=True)
+        said = ", ".join(f"is {'' if holds else 'not '}{fact}" for fact, holds in facts)
+        yield f"the round of {name} {said}; in the first run it is otherwise"
 
 
 def _plan_problems(told: Line | None, left: Left | None) -> Iterator[str]:
@@ -179,6 +197,10 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
     at, way = now.region[name], now.heading[name]
     if (begins.start, begins.heading) != (at, way):
         yield f"{name} begins at {now.show(begins.start)}, but was at {now.show(at)}"
+    if begins.battery is not None and name in now.charge:
+        charge = now.charge_at(name, now.time) if now.live else now.charge[name]
+        if begins.battery.start != int(charge):
+            yield f"{name} begins with a charge of {begins.battery.start:g}, but had {charge:g}"
     if begins.objective not in (now.own[name], now.base[name]):
         yield f"{name} has the objective '{begins.objective}', but had '{now.own[name]}'"
         return
@@ -258,6 +280,16 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
     if told != asked:
         yield f"{told or 'nothing'} is requested; in the first run: {asked or 'nothing'}"
     yield from _others(begun.stays, stay, "obstacle", "is kept; in the first run:")
+    for obstacle in listed:
+        first = now.obstacles.get(obstacle.name)
+        if first is None or (obstacle.from_ is not None and not obstacle.ordered):
+            continue
+        if now.status[first.name].unmet:
+            fulfilled = len((begun.met or {}).get(first.name, ())) + len(first.all_needs)
+            fulfilled -= len(obstacle.needs or (obstacle,))
+            stage = now.open[first.name].stage
+            if fulfilled != stage:
+                yield f"{fulfilled} needs of {first.name} are fulfilled; in the first run: {stage}"
     for name, groups in (begun.met or {}).items():
         before = (now.begun.met or {}).get(name, ((),))[-1]  # it appears again in tick 1
         carriers = now.open[name].carriers() if name in now.open else frozenset()

@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain
 
 from safenav.audit.lines import Line, Made
+from safenav.audit.needs import Need
 from safenav.audit.rules import (
     batteries,
     beliefs,
@@ -121,7 +122,7 @@ def _turn_over(rules: Iterable[Rule], now: Situation, *, last: bool) -> Iterator
 
 def findings_before(now: Situation) -> Iterator[Finding]:
     """Yield the robots and obstacles of the earlier run that this header does not have, and the
-    obstacles of which it cannot have met so many needs."""
+    obstacles whose first needs it cannot have met so."""
     begun = now.begun
     asked, met, plan = begun.asked or {}, begun.met or {}, begun.plan or Made()
     orders = [(first, then) for first, _, then, _ in plan.orders or ()]
@@ -133,10 +134,20 @@ def findings_before(now: Situation) -> Iterator[Finding]:
     for name in sorted(strangers):
         yield _of_run(now.turn, f"{name!r} is not in the scenario")
     for name, groups in met.items():
-        needs = 0 if name in strangers else len(now.obstacles[name].all_needs)
-        if needs and not 0 < len(groups) < needs:
-            problem = f"{len(groups)} of the {needs} needs of {name} were met before"
-            yield _of_run(now.turn, problem, "header")
+        if name not in strangers and not can_have_met(now.obstacles[name].all_needs, groups):
+            told = ", then ".join(" and ".join(group) for group in groups) or "no robot"
+            yield _of_run(now.turn, f"{told} cannot have met the first needs of {name}", "header")
+
+
+def can_have_met(needs: Sequence[Need], groups: Sequence[Sequence[str]]) -> bool:
+    """Return whether groups of robots may have met the first needs of an obstacle, so that the same
+    robots must meet the next one."""
+    chain, able = needs[1 : len(groups) + 1], needs[0].able
+    for need, group in zip(needs, groups, strict=False):
+        able = need.able.intersection(group, able)
+        if len(able) < max(need.robots, len(group)):
+            return False
+    return 0 < len(groups) == len(chain) and all(need.same for need in chain)
 
 
 def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -> str | None:

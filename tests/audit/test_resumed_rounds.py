@@ -9,6 +9,8 @@ from audit.good_traces import GOOD
 from audit.trace_script import Line, text
 from runtime.played import play
 from safenav.audit.check import audit, check_trace
+from safenav.audit.judging import can_have_met
+from safenav.audit.needs import Need
 from safenav.audit.rules.rule import Finding
 from safenav.trace.reading import read_lines
 
@@ -71,8 +73,8 @@ def test_the_run_before_has_not_met_all_needs_of_an_obstacle(groups: list[list[s
     lines = GOOD["door"]()
     lines[0]["scenario"]["begun"] = {"met": {"door@9": groups}}
     first = check_trace(text(lines)).findings[0]
-    told = f"{len(groups)} of the 1 needs of door@9 were met before"
-    assert (first.rule, first.line, first.explanation) == ("header", 1, told)
+    told = "cannot have met the first needs of door@9"
+    assert (first.rule, first.line) == ("header", 1) and told in first.explanation
     assert {f.rule for f in continued(lines)} == {"header", "continuation"}
 
 
@@ -83,3 +85,15 @@ def test_of_several_strangers_the_first_by_name_is_reported(line: str) -> None:
     lines[at]["helpers"] = ["zebra", "mule", "yak"]
     (finding, *_) = [f for f in check_trace(text(lines)).findings if f.rule == "names"]
     assert finding.explanation == "'mule' is not in the scenario"
+
+
+@pytest.mark.parametrize(
+    ("groups", "good"),
+    [([["a", "b"]], True), ([["a"]], False), ([["a", "d"]], False), ([["a", "b"]] * 2, False)],
+)
+def test_enough_robots_have_met_the_first_needs(groups: list[list[str]], good: bool) -> None:
+    """Two take a load, and the same two put it down; the last need is another one."""
+    pair, every = frozenset("ab"), frozenset("abc")
+    here = frozenset([1])
+    needs = [Need(every, here, 2), Need(pair, here, 2, same=True), Need(every, here)]
+    assert can_have_met(needs, groups) is good

@@ -105,9 +105,15 @@ class DeadlineRule(Rule):
         """Return the pending deadlines with their ticks, except those that a charge implies."""
         return {of: due for of, due in self._open.items() if of not in self._by_charge}
 
-    def begun(self, robot: str) -> int:
-        """Return the tick in which a robot's present round began."""
-        return self._clocks[robot].begun
+    def late(self) -> set[str]:
+        """Return the promises that are overdue: their end is not recorded."""
+        return {*self._past}
+
+    def clock(self, robot: str) -> tuple[int, bool, bool, bool]:
+        """Return when a robot's present round began, whether the robot did something else in it or
+        in the one before, and whether it has been judged."""
+        clock = self._clocks[robot]
+        return clock.begun, clock.away, clock.before, clock.over
 
     def within(self, robot: str) -> int | None:
         """Return the most ticks of a robot's round."""

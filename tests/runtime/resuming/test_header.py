@@ -5,7 +5,7 @@ import re
 import pytest
 
 from runtime.played import loaded, play
-from runtime.resuming.cuts import DOOR, KINDS, ONE, continued
+from runtime.resuming.cuts import BATTERY, DOOR, KINDS, ONE, ORDERS, continued
 from safenav.audit.check import audit
 from safenav.runtime.analysis.resuming import resumed
 from safenav.trace.reading import read_lines
@@ -47,6 +47,8 @@ def test_a_header_that_tells_otherwise_breaks_a_rule(
         (24, ("begun", "waited"), {}, "the waiting times none; in the first run: {'d'"),
         (24, ("begun", "waited", "d"), 9, "; in the first run: {'d'"),
         (40, ("begun", "trace"), "0" * 64, "continues another trace"),
+        (24, ("begun", "late"), ["door@2"], "door@2 is late; in the first run: none"),
+        (40, ("begun", "robots", "q", "clock", "over"), True, "q is not disturbed, .*, is judged"),
         (40, ("begun",), None, "does not record that it continues"),
         (40, ("robots", "q", "start"), 0, "q begins at 0"),
         (
@@ -60,7 +62,13 @@ def test_a_header_that_tells_otherwise_breaks_a_rule(
 def test_a_header_that_tells_otherwise_is_found(
     end: int, where: tuple[str, ...], other: object, said: str
 ) -> None:
-    scenario = loaded(DOOR)
+    told = told_otherwise(DOOR, end, where, other)
+    assert any(re.search(said, one) for one in told), told
+
+
+def told_otherwise(text: str, end: int, where: tuple[str, ...], other: object) -> list[str]:
+    """What the audit says of the header of a rest that was changed."""
+    scenario = loaded(text)
     first = read_lines(play(scenario).lines[:end])
     run = play(resumed(first, scenario))
     place = run.records[0]["scenario"]
@@ -68,5 +76,11 @@ def test_a_header_that_tells_otherwise_is_found(
         place = place[key]
     place[where[-1]] = other
     found = audit(read_lines(run.lines), first).findings
-    told = [one.explanation for one in found if one.rule == "continuation"]
-    assert any(re.search(said, one) for one in told), told
+    return [one.explanation for one in found if one.rule == "continuation"]
+
+
+def test_a_charge_and_the_progress_with_a_load_are_compared() -> None:
+    told = told_otherwise(BATTERY, 20, ("robots", "c", "battery", "start"), 12)
+    assert told[0].startswith("c begins with a charge of 12, but had ")
+    told = told_otherwise(ORDERS, 20, ("begun", "met"), {})
+    assert told[0].startswith("0 needs of load@13#2 are fulfilled; in the first run: 1")
