@@ -29,6 +29,7 @@ def resolved_later(lines: list[Line]) -> None:
     for line in lines[at:]:
         line["tick"] += 1
         line["t"] += 1.0
+    lines[-1]["ticks"] += 1
 
 
 ACTING = ("act", "acted", "resolved")
@@ -64,6 +65,9 @@ CASES_OF_LIVE: list[Case] = [
     ("waiting lost 4 -", edit("waiting", {}, outcome="time_limit")),
     ("waiting lost 7 -", drop("operator", intervention="put_back")),
     ("waiting waits 3 -", drop("operator")),
+    ("waiting waits 2 -", insert_after("waiting", {})),
+    ("outcome waits 2 -", edit("waiting", {}, cause="deadlock")),
+    ("outcome simulated 6 -", edit("outcome", {}, ticks=7)),
     ("proof waits 2 -", edit("waiting", {}, proof=None)),
     ("outcome simulated 6 -", insert_after("goal", {}, **ACTS)),
     ("missed-resolution simulated 5 a", *map(drop, ACTING), drop("synthesis", reason="resolved")),

@@ -81,6 +81,7 @@ CASES_OF_PLANS: list[Case] = [
     ("plan met_on_the_way 1 two", before_any_step(in_plan("two", 0, 15, None))),
     ("follows-plan planned 2 -", insert_after("plan", {})),
     ("follows-plan planned 7 -", edit("plan_end", {}, reason="violation")),
+    ("follows-plan planned 7 -", drop("plan_end")),
     ("follows-plan met_on_the_way 2 one", edit("plan_end", {}, reason="reached")),
     ("follows-plan planned 2 one 12", drop("plan")),
     (
@@ -97,9 +98,10 @@ CASES_OF_PLANS: list[Case] = [
     ("gone come_and_gone 5 -", insert_after("gone", {})),
     ("gone come_and_gone 5 -", scenario("obstacles", 0, "until", to=None)),
     ("changes told 2 cart 2", scenario("changes", 0, "objective", to={"visit": [9]})),
-    ("changes told 5 cart", scenario("changes", 2, "at", to=4)),
+    ("changes told 4 cart 2", scenario("changes", 2, "at", to=4)),
     ("changes told 2 cart", edit("objective", {}, cause="user")),
-    ("service told 5 cart 2", drop("service", active=True)),
+    ("service told 5 cart 2", drop("service", active=True), scenario("changes", 2, "at", to=9)),
+    ("changes told 2 cart", insert_after("objective", {})),
     ("service told 3 cart 2", edit("service", {}, active=True), NOT_OUT),
     ("resolution lifted 1 cart 2", EARLY, cut_after("resolved")),
     (

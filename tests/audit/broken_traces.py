@@ -304,6 +304,8 @@ CASES: list[Case] = [
     ("mobility door 8 quad", edit("move", {"tick": 8, "robot": "quad"}, heading="west")),
     ("synthesis door 3 quad", edit("synthesis", {"tick": 3, "robot": "quad"}, reason="request")),
     ("synthesis detour 1 rover", edit("synthesis", {"reason": "blocked"}, reason="resolved")),
+    ("inputs door 8 -", insert_after("move", REST, type="inputs", values={})),
+    ("completed door 8 -", scenario("until", "rounds", to=None)),
     ("completed door 8 quad 2", scenario("until", "rounds", to=2)),
     ("completed nested 11 rover 3", scenario("until", "rounds", to=2)),
     ("strategy door 4 quad 5", edit("synthesis", {"tick": 3, "robot": "quad"}, verified=False)),

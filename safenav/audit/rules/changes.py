@@ -118,6 +118,8 @@ class InputsRule(Rule):
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         known = {each.name for each in now.header.inputs or ()}
         if record.type == "inputs":
+            if now.repeats_inputs(record) and self._user.issuperset(record.user or ()):
+                yield "the inputs are as before"
             self._user.update(record.user or ())
             if {*record.values} != known:
                 yield f"the inputs are {', '.join(sorted(known))}"
@@ -142,6 +144,7 @@ class ChangesRule(Rule):
 
     def __init__(self) -> None:
         self._told: list[Line] = []
+        self._served: dict[str, int] = {}
         self._tick = 0.0
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
@@ -149,6 +152,17 @@ class ChangesRule(Rule):
             self._tick = record.tick
         elif now.live and record.t is not None:
             self._tick = record.t
+        if record.type == "service":
+            self._served[record.robot] = record.tick
+        elif record.type == "move" and not now.live and record.robot == next(iter(now.region)):
+            for change in now.header.changes or ():
+                due = change.objective is None and change.at == record.tick
+                done = change.active is not (change.robot in now.out)
+                if due and not done and self._served.get(change.robot) != record.tick:
+                    yield change.robot, f"the service of {change.robot} does not change"
+        aside = record.type == "objective" and now.objectives[record.robot] != now.own[record.robot]
+        if aside and record.at_once:
+            yield f"{record.robot} has another duty, so it does not change its objective at once"
         if record.type not in ("objective", "service") or record.cause != "scenario":
             return
         service = record.type == "service"
@@ -159,6 +173,7 @@ class ChangesRule(Rule):
             if (change.at <= (record.t or 0.0) if now.live else change.at == record.tick)
             and (change.robot, change.objective, change.active) == (record.robot, *told)
         ]
+        same = [change for change in same if change not in self._told]
         self._told += same
         if not same:
             change = f"{record.robot} gets a change in tick {record.tick}"

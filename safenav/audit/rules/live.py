@@ -247,6 +247,8 @@ class WaitingRule(Rule):
             case "inputs" if now.repeats_inputs(record):
                 pass
             case "waiting":
+                if waiting is not None:
+                    yield "the team waits already"
                 ends = ["operator_needed", "assumption_violated", "search_limit"]
                 ends += ["time_limit"] if now.inputs and now.live else []  # for an input
                 if record.outcome not in ends:

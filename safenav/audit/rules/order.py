@@ -138,7 +138,7 @@ class OrderRule(Rule):
             yield turn.robot, f"{turn.robot} backs up twice in one turn"
         if kind == "backtrack" and moved:
             yield turn.robot, f"the {kind} line comes too late in {turn.robot}'s turn"
-        if kind in ("met", "resolved", "goal") and not moved:
+        if kind not in ("backtrack", "move", "violation") and not moved:
             yield turn.robot, f"the {kind} line comes before {turn.robot} has moved"
 
 

@@ -18,7 +18,7 @@ class OutcomeRule(Rule):
     and a negative has its cause in the last turn (D 5.7, T). The count of syntheses may be higher
     than the recorded ones, because one may take several attempts."""
 
-    name, kinds = "outcome", ("synthesis", "assumption", "move", "order")
+    name, kinds = "outcome", ("synthesis", "assumption", "move", "order", "waiting")
 
     def __init__(self) -> None:
         self._syntheses = self._assumptions = 0
@@ -34,6 +34,8 @@ class OutcomeRule(Rule):
                 self._assumptions += 1
             case "order":
                 self._ordered = record.tick
+            case "waiting" if record.proof is not None:
+                yield from _wrong_cause(record, now)
             case "move":
                 self._moves[record.robot] = record.tick
                 limit = None if now.live else now.header.limits.ticks
@@ -69,6 +71,8 @@ class OutcomeRule(Rule):
         limit."""
         if outcome.outcome == "tick_limit":
             yield "a live run has no tick limit"
+        if outcome.ticks != outcome.tick:
+            yield f"it reports {outcome.ticks} ticks, but is of tick {outcome.tick}"
         limit = now.header.limits.seconds
         early = limit is not None and outcome.t is not None and outcome.t < limit
         still = not (any(now.toward.values()) or now.acting)  # nothing happens before the limit
@@ -86,13 +90,18 @@ class OutcomeRule(Rule):
                 yield "it reports unrealizable, but every synthesis before the start was realizable"
         if outcome.outcome == "assumption_violated" and not self._assumptions:
             yield "it reports a violated assumption, but no line records one"
-        proven = outcome.proof is not None or outcome.unrealizable
-        if outcome.outcome == "operator_needed" and (proven or outcome.cause is None):
-            causes = _causes(proof_of(outcome), now)
-            if outcome.cause is None:
-                yield "an operator is needed, but the cause is missing"
-            elif outcome.cause not in causes:
-                yield f"its cause is {outcome.cause}; proven is {causes[0]}"
+        if outcome.proof is not None or outcome.unrealizable or outcome.cause is None:
+            yield from _wrong_cause(outcome, now)
+
+
+def _wrong_cause(record: Line, now: Situation) -> Iterator[str]:
+    """Yield the error in the cause of an outcome or a wait, if it needs an operator."""
+    if record.outcome == "operator_needed":
+        causes = _causes(proof_of(record), now)
+        if record.cause is None:
+            yield "an operator is needed, but the cause is missing"
+        elif record.cause not in causes:
+            yield f"its cause is {record.cause}; proven is {causes[0]}"
 
 
 def _causes(proof: Mapping[str, Any] | None, now: Situation) -> tuple[str, ...]:
@@ -179,7 +188,10 @@ class CompletedRule(Rule):
 
     def ending(self, now: Situation) -> Iterator[Said]:
         outcome, wanted = now.outcome, now.header.until.rounds
-        if outcome is None or wanted is None:
+        if outcome is None:
+            return
+        if wanted is None:
+            yield from ["the scenario sets no rounds"] * (outcome.outcome == "completed")
             return
         for robot in now.header.robots:
             for problem in self._rounds(robot, outcome, wanted, now):

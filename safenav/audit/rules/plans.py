@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from itertools import combinations, islice, pairwise
+from math import inf
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
@@ -31,6 +32,9 @@ def plan(record: Line, now: Situation) -> Iterator[Said]:
                 yield robot, f"an order names place {index} of {robot}, which does not exist"
                 return
     yield from islice(_meetings(record, now), 1)
+
+
+_NOT_ENDED = "all steps of the plan were taken, but no line ends it"
 
 
 class FollowsPlanRule(Rule):
@@ -65,11 +69,18 @@ class FollowsPlanRule(Rule):
             case "plan_end":
                 yield from self._ended(record, now)
                 self._running = None
+            case "move" if self._running is not None and self._running.over < record.tick:
+                yield None, _NOT_ENDED
+                self._running = None
             case "move" if self._running is not None and record.robot in self._running.at:
                 if problem := self._running.problem(record, now):
                     yield problem
             case "move" if record.by == "plan" and now.toward[record.robot] is None:
                 yield f"{record.robot} is recorded to move by a plan, but is in none"
+
+    def ending(self, now: Situation) -> Iterator[Said]:
+        if self._running is not None and self._running.over < inf and not now.is_cut_short():
+            yield _NOT_ENDED
 
     def _ended(self, record: Line, now: Situation) -> Iterator[Said]:
         running = self._running
@@ -94,6 +105,8 @@ class _Running:
     plan: Line
     at: dict[str, int]
     bound: set[str] = field(default_factory=set)
+    over: float = inf
+    """The tick in which the last step was taken."""
 
     def problem(self, move: Line, now: Situation) -> str:
         """Return the error of a move, or an empty text; advance the robot in either case."""
@@ -124,6 +137,8 @@ class _Running:
         if move.toward is None:
             self.at[robot] = index
             self.bound.discard(robot)
+            if all(self.at[name] + 1 == len(way) for name, way in self.plan.robots.items()):
+                self.over = move.tick
         else:
             self.bound.add(robot)
         return told
