@@ -32,30 +32,45 @@ Poses = frozenset[Pose]
 State = tuple[Pose, int]
 
 
-class Formulas:
-    """The guarantees of one robot. ``valuations``: the possible values of its memory, with the
-    inputs that its formulas name. Raises RefusedError for formulas that cannot be read."""
+class Texts:
+    """The formulas of an objective, parsed: the values of its ``memory`` and of the ``inputs`` that
+    they name, and the clauses of each part. ``always``: formulas on each step that it takes. Raises
+    RefusedError for formulas that cannot be read."""
 
-    def __init__(self, body: Mapping[str, object]) -> None:
+    def __init__(self, body: Mapping[str, object], always: Iterable[str] = ()) -> None:
         memory: Any = body.get("memory") or {}
         require(isinstance(memory, Mapping), "the memory is not one of names")
-        inputs = _lines(body, "inputs")  # of any value
-        kinds = {**memory, **dict.fromkeys(inputs, "bool")}
-        truths = frozenset(name for name, kind in kinds.items() if kind == "bool")
-        ranges = [range(2) if kind == "bool" else _range(kind) for kind in kinds.values()]
-        many = prod(map(len, ranges))
-        require(many <= MOST_VALUATIONS, f"{many} valuations of the memory")
-        self.valuations: list[Row] = [*product(*ranges)]
+        self.memory = {
+            k: range(2) if kind == "bool" else _range(kind) for k, kind in memory.items()
+        }
+        self.inputs = dict.fromkeys(_lines(body, "inputs"), range(2))  # of any value
+        truths = frozenset([*self.inputs, *(k for k, kind in memory.items() if kind == "bool")])
+        parts = (_lines(body, part) for part in ("init", "safety", "liveness"))
+        read = ([read_clause(line, truths) for line in lines] for lines in parts)
+        self.init, self.safety, self.liveness = read
+        self.safety += [read_clause(f"region' = region | ({text})", truths) for text in always]
+
+
+class Formulas:
+    """The guarantees of one robot. ``valuations``: the possible values of its memory, with the
+    inputs that its formulas name. ``few``: raise RefusedError if these are too many; otherwise
+    formulas that read them are then skipped."""
+
+    def __init__(self, texts: Texts, *, few: bool = True) -> None:
+        kinds, about = texts.memory | texts.inputs, ["region", "heading"]
+        parts = [texts.init, texts.safety, texts.liveness]
+        if (many := prod(map(len, kinds.values()))) > MOST_VALUATIONS:
+            require(not few, f"{many} valuations of the memory")
+            known, kinds = {*about, *primed(about)}, {}
+            parts = [[clause for clause in part if clause.reads <= known] for part in parts]
+        self.valuations: list[Row] = [*product(*kinds.values())]
         self.names = [*kinds]
-        keys = ["region", "heading", *kinds]
-        parts = ("safety", "liveness", "init")
-        read = [[read_clause(line, truths) for line in _lines(body, part)] for part in parts]
-        unknown = {name.rstrip("'") for part in read for clause in part for name in clause.reads}
+        keys = (*about, *kinds)
+        unknown = {name.rstrip("'") for part in parts for clause in part for name in clause.reads}
         require(unknown <= {*keys}, f"unknown names: {', '.join(sorted(unknown - {*keys}))}")
-        about = (*keys, *primed(keys))
-        self._safe = function_of(about, (*read[0],))
-        self.goals = [function_of(about, (clause,)) for clause in read[1]]
-        self._init = function_of(about, (*read[2],))
+        both = (*keys, *primed(keys))
+        self._init, self._safe = (function_of(both, (*part,)) for part in parts[:2])
+        self.goals = [function_of(both, (clause,)) for clause in parts[2]]
 
     def begins(self, pose: Pose) -> list[Row]:
         """Return the initial values of the memory that the objective allows in a pose."""
@@ -112,12 +127,11 @@ class Formulas:
 
 
 @lru_cache(maxsize=64)
-def rules_of(objective: Objective) -> Formulas:
-    """Return the demands of an objective on each step: its own formulas and its ``always``. Raises
-    RefusedError."""
+def rules_of(objective: Objective, *, few: bool = True) -> Formulas:
+    """Return the demands of an objective on each step: its own formulas and its ``always``.
+    ``few``: as in Formulas. Raises RefusedError."""
     own = json.loads(objective.body) if objective.kind == "ltl" else {}
-    safety = [*_lines(own, "safety"), *objective.always]
-    return Formulas({**own, "safety": safety})
+    return Formulas(Texts(own, objective.always), few=few)
 
 
 def _row(pose: Pose) -> Row:

@@ -7,13 +7,13 @@ is checked.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any
 
 from safenav.audit.language import RefusedError, Row, TooLargeError
 from safenav.audit.world import World
-from safenav.certify.checker.check_strategies import Edges, Met, Strategy
+from safenav.certify.checker.check_strategies import Met, Strategy
 from safenav.certify.checker.check_tasks import Task, circumstances
 from safenav.certify.measures import Measure, NoMeasureError, measure
 from safenav.errors import ResourceLimitError
@@ -24,9 +24,7 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[Measure]:
 
     Raises NoMeasureError if the strategy starves a goal."""
     strategy = _read(strategy_json, text)
-    edges = strategy.edges([*dict.fromkeys(strategy.first)])
-    goals, fair = strategy.met(edges)
-    return [_measure(strategy, edges, met, fair) for met in goals]
+    return _measures(strategy, strategy, [*dict.fromkeys(strategy.first)])
 
 
 def counter_evidence(text: str, strategy_json: bytes, replies: str | None = None) -> dict[str, Any]:
@@ -37,11 +35,8 @@ def counter_evidence(text: str, strategy_json: bytes, replies: str | None = None
     Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it."""
     strategy = _read(strategy_json, text)
     wider = strategy if replies in (None, text) else _read(strategy_json, replies)
-    edges = strategy.edges([*dict.fromkeys(strategy.first)])
-    goals, fair = strategy.met(edges)
-    never = [False] * len(edges[0])
-    measures = [_measure(strategy, edges, met, ()) for met in fair]
-    measures.append(_measure(strategy, edges, never, goals))
+    nodes = [*dict.fromkeys(strategy.first)]
+    measures = _measures(strategy, strategy, nodes, counter=True)
     chosen = [
         strategy.inputs[targets[0]] if targets else _unanswered_input(wider, node)
         for node, targets in enumerate(strategy.next)
@@ -82,27 +77,32 @@ class RulesEvidence:
                 start = tuple(counter["start"])
                 nodes = (node for node in strategy.begin if strategy.inputs[node] == start)
                 begin = [node for node in nodes if task.done[node] in task.openings(start)]
-            edges = strategy.edges(strategy.reach(begin))
-            wishes, assumed = task.met(edges)
+            reached, proof = strategy.reach(begin), counter is not None
+            return _measures(task, strategy, reached, counter=proof, lenient=True)
         except (RefusedError, LookupError):  # or the line lacks what the format leaves open
             return None
-        if counter is None:
-            return [_best(strategy, edges, met, assumed) for met in wishes]
-        found = [_best(strategy, edges, met, ()) for met in assumed]
-        return [*found, _best(strategy, edges, [False] * len(edges[0]), wishes)]
 
 
-def _measure(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met]) -> Measure:
-    """Return a measure for these edges, each as if it led to the first of equivalent nodes."""
-    targets = [strategy.first[target] for target in edges[1]]
-    return measure(strategy.count, (edges[0], targets), met, excuses)
-
-
-def _best(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met]) -> Measure:
-    try:
-        return _measure(strategy, edges, met, excuses)
-    except NoMeasureError:
-        return {"n": [0] * strategy.count, "a": [None] * strategy.count}
+def _measures(
+    rules: Any, graph: Strategy, nodes: list[int], *, counter: bool = False, lenient: bool = False
+) -> list[Measure]:
+    """Return the measures under some rules for the edges of nodes, each as if it led to the first
+    of equivalent nodes. ``lenient``: a constant one stands for a measure that does not exist."""
+    edges = graph.edges(nodes)
+    ends = edges[0], [graph.first[target] for target in edges[1]]
+    goals, assumed = rules.met(edges)
+    wanted: list[tuple[Met, list[Met]]] = [(met, assumed) for met in goals]
+    if counter:
+        wanted = [*((met, []) for met in assumed), ([False] * len(edges[0]), goals)]
+    found = list[Measure]()
+    for met, excuses in wanted:
+        try:
+            found.append(measure(graph.count, ends, met, excuses))
+        except NoMeasureError:
+            if not lenient:
+                raise
+            found.append({"n": [0] * graph.count, "a": [None] * graph.count})
+    return found
 
 
 @lru_cache(maxsize=2)

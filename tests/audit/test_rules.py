@@ -9,7 +9,7 @@ from audit.broken_traces import Case
 from audit.good_live_traces import GOOD_LIVE
 from audit.good_traces import GOOD as GOOD_IN_TICKS
 from audit.living import living
-from audit.trace_script import Line, Script, both, obstacle, robot, text
+from audit.trace_script import CORRIDOR, Line, Script, both, obstacle, robot, text
 from safenav.audit.check import check_trace
 from safenav.audit.judging import NAMES_RULE, RULES
 from safenav.audit.lines import read_line
@@ -184,3 +184,14 @@ def test_told_by_signals_a_count_may_begin_anew_with_each_need(
     s.next_tick().move("a").goal("a", 0, 1).move("b")
     audit = check_trace(text(s.end("interrupted", {"a": 1, "b": 1})))
     assert [f.rule for f in audit.findings] == rules
+
+
+def test_a_step_that_the_formulas_of_its_robot_forbid_is_refused() -> None:
+    memory = {f"m{k}": "bool" for k in range(9)}
+    for more in ({}, {"memory": memory}):  # few values of the memory, or many
+        own = {"ltl": {"safety": "region' != 10", "liveness": "region' = 9", **more}}
+        s = Script(CORRIDOR, {"rover": robot("ground", [], 8, own)}, [])
+        for to in (9, 10):
+            s.next_tick().move("rover", to)
+        found = check_trace(text(s.end("interrupted", {"rover": 0}))).findings
+        assert [(one.rule, one.tick) for one in found] == [("always", 2)]

@@ -114,7 +114,8 @@ def known_obstacle(record: Line, now: Situation) -> Iterator[Said]:
 
 class AlwaysRule(Rule):
     """A robot never enters a region that its own objective avoids, and each of its steps satisfies
-    the formulas in its ``always``, even while it pursues another objective (D 3). A robot of an
+    the formulas in its ``always`` or, for some values of their memory, those in the ``safety`` of
+    its ``ltl``, even while it pursues another objective (D 3). A robot of an
     external world may be moved elsewhere, and before a run continues an operator may have put it
     anywhere."""
 
@@ -132,18 +133,19 @@ class AlwaysRule(Rule):
         for region in now.entered(record) & own.avoid:
             yield f"{robot} enters {now.show(region)}, which it must avoid"
         to = record.to if record.toward is None else record.toward
-        if not own.always or record.from_ == to or now.toward[robot] is not None:
+        rules = own.always or own.kind == "ltl"
+        if not rules or record.from_ == to or now.toward[robot] is not None:
             return  # a step that was begun may be ended under other rules
         faced = now.has_heading(robot)
         before = record.from_, now.heading[robot] if faced else None
         after = to, now.grid.direction(record.from_, to) if faced else None
         try:
-            kept = rules_of(own).allows(before, after)
+            kept = rules_of(own, few=False).allows(before, after)
         except RefusedError:
             return
         if not kept:
             told = f"{robot} steps from {now.show(record.from_)} to {now.show(to)}"
-            yield f"{told}, which violates {' and '.join(own.always)}"
+            yield f"{told}, which violates {' and '.join(own.always) or 'its formulas'}"
 
 
 @judges("line", "move")

@@ -8,7 +8,6 @@ from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status, taken
-from safenav.audit.world import opposite
 
 
 @judges("line", "violation")
@@ -21,13 +20,13 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     here, proposed = now.show(record.at), now.show(record.proposed)
     if record.at != now.region[robot]:
         yield f"{robot} is recorded at {here}, but is at {now.show(now.region[robot])}"
-    way, heading = now.grid.direction(record.at, record.proposed), now.heading[robot]
-    if acts or (now.lost.get(robot) and obstacle.type == f"lost_{robot}"):
-        pass  # it proposed no step: it is, or may be, in that region
-    elif way is None:
-        yield f"{robot} cannot step from {here} to {proposed}, which is not a neighbour"
-    elif now.has_heading(robot) and heading is not None and way == opposite(heading):
-        yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
+    heading, mobility = now.heading[robot], now.header.robots[robot].mobility
+    ways = now.grid.steps(mobility, (record.at, heading))
+    # A robot that acts, or is lost, has proposed no step: it is, or may be, in that region.
+    proposes = not acts and not (now.lost.get(robot) and obstacle.type == f"lost_{robot}")
+    if proposes and record.proposed not in {region for region, _ in ways}:
+        faces = f", facing {heading}," if heading else ""
+        yield f"{robot} cannot step from {here}{faces} to {proposed}"
     if obstacle.region != record.proposed:
         yield f"{obstacle.name} is not at {proposed}"
     status = now.status[obstacle.name]
@@ -148,7 +147,9 @@ class NeedRule(Rule):
             group = now.takers(record.robot, name) or now.meets_without_line(record.robot, name)
         if group is None or len(needs) < 2:
             full = [n for n in record.robots or (record.robot,) if now.is_full(n)]
-            for robot in full if record.need == now.open[name].stage and now.takes(name) else ():
+            for robot in (
+                full if record.need == now.open[name].stage and now.open[name].takes() else ()
+            ):
                 yield f"{robot} carries {_names({*now.loads(robot)})}, and takes {name} as well"
             yield f"{what} is not fulfilled in this turn"
             return
@@ -229,7 +230,7 @@ def _departs(record: Line, now: Situation) -> bool:
 def _can_act(robot: str, obstacle: str, now: Situation) -> bool:
     """Return whether a robot can act on an obstacle where it stands. Loads are excluded: a robot
     may leave them to others."""
-    if now.status[obstacle] is not Status.UNRESOLVED or now.takes(obstacle):
+    if now.status[obstacle] is not Status.UNRESOLVED or now.open[obstacle].takes():
         return False
     sweeps = now.obstacles[obstacle].sweeps and now.must_not_sweep(robot, obstacle)
     return not sweeps and robot in now.standing(obstacle)

@@ -37,10 +37,9 @@ def header(now: Situation) -> Iterator[Said]:
         for other in list(header.robots)[: list(header.robots).index(name)]:
             if header.robots[other].start == robot.start and now.conflict(name, other):
                 yield name, f"{name} starts where {other} does, at {now.show(robot.start)}"
-        if robot.mobility not in ("free", "heading"):
-            yield name, f"{name} has an unknown mobility, {robot.mobility!r}"
-        if robot.mobility == "heading" and robot.heading is None:
-            yield name, f"{name} moves by its heading but starts without one"
+        if {"free": True, "heading": False}.get(robot.mobility) is not (robot.heading is None):
+            how = f"mobility {robot.mobility!r} and heading {robot.heading!r}"
+            yield name, f"{name} starts with {how}"
         for target in robot.objective.targets:
             for region in sorted(target):
                 if not grid.is_free(region):

@@ -12,7 +12,6 @@ from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status
-from safenav.audit.world import opposite
 
 Left = tuple[dict[str, tuple[Line, ...]], set[tuple[str, int, str, int]]]
 """The rest of a plan: places of each robot, the present one first, and the orders between them."""
@@ -161,23 +160,16 @@ def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Itera
     if not places:
         yield f"the plan has no place for {robot}"
         return
-    toward = now.toward[robot]
+    toward, mobility = now.toward[robot], now.header.robots[robot].mobility
     begins = places[0][0]
     if begins != here[0] and begins != toward:
         yield f"the plan begins with {robot} at {now.show(begins)}, but it is elsewhere"
     elif toward is None and now.has_heading(robot) and places[0][1] != here[1]:
         yield f"the plan begins with {robot} facing {places[0][1]}, but it faces {here[1]}"
     for (origin, faced), (to, heading) in pairwise(places):
-        way = now.grid.direction(origin, to)
-        if way is None:
-            step = f"from {now.show(origin)} to {now.show(to)}, which is not a neighbour"
-            yield f"{robot} cannot step {step}"
-        elif not now.grid.is_free(to):
-            yield f"{robot} would enter {now.show(to)}, which is not free"
-        elif now.has_heading(robot) and faced is not None and way == opposite(faced):
-            yield f"{robot} faces {faced} and cannot step {way} to {now.show(to)}"
-        elif now.has_heading(robot) and heading != way:
-            yield f"{robot} steps {way} to {now.show(to)} and cannot face {heading} there"
+        if (to, heading) not in now.grid.steps(mobility, (origin, faced)):
+            ends = f"{now.show(origin)}, facing {faced}, to {now.show(to)}, facing {heading}"
+            yield f"{robot} cannot step from {ends}"
         if to == toward and origin == here[0]:
             continue  # it already takes this step
         for name in (o.name for o in now.obstacles.values() if o.region == to):

@@ -174,8 +174,8 @@ def _must_leave(name: str, now: Situation) -> bool:
     """Return whether a robot's formulas forbid it to stay where it is, so that it cannot wait there
     for a resolution by others."""
     own = now.own.get(name)
-    if own is None or not (own.kind == "ltl" or own.always):
-        return False
+    if own is None or own.kind != "ltl":
+        return False  # ``always`` does not concern a robot that stays
     return not rules_of(own).allows(now.pose(name), now.pose(name))
 
 

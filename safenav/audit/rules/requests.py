@@ -291,7 +291,7 @@ class HelperRule(Rule):
         """Return why an objective does not follow from the known state, or an empty text."""
         own = now.own[robot]
         own_wait = now.header.robots[robot].while_waiting
-        duty = found.duties.get(robot)
+        duty = found.duties.get(robot) or found.early.get(robot)
         if objective.kind == "ltl" == own.kind:
             return ""  # formulas keep their safety and get another goal
         if robot in now.out:
@@ -303,17 +303,10 @@ class HelperRule(Rule):
             if serves or is_stop(robot, objective.targets, now):
                 return ""
             first = partial(meets_own_first, robot, duty.obstacle, duty.regions, now)
-            if objective == own and first():
+            if objective == own and robot in found.duties and first():
                 return ""
             where = _list(sorted(duty.regions))
-            return f"{robot} must resolve {duty.obstacle} from {where}, but gets {objective}"
-        early = found.early.get(robot)
-        if early is not None:
-            waits = objective.kind == STAYING and objective.targets[:1] == (early.regions,)
-            if waits or is_stop(robot, objective.targets, now):
-                return ""
-            where = _list(sorted(early.regions))
-            return f"{robot} must wait at {where} for {early.obstacle}, but gets {objective}"
+            return f"{robot} must serve {duty.obstacle} from {where}, but gets {objective}"
         for obstacle in found.served:
             if robot not in now.requests.get(obstacle, ()):
                 continue

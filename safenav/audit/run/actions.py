@@ -32,7 +32,9 @@ class Actions(State):
                 found.append(name)
         for name in found:
             self.perform_at(robot, name, put_down=True)
-        for name in sorted(filter(self.takes, found), key=lambda name: self.open[name].order):
+        for name in sorted(
+            (n for n in found if self.open[n].takes()), key=lambda name: self.open[name].order
+        ):
             # Robots choose whether to take a load as a whole; the line ``met`` records that.
             whole = self.need(name).robots == 1 or self.need(name).together
             asked = self._is_next(robot, name) if act is None else name in act.obstacles
@@ -42,7 +44,7 @@ class Actions(State):
     def take(self, record: Line) -> None:
         """Apply the taking of a load as a whole, and the robot's further actions on it there."""
         name, stage = record.obstacle, record.need
-        if name not in self.open or self.open[name].stage != stage or not self.takes(name):
+        if name not in self.open or self.open[name].stage != stage or not self.open[name].takes():
             return
         group = self.takers(record.robot, name)
         if group is not None:
@@ -52,7 +54,7 @@ class Actions(State):
     def perform_at(self, robot: str, name: str, *, put_down: bool = False) -> None:
         """Apply the robot's part in the next needs of one obstacle. ``put_down``: it takes no
         load."""
-        while robot in self.standing(name) and not (put_down and self.takes(name)):
+        while robot in self.standing(name) and not (put_down and self.open[name].takes()):
             done = self.open[name].done | {robot}
             self.open[name] = self.open[name]._replace(done=done)
             need = self.need(name)

@@ -112,10 +112,6 @@ class State(Robots):
         left = self.obstacles[obstacle].all_needs[self.open[obstacle].stage :]
         return len(left) == 1 and left[0].robots == 1
 
-    def takes(self, obstacle: str) -> bool:
-        """Return whether the robots that fulfil the obstacle's next need then carry a load."""
-        return self.open[obstacle].takes()
-
     def carriers(self, obstacle: str) -> frozenset[str]:
         """Return the robots that carry a load: they have taken it, or taken part in that, and have
         not put it down in this turn."""
@@ -216,7 +212,7 @@ class State(Robots):
         regions = self.need(obstacle).regions
         able = self.need(obstacle).able - self.under_way.keys()
         there = {robot for robot in able if self.region[robot] in regions}
-        if not self.takes(obstacle):
+        if not self.open[obstacle].takes():
             return there
         out, act = self.unmet(self.open[obstacle])[0].cut_off, self.turn.act
         there -= out - self.open[obstacle].done - {*(act.robots if act is not None else ())}
@@ -249,7 +245,7 @@ class State(Robots):
         """Return all robots that take a load with this one in its turn; None if it cannot take
         it."""
         need, there = self.need(obstacle), self.standing(obstacle)
-        whole = self.takes(obstacle) and (need.robots == 1 or need.together)
+        whole = self.open[obstacle].takes() and (need.robots == 1 or need.together)
         known = obstacle in self.requests and self.status[obstacle] is Status.UNRESOLVED
         if not (whole and known) or robot not in there or len(there) < need.robots:
             return None
@@ -259,7 +255,7 @@ class State(Robots):
         """Return the robots that fulfil the next need of an obstacle, not its last one, if the
         action of one of them takes no time: a live run records no lines for that."""
         last = len(self.open[obstacle].left) == 1
-        if not self.live or last or self.takes(obstacle) or robot in self.acting:
+        if not self.live or last or self.open[obstacle].takes() or robot in self.acting:
             return None
         need, there = self.need(obstacle), self.standing(obstacle)
         group = there if need.together else self.open[obstacle].done | {robot}

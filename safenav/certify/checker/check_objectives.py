@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from math import prod
 from typing import Any
 
+from safenav.audit.formulas import Texts
 from safenav.audit.kinds import ALTERNATION, shape_of
-from safenav.audit.language import Clause, Pose, complete, named, read_clause, require
+from safenav.audit.language import require
 from safenav.audit.lines import read_objective
 from safenav.audit.world import World
 from safenav.certify.checker.check_strategies import Json
 
-MOST_MEMORY = 64
 STRICTLY = ", without crossing a target out of turn"
 
 
@@ -34,24 +33,14 @@ class Objective:
         require(known, f"objectives of the kind {self.kind} are not known here")
         readable = "ltl" in data or self.shape.one or isinstance(data[self.kind], list)
         require(readable, f"a {self.kind} without targets")
-        own: Json = data["ltl"] if self.kind == "ltl" else {}
-        memory: Json = own.get("memory", {})
-        self.inputs = [*own.get("inputs", ())]  # environment inputs that its formulas name
-        bits = (name for name, given in memory.items() if given == "bool")
-        truths = frozenset((*bits, *self.inputs))
-        texts = (own.get(part, ()) for part in ("init", "safety", "liveness"))
-        listed = ([t] if isinstance(t, str) else t for t in texts)
-        parts = ([read_clause(text, truths) for text in part] for part in listed)
-        self.init, self.safety, self.liveness = parts
-        steps = (f"region' = region | ({text})" for text in self.always)
-        self.safety += [read_clause(text, truths) for text in steps]
+        own = Texts(data["ltl"] if self.kind == "ltl" else {}, self.always)
+        self.init, self.safety, self.liveness = own.init, own.safety, own.liveness
+        self.inputs, self.memory = [*own.inputs], own.memory
         count = len(self.targets) or len(self.liveness) or 1
         self.goals = frozenset(range(count - 1 if self.shape.settles else 0, count))
         once = self.shape.ends and count > 1 and self.targets[-1] & self.targets[-2]
         require(not once, "the last two targets share a region")
-        bounds = {name: (0, 1) if given == "bool" else given for name, given in memory.items()}
-        self.memory = {name: range(least, most + 1) for name, (least, most) in bounds.items()}
-        both = self.memory | dict.fromkeys(self.inputs, range(2))
+        both = own.memory | own.inputs
         self.ranges = both | {f"{name}'": values for name, values in both.items()}
 
     def serves(self, wanted: Objective) -> bool:
@@ -103,18 +92,6 @@ class Objective:
         turns = " in turn" if len(listed) > 1 else ""
         how = {"literal": STRICTLY, "alternation": LOOSELY}.get(form, "") * self.shape.strict
         return f"be at {' and '.join(listed)}{turns}, infinitely often{how}"
-
-    def permits(self, before: Pose, after: Pose) -> bool:
-        """Return whether a step satisfies its formulas and enters no region that it avoids."""
-        return after[0] not in self.avoid and self.allows(self.safety, before, after)
-
-    def allows(self, lines: Iterable[Clause], before: Pose, after: Pose) -> bool:
-        """Return whether formulas hold at a step for some memory. If the memory has more than
-        MOST_MEMORY values, formulas that read it are skipped."""
-        known, few = named(before, after), prod(map(len, self.memory.values())) <= MOST_MEMORY
-        asked = [line for line in lines if few or line.reads <= known.keys()]
-        wanted = sorted(set().union(*(line.reads for line in asked)) - known.keys())
-        return bool(complete(self.ranges, wanted, asked, known))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Objective) and self.data == other.data

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from audit.proofs.test_proofs import FREE, corridor
-from safenav.audit.formulas import Formulas
+from safenav.audit.formulas import Formulas, Texts
 from safenav.audit.language import RefusedError
 
 
@@ -30,7 +30,7 @@ from safenav.audit.language import RefusedError
 def test_formulas_mean_what_the_reference_says(
     formula: str, before: int, after: int, holds: bool
 ) -> None:
-    read = Formulas({"safety": formula})
+    read = Formulas(Texts({"safety": formula}))
     assert read.allows((before, None), (after, None)) is holds
 
 
@@ -48,11 +48,11 @@ def test_formulas_mean_what_the_reference_says(
 )
 def test_what_is_not_understood_is_said(body: dict[str, Any]) -> None:
     with pytest.raises(RefusedError):
-        Formulas(body)
+        Formulas(Texts(body))
 
 
 def live(heading: str | None = None, **body: Any) -> set[int]:
-    formulas, steps = Formulas(body), corridor(heading)
+    formulas, steps = Formulas(Texts(body)), corridor(heading)
     kept = {a: [b for b in to if formulas.allows(a, b)] for a, to in steps.items()}
     return {pose[0] for pose, _ in formulas.live(frozenset(steps), kept)}
 
