@@ -95,13 +95,11 @@ class World:
 
     def _regions_beside(self, region: int) -> dict[str, int | None]:
         """The region on each side, None off the map."""
-        return {heading: self._region_beside(region, heading) for heading in HEADINGS}
-
-    def _region_beside(self, region: int, heading: str) -> int | None:
         row, col = divmod(region, self.cols)
-        row += (heading == "south") - (heading == "north")
-        col += (heading == "east") - (heading == "west")
-        return row * self.cols + col if 0 <= row < self.rows and 0 <= col < self.cols else None
+        there = {"north": row > 0, "east": col < self.cols - 1}
+        there |= {"south": row < self.rows - 1, "west": col > 0}
+        steps = dict(zip(HEADINGS, (-self.cols, 1, self.cols, -1), strict=True))
+        return {h: region + step if there[h] else None for h, step in steps.items()}
 
     def around(self, regions: Iterable[int]) -> set[int]:
         """Return the regions and their free neighbours."""

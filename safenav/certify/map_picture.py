@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from safenav.scenario.objective import KINDS
+from safenav.audit.lines import read_objective
 from safenav.trace.looks import Look, looks
 from safenav.world.map import RegionMap
 
@@ -38,7 +38,7 @@ def map_svg(scenario: Mapping[str, Any], world: RegionMap) -> str:
         zip(scenario["robots"].values(), looks([*scenario["robots"]]), strict=True)
     ):
         inset = 2 + 1.6 * (number % 4)
-        targets = regions_of(robot["objective"])
+        targets = frozenset[int]().union(*read_objective(robot["objective"]).targets)
         marked |= targets
         for region in sorted(targets):
             x, y = _corner(region, world)
@@ -107,15 +107,6 @@ def _names(world: RegionMap, marked: set[int]) -> list[str]:
             f'font-size="{size:.1f}" text-anchor="middle">{escape(text)}</text>'
         )
     return parts
-
-
-def regions_of(objective: Mapping[str, Any]) -> set[int]:
-    """Return all regions in the targets of an objective."""
-    value: Any = next((value for key, value in objective.items() if key in KINDS), [])
-    found: set[int] = set()
-    for target in value if isinstance(value, list) else [value]:
-        found.update(target if isinstance(target, list) else [target])
-    return found
 
 
 def _corner(region: int, world: RegionMap) -> tuple[int, int]:

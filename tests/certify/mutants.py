@@ -55,17 +55,25 @@ def some(files: Files, folder: str, source: Random) -> str | None:
     return source.choice(found) if found else None
 
 
-def _strategy(change: Callable[[dict[str, Any], Random], bool]) -> Alter:
+def _document(folder: str, change: Callable[[Any, Random], bool]) -> Alter:
+    """A file of a folder, as JSON; a strategy is renamed."""
+
     def alter(files: Files, source: Random) -> Files | None:
-        path = some(files, "strategies", source)
-        if path is None:
+        path = some(files, folder, source)
+        document = None if path is None else json.loads(files[path])
+        if path is None or not change(document, source):
             return None
-        document = json.loads(files[path])
-        if not document["nodes"] or not change(document["nodes"], source):
-            return None
-        return renamed(files, path, json.dumps(document).encode())
+        data = json.dumps(document).encode()
+        return renamed(files, path, data) if folder == "strategies" else {**files, path: data}
 
     return alter
+
+
+def _strategy(change: Callable[[dict[str, Any], Random], bool]) -> Alter:
+    def inside(document: Any, source: Random) -> bool:
+        return bool(document["nodes"]) and change(document["nodes"], source)
+
+    return _document("strategies", inside)
 
 
 def _redirect(nodes: dict[str, Any], source: Random) -> bool:
@@ -117,18 +125,18 @@ def _flip_bit(nodes: dict[str, Any], source: Random) -> bool:
     return True
 
 
-def _measure(files: Files, source: Random) -> Files | None:
-    path = some(files, source.choice(["measures", "rules"]), source)
-    if path is None:
-        return None
-    document = json.loads(files[path])
+def _measure(document: list[dict[str, Any]], source: Random) -> bool:
     part = source.choice(document)
     node = source.randrange(len(part["n"]))
     if source.random() < 0.7:
         part["n"][node] = max(0, part["n"][node] + source.choice([-2, -1, 1, 2, 50]))
     else:
         part["a"][node] = source.choice([None, 0, 1, 7])
-    return {**files, path: json.dumps(document).encode()}
+    return True
+
+
+def _some_measure(files: Files, source: Random) -> Files | None:
+    return _document(source.choice(["measures", "rules"]), _measure)(files, source)
 
 
 def _text(change: Callable[[list[str], Random], list[str] | None]) -> Alter:
@@ -310,27 +318,16 @@ def _weaker_with_strategy(files: Files, source: Random) -> Files | None:
     return stuck
 
 
-def _counter_edge(files: Files, source: Random) -> Files | None:
-    path = some(files, "counterstrategies", source)
-    if path is None:
-        return None
-    document = json.loads(files[path])
+def _counter_edge(document: dict[str, Any], source: Random) -> bool:
     nodes = document["automaton"]["nodes"]
-    if not nodes or not source.choice([_redirect, _drop_edge, _flip_bit])(nodes, source):
-        return None
-    return {**files, path: json.dumps(document).encode()}
+    return bool(nodes) and source.choice([_redirect, _drop_edge, _flip_bit])(nodes, source)
 
 
-def _counter_input(files: Files, source: Random) -> Files | None:
-    path = some(files, "counterstrategies", source)
-    if path is None:
-        return None
-    document = json.loads(files[path])
+def _counter_input(document: dict[str, Any], source: Random) -> bool:
     inputs = source.choice([document["start"], *document["chosen"]])
-    if not inputs:
-        return None
-    inputs[source.randrange(len(inputs))] ^= 1
-    return {**files, path: json.dumps(document).encode()}
+    if inputs:
+        inputs[source.randrange(len(inputs))] ^= 1
+    return bool(inputs)
 
 
 UNUSED = "the strategy and its measures prove the same text's claims; the altered part is not used"
@@ -408,7 +405,7 @@ MUTANTS = (
     Mutant("waiting for ever", _strategy(_stay_for_ever), STAYS),
     Mutant("a transition gone", _strategy(_drop_edge)),
     Mutant("a bit of a state", _strategy(_flip_bit), ELSEWHERE),
-    Mutant("a measure", _measure, MEASURE),
+    Mutant("a measure", _some_measure, MEASURE),
     Mutant("an assumption more", _text(_another_assumption), COUNTER),
     Mutant("an assumption that is false", _text(_never_fair), WEAKER),
     Mutant("a guarantee more", _text(_another_guarantee), UNUSED),
@@ -426,6 +423,10 @@ MUTANTS = (
     Mutant("whose way it is", _line("plan", _exchanged_ways)),
     Mutant("an exchanged strategy", _exchange_strategies),
     Mutant("a weaker text with its strategy", _weaker_with_strategy),
-    Mutant("an edge of a counterstrategy", _counter_edge, ELSEWHERE),
-    Mutant("an input of a counterstrategy", _counter_input, ELSEWHERE),
+    Mutant(
+        "an edge of a counterstrategy", _document("counterstrategies", _counter_edge), ELSEWHERE
+    ),
+    Mutant(
+        "an input of a counterstrategy", _document("counterstrategies", _counter_input), ELSEWHERE
+    ),
 )

@@ -68,7 +68,7 @@ def poses_in(regions: Iterable[int], name: str, now: Situation) -> Iterator[Pose
 def member_of(name: str, now: Situation, stays: Collection[str], out: Collection[str]) -> Member:
     robot, own = now.header.robots[name], now.own[name]
     timing = robot.timing.most if robot.timing is not None else 1
-    rivals = frozenset(now.rivals(name))
+    rivals = frozenset(now.rivals[name])
     here = now.pose(name)
     most = FAR if robot.carries is None else robot.carries
     room = most - sum(name in now.carriers(one) for one in stays)

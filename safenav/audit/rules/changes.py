@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, Rule, Said, judges
+from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import moment, taken
 
@@ -140,48 +140,43 @@ class ChangesRule(Rule):
     """Each robot receives the changes of the scenario at their tick, and no others are recorded as
     changes of the scenario; a robot out of service is not taken out of service again (T)."""
 
-    name = "changes"
+    name, kinds = "changes", ("move", "objective", "service")
 
     def __init__(self) -> None:
         self._told: list[Line] = []
         self._served: dict[str, int] = {}
-        self._tick = 0.0
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if record.type == "move" and not now.live:
-            self._tick = record.tick
-        elif now.live and record.t is not None:
-            self._tick = record.t
-        if record.type == "service":
-            self._served[record.robot] = record.tick
-        elif record.type == "move" and not now.live and record.robot == next(iter(now.region)):
-            for change in now.header.changes or ():
-                due = change.objective is None and change.at == record.tick
-                done = change.active is not (change.robot in now.out)
-                if due and not done and self._served.get(change.robot) != record.tick:
-                    yield change.robot, f"the service of {change.robot} does not change"
-        aside = record.type == "objective" and now.objectives[record.robot] != now.own[record.robot]
-        if aside and record.at_once:
-            yield f"{record.robot} has another duty, so it does not change its objective at once"
-        if record.type not in ("objective", "service") or record.cause != "scenario":
+        robot, service = record.robot, record.type == "service"
+        if record.type == "move":
+            first = robot == next(iter(now.region))  # all changes of its tick come before it
+            yield from self._missing(record, now) if first else ()
             return
-        service = record.type == "service"
+        if service:
+            self._served[robot] = record.tick
+        elif record.at_once and now.objectives[robot] != now.own[robot]:
+            yield f"{robot} has another duty, so it does not change its objective at once"
+        if record.cause != "scenario":
+            return
         told = (None, record.active) if service else (record.objective, None)
         same = [
             change
             for change in now.header.changes or ()
             if (change.at <= (record.t or 0.0) if now.live else change.at == record.tick)
-            and (change.robot, change.objective, change.active) == (record.robot, *told)
+            and (change.robot, change.objective, change.active) == (robot, *told)
+            and change not in self._told
         ]
-        same = [change for change in same if change not in self._told]
         self._told += same
         if not same:
-            change = f"{record.robot} gets a change in tick {record.tick}"
-            yield f"{change} that the scenario does not list"
+            yield f"{robot} gets a change in tick {record.tick} that the scenario does not list"
 
-    def ending(self, now: Situation) -> Iterator[Finding]:
-        for change in now.header.changes or ():
-            if change.at > self._tick or change.objective is None or change in self._told:
-                continue
-            problem = f"{change.robot} does not get its objective of tick {change.at}"
-            yield Finding(self.name, change.at, change.robot, now.header_line, problem)
+    def _missing(self, move: Line, now: Situation) -> Iterator[Said]:
+        time = now.time if now.live else move.tick
+        due = [one for one in now.header.changes or () if one.at <= time and one not in self._told]
+        self._told += due
+        for one in due:
+            again = now.live or self._served.get(one.robot) == move.tick  # changed since
+            if one.objective is not None:
+                yield one.robot, f"{one.robot} does not get its objective of tick {one.at}"
+            elif not again and one.active is (one.robot in now.out):
+                yield one.robot, f"the service of {one.robot} does not change in tick {one.at}"

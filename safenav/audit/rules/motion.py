@@ -176,7 +176,7 @@ def collision(record: Line, now: Situation) -> Iterator[Said]:
     regions, a lost robot all regions where it may be. Robots that exchange places share a region,
     because they move one after the other (D 4, Layers)."""
     robot = record.robot
-    for other in now.rivals(robot):
+    for other in now.rivals[robot]:
         own, theirs = _held(record, other, now)
         for region in sorted(own & theirs):
             sure = region in taken(record) & now.taken_by(other)

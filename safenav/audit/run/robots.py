@@ -64,7 +64,8 @@ class Robots:
         """Live: the possible regions of each robot whose step ended in an unknown region."""
         self.acting: dict[str, Line] = {}
         """Live: the action of each robot that has not ended."""
-        self._rivals = {n: [o for o in robots if o != n and self.conflict(n, o)] for n in robots}
+        self.rivals = {n: [o for o in robots if o != n and self.conflict(n, o)] for n in robots}
+        """The robots with which each must never share a region."""
         self.exclusions = tuple(
             (frozenset(each.robots), frozenset(each.regions))
             for each in self.header.never_together or ()
@@ -139,10 +140,6 @@ class Robots:
     def zones(self, one: str, other: str) -> list[frozenset[int]]:
         """Return the sets of regions that two robots must never occupy together."""
         return [regions for robots, regions in self.exclusions if {one, other} <= robots]
-
-    def rivals(self, robot: str) -> list[str]:
-        """Return the robots with which this one must never share a region."""
-        return self._rivals[robot]
 
     def conflict(self, one: str, other: str) -> bool:
         """Return whether two robots must never share a region."""
