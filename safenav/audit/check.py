@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,34 +19,17 @@ from safenav.trace.trace import Trace
 
 
 @dataclass(frozen=True)
-class Statistics:
-    """Counts of the lines of a trace. ``steps``: moves to another region."""
-
-    robots: int
-    ticks: int
-    moves: int
-    steps: int
-    goals: int
-    violations: int
-    requests: int
-    resolved: int
-    blocked: int
-    deepest_stack: int
-    syntheses: int
-    ignored_lines: int
-
-
-@dataclass(frozen=True)
 class Audit:
     """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off, for
-    example by a crash, and the result covers only the part that exists. ``notes``: parts that were
-    not judged, because they exceed the limits of this check."""
+    example by a crash, and the result covers only the part that exists. ``statistics``: counts of
+    its lines. ``notes``: parts that were not judged, because they exceed the limits of this
+    check."""
 
     source: str
     outcome: str | None
     complete: bool
     findings: tuple[Finding, ...]
-    statistics: Statistics
+    statistics: Mapping[str, int]
     notes: tuple[Finding, ...] = ()
 
     @property
@@ -91,20 +74,18 @@ def _plain_proof(record: Any) -> Any:
     return record if proof is None else record.__replace__(proof=plain(proof))
 
 
-def _statistics(trace: Trace) -> Statistics:
+def _statistics(trace: Trace) -> dict[str, int]:
+    """Return counts of the lines of a trace. ``steps``: moves to another region."""
     count = Counter(record.type for record in trace.records)
     moves = [record for record in trace.records if isinstance(record, Move | Arrive)]
-    return Statistics(
-        robots=len(trace.header.scenario.robots),
-        ticks=max((move.tick for move in moves), default=0),
-        moves=len(moves),
-        steps=sum(not isinstance(one, Move) or one.from_ != one.to for one in moves),
-        goals=count["goal"],
-        violations=count["violation"],
-        requests=count["request"],
-        resolved=count["resolved"],
-        blocked=count["blocked"],
-        deepest_stack=max((r.depth for r in trace.records if isinstance(r, Push)), default=0),
-        syntheses=count["synthesis"],
-        ignored_lines=trace.ignored,
-    )
+    kinds = {"goals": "goal", "violations": "violation", "requests": "request"}
+    kinds |= {"resolved": "resolved", "blocked": "blocked", "syntheses": "synthesis"}
+    return {
+        "robots": len(trace.header.scenario.robots),
+        "ticks": max((move.tick for move in moves), default=0),
+        "moves": len(moves),
+        "steps": sum(not isinstance(one, Move) or one.from_ != one.to for one in moves),
+        **{name: count[kind] for name, kind in kinds.items()},
+        "deepest_stack": max((r.depth for r in trace.records if isinstance(r, Push)), default=0),
+        "ignored_lines": trace.ignored,
+    }

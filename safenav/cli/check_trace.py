@@ -68,8 +68,8 @@ def _tell(found: Audit, show_all: bool, partial: bool) -> None:
     if found.ok:
         numbers = found.statistics
         click.echo(
-            f"{found.source}: no rule broken in {counted(numbers.ticks, 'tick')} of "
-            f"{counted(numbers.robots, 'robot')} ({counted(numbers.moves, 'move')}, "
-            f"{counted(numbers.goals, 'goal')}, {numbers.resolved} resolved, "
+            f"{found.source}: no rule broken in {counted(numbers['ticks'], 'tick')} of "
+            f"{counted(numbers['robots'], 'robot')} ({counted(numbers['moves'], 'move')}, "
+            f"{counted(numbers['goals'], 'goal')}, {numbers['resolved']} resolved, "
             f"outcome {found.outcome or 'unknown'})."
         )
