@@ -272,4 +272,4 @@ def test_the_audit_judges_who_sets_out() -> None:
     run = play(NEEDS.replace("LAYER", "air"))
     (push,), (synthesis,) = run.all("push"), run.all("synthesis", robot="b", tick=1)
     push["objectives"]["b"] = synthesis["objective"] = {"visit": [22, 21]}
-    assert "b must wait at 18 for crate@17, but gets" in run.findings
+    assert "b must serve crate@17 from 18, but gets" in run.findings
