@@ -155,7 +155,7 @@ class ChangesRule(Rule):
         if service:
             self._served[robot] = record.tick
         elif record.at_once and now.objectives[robot] != now.own[robot]:
-            yield f"{robot} has another duty, so it does not change its objective at once"
+            yield f"{robot} has another duty, so it cannot change its objective yet"
         if record.cause != "scenario":
             return
         told = (None, record.active) if service else (record.objective, None)
