@@ -1,18 +1,7 @@
 """A run as ROS 2 messages with topics and times.
 
-| topic | message |
-|---|---|
-| `/map` | `nav_msgs/OccupancyGrid`, once: walls are 100, free regions 0 |
-| `/tf` | `tf2_msgs/TFMessage`: each robot's frame in `map`, at every tick or motion sample |
-| `/ROBOT/path` | `nav_msgs/Path`: the robot's path so far, at every tick in which it moved |
-| `/obstacles` | `visualization_msgs/MarkerArray`: known obstacles, colour and height by status |
-| `/requests` | `visualization_msgs/MarkerArray`: a line from each helper to its obstacle |
-| `/robots` | `visualization_msgs/MarkerArray`, once: bodies, headings and names of robots |
-| `/places` | `visualization_msgs/MarkerArray`, once: names of regions and areas, borders of areas |
-| `/plan` | `visualization_msgs/MarkerArray`: targets of robots, and paths of a joint plan |
-| `/rosout` | `rcl_interfaces/Log`: the story, one line per event |
-
-Regions are squares in the frame `map` (x east, y north, origin at the south-western corner)."""
+docs/replay.md lists the topics. Regions are squares in the frame `map` (x east, y north, origin at
+the south-western corner)."""
 
 from __future__ import annotations
 
@@ -27,7 +16,7 @@ from msgspec import Struct
 from safenav.report.picture.floor import INK
 from safenav.report.picture.glyphs import STATUS_MARKS
 from safenav.report.picture.names import AREA
-from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotTrack, StoryKind
+from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import target_regions
 from safenav.trace.looks import looks
@@ -109,13 +98,13 @@ class _Telling:
         told: dict[str, ObstacleStatus] = {}
         for tick in range(self.replay.last + 1):
             seconds = self.replay.time(tick)
-            transforms = {"transforms": [self._transform(t, tick) for t in self.replay.robots]}
-            yield Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", transforms)
+            poses = self._poses(tick)
+            yield self._frames(seconds, poses)
             for track in self.replay.robots:
                 if tick and track.regions[tick] == track.regions[tick - 1]:
                     continue
                 way = ways[track.name]
-                way.append({"header": self._header(tick), "pose": self._pose(track, tick)})
+                way.append({"header": self._header(tick), "pose": poses[track.name]})
                 path = {"header": self._header(tick), "poses": list(way)}
                 topic = f"/{self.names[track.name]}/path"
                 yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
@@ -142,14 +131,20 @@ class _Telling:
     def moved(self, ways: Ways) -> Iterator[Stamped]:
         """Yield the frames of the robots at the poses of a motion."""
         for poses in zip(*ways.values(), strict=True):
-            seconds, transforms = poses[0][0], []
-            for name, (_, x, y, yaw) in zip(ways, poses, strict=True):
-                pose = _pose(x, y, yaw)
-                place = {"translation": pose["position"], "rotation": pose["orientation"]}
-                header = {"stamp": stamp(seconds), "frame_id": "map"}
-                of = {"header": header, "child_frame_id": self.names[name], "transform": place}
-                transforms.append(of)
-            yield Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", {"transforms": transforms})
+            placed = (_pose(x, y, yaw) for _, x, y, yaw in poses)
+            yield self._frames(poses[0][0], dict(zip(ways, placed, strict=True)))
+
+    def _frames(self, seconds: float, poses: Mapping[str, Message]) -> Stamped:
+        """Return the frames of robots at poses."""
+        transforms = [
+            {
+                "header": {"stamp": stamp(seconds), "frame_id": "map"},
+                "child_frame_id": self.names[name],
+                "transform": {"translation": pose["position"], "rotation": pose["orientation"]},
+            }
+            for name, pose in poses.items()
+        ]
+        return Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", {"transforms": transforms})
 
     def _level(self, kind: StoryKind) -> int:
         if kind is StoryKind.OUTCOME and self.replay.failed:
@@ -173,20 +168,14 @@ class _Telling:
     def _header(self, tick: int) -> Message:
         return {"stamp": stamp(self.replay.time(tick)), "frame_id": "map"}
 
-    def _pose(self, track: RobotTrack, tick: int) -> Message:
-        """Return the robot's pose, interpolated during a step of several ticks."""
-        (placed,) = [r for r in self.replay.scene(tick, trail=0).robots if r.name == track.name]
-        x, y = self.frame.centre(placed.row, placed.col, self.replay.map.rows)
-        facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
-        return _pose(x, y, self.frame.yaw + facing)
-
-    def _transform(self, track: RobotTrack, tick: int) -> Message:
-        pose = self._pose(track, tick)
-        return {
-            "header": self._header(tick),
-            "child_frame_id": self.names[track.name],
-            "transform": {"translation": pose["position"], "rotation": pose["orientation"]},
-        }
+    def _poses(self, tick: int) -> dict[str, Message]:
+        """Return each robot's pose, interpolated during a step of several ticks."""
+        found = {}
+        for placed in self.replay.scene(tick, trail=0).robots:
+            x, y = self.frame.centre(placed.row, placed.col, self.replay.map.rows)
+            facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
+            found[placed.name] = _pose(x, y, self.frame.yaw + facing)
+        return found
 
     def _obstacles(self, tick: int, told: dict[str, ObstacleStatus]) -> Iterator[Message]:
         """Yield markers of obstacles whose status has changed; ``told``: the sent statuses."""

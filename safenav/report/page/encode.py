@@ -221,7 +221,6 @@ def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
         "region": hidden.region,
         "action": hidden.actions[0],
         "needs": [*map(hidden.open_needs, range(len(hidden.actions)))],
-        "blocks": hidden.blocks,
         "since": hidden.since,
         "ordered": hidden.ordered,
     }
@@ -232,7 +231,6 @@ def _robot(track: timeline.RobotTrack) -> dict[str, Any]:
         "name": track.name,
         "model": track.model,
         "shape": robot_pictogram(track.model),
-        "layer": track.layer,
         "can": track.capabilities,
     }
 

@@ -15,7 +15,7 @@ from msgspec import Struct
 from safenav.report.picture.floor import INK, MUTED
 from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.picture.strategy import svg_of_summary
-from safenav.report.picture.svg import SvgWriter, number, text_width, wrapped
+from safenav.report.picture.svg import SvgWriter, number, polyline, text_width, wrapped
 from safenav.report.replay.timeline import StoryKind
 from safenav.scenario.objective import target_regions
 from safenav.scenario.objective_text import describe
@@ -297,9 +297,8 @@ def _draw_arrow(page: SvgWriter, arrow: Arrow) -> None:
         stroke=_LINE if arrow.direct else "#8A93A0",
         stroke_width=1.3,
     )
-    wing = f"{number(neck[0] - 3.6 * dy)},{number(neck[1] + 3.6 * dx)}"
-    other = f"{number(neck[0] + 3.6 * dy)},{number(neck[1] - 3.6 * dx)}"
-    page.path(f"M{number(x1)},{number(y1)}L{wing}L{other}Z", fill=_LINE)
+    wings = [(neck[0] - side * dy, neck[1] + side * dx) for side in (3.6, -3.6)]
+    page.path(polyline((x1, y1), *wings) + "Z", fill=_LINE)
 
 
 def _rounded(points: Sequence[Point]) -> str:

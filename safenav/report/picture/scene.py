@@ -32,7 +32,7 @@ from safenav.report.picture.pictograms import (
     robot_pictogram,
 )
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
-from safenav.report.picture.svg import Layers, SvgWriter, number, wrapped
+from safenav.report.picture.svg import Layers, SvgWriter, polyline, wrapped
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import target_regions
@@ -270,7 +270,7 @@ class _Drawing(Struct):
             kept = [p for k, p in enumerate(part) if k == 0 or p != part[k - 1]]
             if len(kept) > 1:
                 self.page.path(
-                    "M" + "L".join(f"{number(x)},{number(y)}" for x, y in kept),
+                    polyline(*kept),
                     fill="none",
                     stroke=look.colour,
                     stroke_width=max(1.5, self.cell * 0.055),
@@ -335,13 +335,8 @@ class _Drawing(Struct):
             start, end, wing = 0.51 * self.cell, 0.74 * self.cell, 0.09 * self.cell
             tip = (x + dx * end, y + dy * end)
             back = (tip[0] - dx * wing * 1.4, tip[1] - dy * wing * 1.4)
-            data = (
-                f"M{number(x + dx * start)},{number(y + dy * start)}"
-                f"L{number(tip[0])},{number(tip[1])}"
-                f"M{number(back[0] - dy * wing)},{number(back[1] + dx * wing)}"
-                f"L{number(tip[0])},{number(tip[1])}"
-                f"L{number(back[0] + dy * wing)},{number(back[1] - dx * wing)}"
-            )
+            left, right = ((back[0] - s * dy, back[1] + s * dx) for s in (wing, -wing))
+            data = polyline((x + dx * start, y + dy * start), tip) + polyline(left, tip, right)
             colour = STATUS_MARKS[ObstacleStatus.FOUND].colour
             self.page.path(data, stroke=colour, stroke_width=self.cell * 0.06, fill="none")
 

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from safenav.report.picture.floor import INK, cell_size, draw_floor, number_size
 from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
-from safenav.report.picture.svg import SvgWriter, number, wrapped
+from safenav.report.picture.svg import SvgWriter, number, polyline, wrapped
 from safenav.report.replay.timeline import StoryKind
 from safenav.scenario.objective import target_regions
 from safenav.scenario.objective_text import describe
@@ -100,18 +100,10 @@ def _draw_moves(
         head, reach = 1.25 * wide + 0.03 * cell, 0.16 * cell
         tip = (middle_x + dx * reach, middle_y + dy * reach)
         neck = (tip[0] - dx * 1.7 * head, tip[1] - dy * 1.7 * head)
-        page.path(
-            f"M{number(middle_x - dx * reach)},{number(middle_y - dy * reach)}"
-            f"L{number(neck[0])},{number(neck[1])}",
-            stroke=INK,
-            stroke_width=wide,
-        )
-        page.path(
-            f"M{number(tip[0])},{number(tip[1])}"
-            f"L{number(neck[0] - dy * head)},{number(neck[1] + dx * head)}"
-            f"L{number(neck[0] + dy * head)},{number(neck[1] - dx * head)}Z",
-            fill=INK,
-        )
+        shaft = polyline((middle_x - dx * reach, middle_y - dy * reach), neck)
+        page.path(shaft, stroke=INK, stroke_width=wide)
+        wings = [(neck[0] - s * dy * head, neck[1] + s * dx * head) for s in (1, -1)]
+        page.path(polyline(tip, *wings) + "Z", fill=INK)
 
 
 def _busiest(moves: Mapping[tuple[Region, Region], int]) -> int:

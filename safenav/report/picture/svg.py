@@ -60,6 +60,11 @@ def number(value: float) -> str:
     return f"{value:.2f}".rstrip("0").rstrip(".") or "0"
 
 
+def polyline(*points: tuple[float, float]) -> str:
+    """Return the path of a line through points."""
+    return "M" + "L".join(f"{number(x)},{number(y)}" for x, y in points)
+
+
 class Layers(Struct, frozen=True):
     """A picture as elements: the ground, and on it the moving elements, which differ between two
     moments of a run. ``corner``: the origin of the moving elements. ``texts``: their lines of text,

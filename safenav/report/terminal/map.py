@@ -36,17 +36,21 @@ class MapPicture(Struct, frozen=True):
 
 def legend(picture: MapPicture) -> list[str]:
     """Return the meanings of the marks on the map, except those of single robots."""
-    shared: dict[Region, list[Marker]] = {}
-    for marker in picture.markers:
-        shared.setdefault(marker.region, []).append(marker)
     lines = [
         f"{_shared(here)} {' and '.join(marker.letter for marker in here)} in one region"
-        for here in shared.values()
+        for here in _by_region(picture).values()
         if len(here) > 1
     ]
     lines += [f"▒▒ {name}" for name in picture.closed.values()]
     lines += [f"XX {name}, blocked" for name in picture.barred.values()]
     return [*lines, " o target of an objective"] if picture.targets else lines
+
+
+def _by_region(picture: MapPicture) -> dict[Region, list[Marker]]:
+    found: dict[Region, list[Marker]] = {}
+    for marker in picture.markers:
+        found.setdefault(marker.region, []).append(marker)
+    return found
 
 
 def _shared(here: Sequence[Marker]) -> str:
@@ -56,17 +60,9 @@ def _shared(here: Sequence[Marker]) -> str:
 
 def draw(world: RegionMap, picture: MapPicture) -> list[str]:
     """Return the map as lines of text, row 0 first."""
-    standing: dict[Region, list[Marker]] = {}
-    for marker in picture.markers:
-        standing.setdefault(marker.region, []).append(marker)
-    lines = []
-    for row in range(world.rows):
-        cells = []
-        for col in range(world.cols):
-            region = world.region(row, col)
-            cells.append(_cell(region, world, picture, standing.get(region, [])))
-        lines.append("".join(cells))
-    return lines
+    standing = _by_region(picture)
+    cells = [_cell(r, world, picture, standing.get(r, [])) for r in range(world.size)]
+    return ["".join(cells[i : i + world.cols]) for i in range(0, world.size, world.cols)]
 
 
 def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Marker]) -> str:

@@ -1,4 +1,4 @@
-/* sources 1c8ef31ac57d9f0d43c7f58516cfd38616f0a5471b07c6570794c555bba6f33b */
+/* sources 1564906f28968c922e770535696ea7be13b1b709ff64cc9b20f3543b5840004d */
 /* Contains Preact:
 The MIT License (MIT)
 

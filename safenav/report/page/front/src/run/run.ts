@@ -57,7 +57,6 @@ export interface Robot {
   model: string;
   /** The silhouette of its model, in units of [-1, 1]; empty for models that the library lacks. */
   shape: string;
-  layer: string;
   can: string[];
   /** Region after each tick. */
   path: number[];
@@ -105,7 +104,6 @@ export interface Obstacle {
   action: string;
   /** Each of its needs, in words. */
   needs: string[];
-  blocks: string[];
   /** The tick from which on it is present. */
   since: number;
   ordered: boolean;
