@@ -68,13 +68,9 @@ def command(
     form = output.suffix.lower()
     if form not in (".svg", ".png"):
         raise UsageError(f"{output}: the name of a picture ends in .svg or .png")
-    picture = svg_of(
-        scene_of(plan), Options(legend=legend, numbers=True, shading=shading, axes=True)
-    )
-    content = picture.encode()
-    if form == ".png":
-        content = pixels_of(picture, width)
-    write_out(output, content)
+    shown = Options(legend=legend, numbers=True, shading=shading, axes=True)
+    picture = svg_of(scene_of(plan), shown)
+    write_out(output, picture.encode() if form == ".svg" else pixels_of(picture, width))
     return ExitCode.OK
 
 

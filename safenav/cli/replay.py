@@ -118,20 +118,14 @@ def command(
     if gif:
         path, during = output or trace.with_suffix(".gif"), _ticks(replay, ticks)
         return _film(replay, path, during, speed, width or 720, sight)
-    if svg is not None or png is not None:
+    if form != "html":
         tick, part = _moment(replay, svg if svg is not None else png or "")
         shading = None if sight is None else shading_of(replay, sight, tick)
         shown = Options(legend=legend, hidden=hidden, shading=shading)
         picture = svg_of(replay.scene(tick, part), shown)
-        content = picture.encode()
-        if png is not None:
-            content = pixels_of(picture, width)
-        form = "svg" if svg is not None else "png"
-        write_out(
-            output
-            or trace.with_name(f"{trace.stem}-{replay.when(tick).removeprefix('tick ')}.{form}"),
-            content,
-        )
+        content = picture.encode() if form == "svg" else pixels_of(picture, width)
+        name = f"{trace.stem}-{replay.when(tick).removeprefix('tick ')}.{form}"
+        write_out(output or trace.with_name(name), content)
         return ExitCode.OK
     write_out(output or trace.with_suffix(".html"), page_of_trace(run, trace.name))
     return ExitCode.OK

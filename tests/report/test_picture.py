@@ -154,10 +154,7 @@ def test_the_fonts_come_along() -> None:
 def test_a_scenario_is_drawn_before_any_run() -> None:
     scenario = load_scenario(SCENARIOS / "case_study_3.yaml")
     scene = scene_of(scenario)
-    assert [status for _, status, _ in scene.obstacles] == [
-        ObstacleStatus.HIDDEN,
-        ObstacleStatus.HIDDEN,
-    ]
+    assert [status for _, status, _ in scene.obstacles] == [ObstacleStatus.HIDDEN] * 2
     words = " ".join(text for text, _ in _texts(svg_of(scene)))
     for expected in ("before the run", "patrol 22", "patrol 41", "uncertainty@43", "door@47"):
         assert expected in words

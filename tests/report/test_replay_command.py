@@ -108,17 +108,24 @@ def test_the_terminal_replay_restores_the_cursor_when_interrupted(
     assert written[0].startswith("\x1b[?25l") and written[-1] == "\x1b[?25h"
 
 
+def _played(
+    replay: Replay, ticks: range, size: tuple[int, int], patch: pytest.MonkeyPatch
+) -> list[str]:
+    """Return the frames on a terminal of this size."""
+    patch.setattr("shutil.get_terminal_size", lambda: os.terminal_size(size))
+    written: list[str] = []
+    play(replay, ticks, 4, written.append, lambda _: None)
+    return [click.unstyle(text) for text in written[1:-1]]
+
+
 @pytest.mark.parametrize("size", [(40, 12), (70, 20), (200, 60)])
 def test_a_frame_fits_into_the_terminal(
     replays: dict[str, Replay], monkeypatch: pytest.MonkeyPatch, size: tuple[int, int]
 ) -> None:
     """Longer lines were broken within words, and higher frames ran over one another."""
-    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size(size))
-    written: list[str] = []
-    play(replays["chain"], range(4, 8), 4, written.append, lambda _: None)
-    frames = [click.unstyle(text).split("\n") for text in written[1:-1]]
+    frames = _played(replays["chain"], range(4, 8), size, monkeypatch)
     assert len(frames) == 4
-    for lines in frames:
+    for lines in (frame.split("\n") for frame in frames):
         assert len(lines) <= size[1] and max(map(len, lines)) <= size[0]
 
 
@@ -126,35 +133,24 @@ def test_a_small_terminal_shows_the_last_events_of_a_large_team(
     replays: dict[str, Replay], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Frames were cut at the bottom, so that the robots hid the events."""
-    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size((40, 14)))
-    written: list[str] = []
     replay = replays["chain"]
-    play(replay, range(4, 8), 4, written.append, lambda _: None)
-    for tick, text in zip(range(4, 8), written[1:-1], strict=True):
+    frames = _played(replay, range(4, 8), (40, 14), monkeypatch)
+    for tick, text in zip(range(4, 8), frames, strict=True):
         newest = [event.text for event in replay.events if event.tick <= tick][-1]
-        said = " ".join(click.unstyle(text).replace("\x1b[K", "").split())
-        assert newest in said
+        assert newest in " ".join(text.replace("\x1b[K", "").split())
 
 
 def test_a_frame_of_a_large_map_shows_the_robot_of_the_last_event(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It showed the north-western corner, wherever the robots were."""
-    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size((40, 20)))
     robot = {"model": "quadcopter", "start": [35, 50], "objective": {"visit": [[35, 52]]}}
-    run = runtime.played.play(
-        {
-            "safenav": 1,
-            "map": {"grid": ["#" * 60, *["#" + "." * 58 + "#"] * 38, "#" * 60]},
-            "robots": {"q": robot},
-            "until": {"rounds": 1},
-        }
-    )
+    grid = ["#" * 60, *["#" + "." * 58 + "#"] * 38, "#" * 60]
+    team = {"safenav": 1, "map": {"grid": grid}, "robots": {"q": robot}, "until": {"rounds": 1}}
     trace = tmp_path / "t.jsonl"
-    trace.write_text(run.text)
-    written: list[str] = []
-    play(read_replay(trace), range(3), 4, written.append, lambda _: None)
-    assert all("Q  " in text for text in map(click.unstyle, written[1:-1]))
+    trace.write_text(runtime.played.play(team).text)
+    frames = _played(read_replay(trace), range(3), (40, 20), monkeypatch)
+    assert all("Q  " in text for text in frames)
 
 
 @pytest.mark.parametrize(

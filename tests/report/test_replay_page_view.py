@@ -1,6 +1,5 @@
 """Looking around on the page: zoom, follow, go to an event, lanes, saved pictures."""
 
-import json
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
@@ -142,17 +141,11 @@ def test_the_saved_picture_stands_alone(browser: Browser, pages: dict[str, Path]
 
 def test_a_run_that_failed_opens_at_its_last_moment(browser: Browser, tmp_path: Path) -> None:
     lines = made_traces.door()
-    outcome = {
-        **lines[-1],
-        "outcome": "operator_needed",
-        "explanation": "-",
-        "cause": "no_capable_robot",
-    }
-    trace = tmp_path / "failed.jsonl"
-    trace.write_text("".join(json.dumps(line) + "\n" for line in [*lines[:-1], outcome]))
-    replay = read_replay(trace)
+    why = {"explanation": "-", "cause": "no_capable_robot"}
+    lines[-1] |= {"outcome": "operator_needed", **why}
+    replay = read_replay(made_traces.write(lines, tmp_path / "failed.jsonl"))
     page = tmp_path / "failed.html"
-    page.write_text(page_of(replay, trace.name))
+    page.write_text(page_of(replay, "failed.jsonl"))
     browser.open(page)
     assert browser.tick == replay.last > 0
     browser.open(page, "#tick=3")

@@ -74,10 +74,8 @@ def test_a_wait_for_an_operator_is_told_from_one_for_a_change(
 
 def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Replay]) -> None:
     replay = replays["chain"]
-    first, second = (
-        StackRow("uncertainty@43", "digit", ("quad",)),
-        StackRow("door@47", "quad", ("digit",)),
-    )
+    first = StackRow("uncertainty@43", "digit", ("quad",))
+    second = StackRow("door@47", "quad", ("digit",))
     pushes = [e.tick for e in replay.events if e.kind is StoryKind.PUSH]
     pops = [e.tick for e in replay.events if e.kind is StoryKind.POP]
     assert replay.stack.at(pushes[0] - 1) == ()

@@ -112,7 +112,7 @@ def test_a_page_of_a_thousand_watchful_ticks_stays_under_a_megabyte(
 ) -> None:
     lines = made_traces.watched(made_traces.crowd(), vision)
     replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
-    assert len(replay.beliefs) == 30
+    assert (replay.last, len(replay.robots), len(replay.beliefs)) == (1000, 6, 30)
     assert len(page_of(replay, "t.jsonl").encode()) < 1_000_000
 
 

@@ -61,10 +61,8 @@ def test_in_3d_deadlines_are_at_the_instants_of_their_ticks(tmp_path: Path) -> N
     (data,) = re.findall(r'id="run">(.*?)</script>', page3d_of(trace, "t", motion_of(trace)))
     run = json.loads(data)
     flat = encoded(replay_of(trace), "t")["deadlines"]
-    assert [(of, *told) for _, of, _, _, *told in run["deadlines"]] == [
-        (of, *told) for _, of, _, _, *told in flat
-    ]
-    for instant, of, begin, due, _, _ in run["deadlines"]:
+    for (instant, of, begin, due, *told), tick in zip(run["deadlines"], flat, strict=True):
+        assert [of, *told] == [tick[1], *tick[4:]]
         assert begin <= instant <= due <= run["last"], of
 
 

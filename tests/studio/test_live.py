@@ -17,7 +17,6 @@ from safenav.studio.run.orders import RunOrder
 from safenav.studio.watching import WatchedRun
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Move, Resolved
-from safenav.trace.trace import Trace
 from studio.serving import SCENARIOS, Page, Served, opened, visit
 
 DOOR = SCENARIOS / "case_study_1.yaml"
@@ -151,17 +150,12 @@ def test_a_run_with_a_clock_is_told_in_seconds() -> None:
         visit(served.address, story)
 
 
-@pytest.mark.parametrize("name", ["case_study_1", "case_study_3_beliefs", "team_of_six"])
+@pytest.mark.parametrize("name", ["case_study_1", "case_study_3_beliefs", "team_of_six", "live"])
 def test_the_news_of_all_ticks_are_the_whole(name: str) -> None:
     """What a page that was there from the beginning has, and one that was opened later."""
-    follow(read_bytes(trace_of_shipped(name).read_bytes()))
-
-
-def test_the_news_of_a_run_with_a_clock_are_the_whole() -> None:
-    follow(read_bytes(live_trace("team_of_six")))
-
-
-def follow(trace: Trace) -> None:
+    clocked = name == "live"
+    data = live_trace("team_of_six") if clocked else trace_of_shipped(name).read_bytes()
+    trace = read_bytes(data)
     live = LiveRun(trace.header, "run.jsonl")
     page = json.loads(json.dumps(live.whole()))
     tick = 0

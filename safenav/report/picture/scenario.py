@@ -42,16 +42,9 @@ def scene_of(scenario: Scenario) -> Scene:
         )
         for obstacle in scenario.obstacles
     )
-    chargers = tuple(sorted(scenario.chargers))
-    words = (scenario.name, "before the run")
-    return Scene(
-        *words,
-        scenario.map,
-        tuple(robots),
-        obstacles,
-        chargers=chargers,
-        exclusions=scenario.never_together,
-    )
+    marks = (tuple(sorted(scenario.chargers)), scenario.never_together)
+    shown = (scenario.map, tuple(robots), obstacles, (), (), *marks)
+    return Scene(scenario.name, "before the run", *shown)
 
 
 def sight_of(scenario: Scenario, robot: str) -> Shading:

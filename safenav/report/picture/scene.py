@@ -17,11 +17,7 @@ from safenav.report.picture.floor import (
     draw_numbers,
     number_size,
 )
-from safenav.report.picture.glyphs import (
-    NOSE,
-    STATUS_MARKS,
-    separated,
-)
+from safenav.report.picture.glyphs import NOSE, STATUS_MARKS, separated
 from safenav.report.picture.legend import Row, key_row, legend_of, lines_of
 from safenav.report.picture.names import PlacedName, draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.pictograms import (
