@@ -5,6 +5,7 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``TYPE``: fields of all lines of this type, in their order
 - ``some TYPE``, ``no TYPE``: fields of lines that the trace has, or does not have
 - ``explained``, ``left_open``: words of the outcome's explanation, and the orders left open there
+- ``certified``: a bundle of the run is accepted
 - ``clocks``: it is played on each of these
 - ``or``: it is also played with these words replaced
 
@@ -21,9 +22,12 @@ from typing import Any
 import pytest
 import yaml
 
+from certify.making import certified
 from runtime.played import play
+from safenav.trace.records import KINDS
 
 Rows = list[dict[str, Any]]
+OTHERS = ("explained", "left_open", "certified")
 
 
 def cases() -> Iterator[Any]:
@@ -46,9 +50,12 @@ def test_case(text: str, said: dict[str, Rows]) -> None:
     run = play(text)
     assert all(words in run.outcome["explanation"] for words in said.get("explained", ()))
     assert run.still_open == said.get("left_open", run.still_open)
-    lines = {what: rows for what, rows in said.items() if what not in ("explained", "left_open")}
+    if said.get("certified"):
+        certified(text)
+    lines = {what: rows for what, rows in said.items() if what not in OTHERS}
     for what, rows in ({"outcome": [{"outcome": "completed"}]} | lines).items():
         some, _, kind = what.rpartition(" ")
+        assert {key for row in rows for key in row} <= {*KINDS[kind].__struct_fields__}, what
         for row in rows if some else ():
             assert bool(run.all(kind, **row)) == (some == "some"), (what, row)
         if not some:

@@ -147,31 +147,7 @@ def test_the_audit_refuses_other_charges(text: str, charges: dict[str, int], sai
         battery[key] = was
 
 
-SENT_ON = """
-clock: live
-map: {grid: ["#####", "#..##", "#...#", "#####"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [lift],
-           battery: {capacity: 11, charge: 1, stay: 0}}
-    slow: {mobility: free, layer: ground, capabilities: [clear], timing: {least: 1, most: 3}}
-  obstacles:
-    crate: {needs: [{action: clear, at: [11, 12]}, {action: lift}], blocks: [cart]}
-    leaf: {action: clear, resolve_at: [6, 12], blocks: [ground], sweeps: neighbours}
-robots:
-  cart: {model: cart, start: 13, objective: {once: [{any: [6, 11]}]}}
-  slow: {model: slow, start: 7, objective: {visit: [6, 12, 13]}}
-obstacles: [{type: crate, region: 11}, {type: leaf, region: 6}]
-until: {rounds: 1}
-seed: 115652
-chargers: [12, 13, 7]
-"""
-"""A robot that stays gets another stop after its turn, which no line tells."""
-
-
-@pytest.mark.parametrize(
-    "text", [STOPS, CORRIDOR + "clock: live\n", FLAT + "clock: live\n", SENT_ON]
-)
+@pytest.mark.parametrize("text", [STOPS, CORRIDOR + "clock: live\n", FLAT + "clock: live\n"])
 def test_bundles_of_robots_with_batteries_are_accepted(text: str) -> None:
     certified(text)
 
