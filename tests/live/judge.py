@@ -176,6 +176,7 @@ class Walk:
         self.believed -= {n for n, result in line["found"].items() if result == "nothing"}
         failed = [n for n, result in line["found"].items() if result == "failed"]
         self.actions.update((line["robot"], n) for n in failed)
+        self.known |= {*failed} & self.stages.keys()
         for obstacle, (index, done) in line["stages"].items():
             if obstacle in self.stages:
                 self.stages[obstacle] = (index, frozenset(done))
