@@ -77,7 +77,7 @@ def command(
     """Compute the motion of TRACE: how each robot moves in metres and seconds, so that every
     guarantee of the run holds at every instant."""
     from safenav.motion.file.reading import text_of
-    from safenav.motion.making import SIDE, Disturbances, motion_of
+    from safenav.motion.making import SIDE, Disturbances, motion_of, refuse_broken
     from safenav.motion.report import report_of
 
     if output is None and not report:
@@ -88,6 +88,7 @@ def command(
             f"{trace}: no region size given; using {SIDE:g} m (change with --side M)",
             err=True,
         )
+    refuse_broken(run)
     motion = motion_of(run, side, Disturbances(seed, gust, push))
     if output is not None:
         write_out(output, text_of(motion))

@@ -56,7 +56,7 @@ def motion_of(
     except SafenavError:
         raise
     except Exception as error:
-        _refuse_broken(trace, error)
+        refuse_broken(trace, error)
         raise
     if against.gust or against.push:
         lines = _disturbed(lines, movers, floor, against)
@@ -75,7 +75,7 @@ def motion_of(
     return Motion(header, lines, outcome)
 
 
-def _refuse_broken(trace: Trace, error: Exception) -> None:
+def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
     """Raise UsageError if the trace itself breaks a rule: motion is made of valid runs only."""
     from safenav.audit.check import audit  # imported here: it is slow
 

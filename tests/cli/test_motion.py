@@ -75,6 +75,17 @@ def test_motion_is_accepted_by_its_checker(safenav: Command, moved: Path) -> Non
     assert "no rule broken" in found.stdout
 
 
+def test_no_motion_is_written_of_a_trace_that_breaks_a_rule(safenav: Command, moved: Path) -> None:
+    """Its moves are possible, but its goals are met in other ticks."""
+    text = (moved / "run.jsonl").read_text()
+    (moved / "late.jsonl").write_text(
+        text.replace('"type":"goal","tick":', '"type":"goal","tick":9')
+    )
+    made = safenav("motion", "late.jsonl", "-o", "late.motion.jsonl")
+    assert made.returncode == 2 and "late.jsonl breaks a rule" in made.stderr
+    assert not (moved / "late.motion.jsonl").exists()
+
+
 def test_damaged_motion_exits_with_1_and_its_first_finding(safenav: Command, moved: Path) -> None:
     path = moved / "run.motion.jsonl"
     lines = path.read_text().splitlines()

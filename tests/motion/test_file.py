@@ -109,17 +109,10 @@ def test_cut_off_file_is_told() -> None:
         parsed(text[: text.rindex('{"type":"outcome"')].encode(), "file")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        (b'"from":58,"to":57', b'"from":58,"to":90', "moved.jsonl breaks a rule"),
-        (b'"from":58,"to":57', b'"from":58,"to":71', "moved.jsonl breaks a rule"),
-    ],
-    ids=["a jump", "backwards"],
-)
-def test_no_motion_is_made_of_moves_that_no_robot_makes(old: bytes, new: bytes, said: str) -> None:
+@pytest.mark.parametrize("to", [b"90", b"71"], ids=["a jump", "backwards"])
+def test_no_motion_is_made_of_moves_that_no_robot_makes(to: bytes) -> None:
     """Such traces ended in KeyError, StopIteration or ZeroDivisionError."""
-    content = trace_bytes("case_study_1")
+    content, old = trace_bytes("case_study_1"), b'"from":58,"to":57'
     assert old in content
-    with pytest.raises(UsageError, match=said):
-        motion_of(read_bytes(content.replace(old, new, 1), "moved.jsonl"))
+    with pytest.raises(UsageError, match=r"moved\.jsonl breaks a rule"):
+        motion_of(read_bytes(content.replace(old, old[:-2] + to, 1), "moved.jsonl"))
