@@ -69,6 +69,7 @@ def facts_of(
         "obstacles": [
             {"name": o["name"], "label": wording.obstacle(o["name"])}
             | {key: o[key] for key in ("region", "action")}
+            | {"needs": [need["action"] for need in o.get("needs") or [o]]}
             for o in scenario["obstacles"]
         ],
         "outcome": outcome.get("outcome", "unfinished"),

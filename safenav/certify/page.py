@@ -15,6 +15,7 @@ from safenav.certify.facts import Claim, facts_of
 from safenav.certify.map_picture import glyph, map_svg
 from safenav.certify.proved import PROVED, Proof
 from safenav.trace.looks import looks
+from safenav.trace.words import counted
 from safenav.world.map import RegionMap
 
 _GROUPS = (
@@ -151,21 +152,17 @@ def _promises(facts: Mapping[str, Any], kinds: Mapping[str, int]) -> list[str]:
     if kept := kinds.get("keeps"):
         texts = [c["text"] for c in facts["claims"] if c["kind"] == "keeps"]
         alone = sum(text.endswith(f"{ASSUMED['none']}.") for text in texts)
-        under = (
-            ""
-            if alone == kept
-            else f" in {alone} cases; under the assumptions below in {kept - alone}"
-        )
-        under = f", whatever the other robots do{under}" if alone else ""
+        cases = f" in {counted(alone, 'case')}; under the assumptions below in {kept - alone}"
+        under = f", whatever the other robots do{cases * (alone < kept)}" if alone else ""
         found.append(
-            f"Strategies: {kept} proofs. Each shows that a strategy obeys the rules of the "
-            "scenario and meets its objective infinitely often"
+            f"Strategies: {counted(kept, 'proof')}. Each shows that a strategy obeys the rules of "
+            "the scenario and meets its objective infinitely often"
             f"{under or ', under the assumptions below'}."
         )
     named = ("unrealizable", "never", "changed", "broken")
     found += [c["text"] for c in facts["claims"] if c["kind"] in named][:_MOST_NAMED]
     if weakest := kinds.get("weakest"):
-        found.append(f"No weaker assumption suffices: proven {weakest} times.")
+        found.append(f"No weaker assumption suffices: proven {counted(weakest, 'time')}.")
     return [*found, *facts["proved_of_the_team"]]
 
 
@@ -195,7 +192,7 @@ def _mission(facts: Mapping[str, Any], scenario: Mapping[str, Any]) -> str:
         for r, look in zip(facts["asked"], looks([*scenario["robots"]]), strict=True)
     ]
     obstacles = [
-        f"{o['label']}: resolved by the action {o['action'].replace('_', ' ')}"
+        f"{o['label']}: resolved by {', then '.join(o['needs']).replace('_', ' ')}"
         for o in facts["obstacles"]
     ]
     hidden = (
