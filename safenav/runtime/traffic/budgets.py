@@ -88,6 +88,8 @@ REMEMBERED_STATES = 4_000
 
 AT_ONCE = 0.02
 """Live: seconds within which most searches end; results of others are fetched later."""
+LONGEST = 60
+"""Live: the most steps, all undoable, that robots take during a search; then they wait."""
 
 MOST_HELPERS = 2
 """Most robots that move and help in a plan for a deadline, unless the need takes more."""

@@ -17,7 +17,12 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.background_search import BackgroundSearch, Unknown
+from safenav.runtime.traffic.background_search import (
+    BackgroundSearch,
+    PendingSearch,
+    Unknown,
+    free_to_go_on,
+)
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlocked, meets_the_rest_alone
 from safenav.runtime.traffic.joint_search.shortening import shortened
@@ -52,6 +57,8 @@ class Traffic:
         self.turned: Mapping[str, int] = {}
         """Robots that, by the last search, must begin with another of their targets."""
         self._looked = -1.0
+        self._pending: PendingSearch | None = None
+        self._all_wait = False
         self.thinking = BackgroundSearch(stop)
         self.searches = searches = Searches(state, self.thinking)
         self._certificates = certificates = ContinuationPlans(state, searches)
@@ -80,10 +87,17 @@ class Traffic:
         found, notes.hopeless = notes.hopeless, frozenset()
         return found
 
-    @property
-    def holds(self) -> bool:
-        """Whether robots stay until a requested plan is available."""
-        return self.wanted is not None
+    def holds(self, name: str) -> bool:
+        """Return whether a robot stays until a requested plan is available: the robot could not
+        return alone to the state in which the plan begins."""
+        if self.wanted is None:
+            return False
+        return self._pending is None or not self._pending.may_go_on(name)
+
+    def set_out(self) -> None:
+        """Record that a robot has departed."""
+        if self._pending is not None:
+            self._pending.set_out(self.searches.floor().poses)
 
     def quiescent(self, *, all_still: bool) -> bool:
         """Live: make a plan if robots wait in a circle; return whether there is one.
@@ -139,7 +153,7 @@ class Traffic:
     ) -> None:
         """End the plan: it is finished, or there is a new fact. ``nodes``: each robot's next
         strategy node."""
-        self.wanted = None
+        self.wanted = self._pending = None
         self.plan.end(reason, nodes)
         self.occasions.watch.begin_anew()
 
@@ -174,7 +188,8 @@ class Traffic:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
         here, self.search.starved = self.searches.floor(), occasion.robot
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
-        found = self._sought(here, occasion, helping)
+        pending = self._search_from(here)
+        found = self._sought(pending, occasion, helping)
         if found is None:
             return
         problem, answer = found
@@ -184,7 +199,7 @@ class Traffic:
         if not isinstance(answer, Found):
             self._without_plan(problem, answer, occasion)
             return
-        if self.search.hopeless:  # the others complete the mission
+        if self.search.hopeless and floor is pending.floor:  # the others complete the mission
             self._set_aside(floor, self.search.hopeless)
             return
         self.search.failures = self.search.used = 0
@@ -193,7 +208,11 @@ class Traffic:
         if self.searches.turning:
             self._certificates.keep(problem.course, answer.states)
         counts = self.searches.counts(floor)
-        states = self.search.cut(problem, answer.states, helping)
+        cut = self.search.cut(problem, answer.states, helping)
+        states = pending.from_here(problem.course, counts, cut)
+        if states is None:
+            self._search_again(occasion)
+            return
         charges = self.search.charges(self.state.robots[occasion.robot])
         short = charges and not self.search.leg_done(problem, states[-1], helping)
         if short or self.plan.changes_nothing(here, states, counts):
@@ -202,30 +221,34 @@ class Traffic:
             if leg is None and floor.index(occasion.robot) in hemmed_in:
                 self.occasions.watch.begin_anew()
                 return
-            states = leg or states
+            states = (leg and pending.from_here(problem.course, counts, leg)) or states
         self._begin(floor, states, counts, occasion.reason)
 
     def _sought(
-        self, here: Floor, occasion: PlanTrigger, helping: bool
+        self, pending: PendingSearch, occasion: PlanTrigger, helping: bool
     ) -> tuple[SearchProblem, Answer] | None:
-        """The result of a search with its problem and first state; None if it is not available
-        yet."""
-        floor = self.searches.aimed(here)
+        """The result of a search with its problem and first state; None if it is not available yet,
+        or does not apply to the robots' present state."""
+        plain = pending.floor
+        floor = self.searches.aimed(plain)
         try:
-            return self.thinking.ask(
-                self._moment(here), lambda: self.search.sought(here, floor, helping)
+            found = self.thinking.ask(
+                pending.moment, lambda: self.search.sought(plain, floor, helping)
             )
         except Unknown:
-            self.wanted = replace(occasion, gate=None)
+            self.wanted, self._pending = replace(occasion, gate=None), pending
             return None
-
-    def _moment(self, here: Floor) -> Hashable:
-        """A key of everything on which a search depends."""
-        if not self.thinking.background:
+        except RunEnded:
+            self.stop.check()
+            if not pending.moved:
+                raise
+            self._search_again(occasion)  # a proof must concern the present state
             return None
-        each = tuple((r.active, r.assignment) for r in self.state.robots.values())
-        settled = id(self.state.last_settled.found)
-        return here.poses, self.searches.counts(here), here.stages, settled, repr(each)
+        self._pending, self._all_wait = None, False
+        if isinstance(found[-1], Exhausted) and pending.moved:
+            self._search_again(occasion)
+            return None
+        return found
 
     def _without_plan(
         self, problem: SearchProblem, answer: Exhausted | BudgetExhausted, occasion: PlanTrigger
@@ -301,6 +324,25 @@ class Traffic:
         told = "; ".join(links)
         specs = end.unrealizable
         return replace(found, explanation=told, links=links, stuck=end.stuck, unrealizable=specs)
+
+    def _search_from(self, here: Floor) -> PendingSearch:
+        """Return the running search if it applies to the present state, else a new one."""
+        if not self.thinking.background:
+            return PendingSearch(here, None, None, [here.poses])
+        robots = self.state.robots.values()
+        each = tuple((r.active, r.assignment) for r in robots)
+        team = here.stages, id(self.state.last_settled.found), repr(each)
+        if self._pending is not None and self._pending.serves(here, team):
+            return self._pending
+        counts = self.searches.counts(here)
+        moment = here.poses, counts, team, self._all_wait
+        free = () if self._all_wait else free_to_go_on(here, robots)
+        return PendingSearch(here, moment, team, [here.poses], free)
+
+    def _search_again(self, occasion: PlanTrigger) -> None:
+        """Search for a plan from the present state while all robots stand."""
+        self.wanted = replace(occasion, gate=None)
+        self._pending, self._all_wait = None, True
 
     def _begin(
         self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count], reason: str

@@ -50,6 +50,7 @@ class Moves(Struct, frozen=True):
             return
         robot.transit, robot.recalls = step, self._remembers_after(robot, step)
         robot.stood.clear()
+        self.relocation.traffic.set_out()
         event, robot.moved = (
             robot.moved or self.world.start(robot.robot, robot.pose, step.pose),
             None,

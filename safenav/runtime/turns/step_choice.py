@@ -81,7 +81,7 @@ class StepChoice(Struct, frozen=True):
             frozenset(shut),
             frozenset(side for side in sides if ahead >> side & 1),
             tuple(self.state.inputs.values()),
-            self.traffic.holds,
+            self.traffic.holds(robot.name),
             self.state.deferred,
         )
 

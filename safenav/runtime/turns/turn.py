@@ -136,7 +136,7 @@ class Turns:
         broken = self.monitors.broken_assumptions(robot, observed)
         answer = planner.propose(observed)
         lost, proposal = answer is None, answer or Proposal(robot.pose, None)
-        if self.traffic.holds:  # a plan is about to begin, so no other step does
+        if self.traffic.holds(robot.name):  # a plan is about to begin, so no other step does
             lost, proposal = False, planner.held_back(robot.pose, observed)
         silent = lost and planner.node is not None and not (broken or planner.behind)
         violation = choice.violation(robot, proposal.pose)

@@ -19,8 +19,21 @@ from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace import records
 
 SCENARIO = Path(__file__).parents[3] / "scenarios" / "corridor_swap.yaml"
+
+
+BESIDE = """
+name: two in a corridor, a third one in the room beside it
+map: {grid: ["#########", "#.......#", "#.#####.#", "#...#...#", "#...#...#", "#########"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
+robots:
+  a: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
+  b: {model: cart, start: [1, 7], objective: {visit: [[1, 1], [1, 7]]}}
+  c: {model: cart, start: [4, 1], objective: {visit: [[4, 3], [4, 1]]}}
+clock: live
+"""
 
 
 CROWDED = """
@@ -86,6 +99,27 @@ def test_the_world_is_heard_while_a_plan_is_searched(monkeypatch: pytest.MonkeyP
             over.set()
     assert run.result.outcome is Outcome.COMPLETED
     assert searched and threading.main_thread().name not in searched
+    assert not trace.findings
+
+
+def test_robots_that_can_undo_their_steps_go_on_while_a_plan_is_searched(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The plan begins where they were: they go back, or it is shortened to a way from where they
+    are."""
+    over, trace, meanwhile = threading.Event(), Run(), list[str]()
+    searched = slow(monkeypatch, over)
+    run = Mission(loaded(BESIDE), world=Wall(), listeners=[trace])
+
+    def note(record: records.Record) -> None:
+        if isinstance(record, records.Depart) and run._traffic.wanted is not None:
+            meanwhile.append(record.robot)
+            if meanwhile.count("c") == 2:
+                over.set()
+
+    run.state.listeners = (*run.state.listeners, note)
+    assert run.run().outcome is Outcome.COMPLETED
+    assert searched and over.is_set()
     assert not trace.findings
 
 
