@@ -91,7 +91,8 @@ class Algorithm(Struct):
                 if robot.transit is None
                 else self.world.may_have_ended(robot.name)
             ):
-                self.run_part(partial(self.settle, self._step(robot)))
+                turn = partial(self.settle, self._step(robot))
+                self.turns.idling.unless_idle(robot, partial(self.run_part, turn))
             self.deadlines.turn_ends(number)
 
     def _step(self, robot: RobotState) -> Iterator[Event]:

@@ -47,6 +47,12 @@ class Progress:
         """The goals that were met in the current round."""
         return frozenset(self._seen)
 
+    @property
+    def mark(self) -> tuple[int, ...]:
+        """A key that changes with every turn that makes progress."""
+        holds = self._holding, self._completed
+        return self.rounds, self._state, len(self._seen), *holds
+
     @classmethod
     def continued(cls, objective: Objective, done: Done) -> Progress:
         """Return the progress with which a continued run begins."""

@@ -206,10 +206,11 @@ class TeamState(Struct):
     settlement of a decision that waits for strategies; ``waiting``: the conclusion of a run that
     waits instead of ending, for an operator or a change of the scenario at ``waits_until``
     (``changes_to_come``: whether it has any left), ``outdated`` if a robot has been put in or out
-    of service or moved elsewhere since; ``changes``: number of changes on which decisions depend.
-    ``dues``: deadlines of the open obstacles; ``stops``: those of a robot with a battery;
-    ``frees``: whether a joint plan may help a robot that has no strategy from its pose.
-    ``inputs``: their values in this tick, and in the one before.
+    of service or moved elsewhere since; ``changes``: number of changes on which
+    decisions depend, ``moves``: of departures and arrivals; ``told``: of records. ``dues``:
+    deadlines of the open obstacles; ``stops``: those of a robot with a battery; ``frees``: whether
+    a joint plan may help a robot that has no strategy from its pose. ``inputs``: their values in
+    this tick, and in the one before.
     """
 
     scenario: Scenario
@@ -230,6 +231,8 @@ class TeamState(Struct):
     waits_until: float | None = None
     outdated: bool = False
     changes: int = 0
+    moves: int = 0
+    told: int = 0
     dues: Callable[[Floor], Dues | None] = lambda _: None
     stops: Callable[[RobotState], Stops | None] = lambda _: None
     changes_to_come: Callable[[], bool] = lambda: False
@@ -312,8 +315,13 @@ class TeamState(Struct):
     def emit(self, record: records.Record) -> None:
         if self.now is not None:
             record = replace(record, t=round(self.now(), 9))
+        self.told += 1
         for listener in self.listeners:
             listener(record)
+
+    def moved(self) -> None:
+        """Record that a robot has set out, or its step has ended."""
+        self.moves, self.changes = self.moves + 1, self.changes + 1
 
     def tell_goals(self, robot: RobotState, met: Sequence[int]) -> None:
         """Record goals that a robot has met where it stands."""

@@ -59,7 +59,7 @@ class Moves(Struct, frozen=True):
             yield from self._arrive(robot, step, event, step)
             return
         number = self.world.number(robot.name) if event is None else event.command or 0
-        self.state.changes += 1
+        self.state.moved()
         self.tell.begun(robot, step, number, self.world.expected(robot.robot))
         if not self.state.live:
             yield from self.actions.act(robot)
@@ -93,7 +93,7 @@ class Moves(Struct, frozen=True):
         the step as recorded by a lockstep trace."""
         start, pose, progress = robot.pose, step.pose, robot.progress
         robot.transit, robot.claims = None, {}
-        self.state.changes += 1
+        self.state.moved()
         if isinstance(event, Arrived):
             robot.pose = pose
         elif not isinstance(event, Lost):

@@ -15,6 +15,7 @@ from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import DecidedStep, RobotState, Role, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.actions import Actions
+from safenav.runtime.turns.idling import Idling
 from safenav.runtime.turns.monitor import Monitors
 from safenav.runtime.turns.move_recorder import MoveRecorder
 from safenav.runtime.turns.moves import Moves
@@ -43,6 +44,7 @@ class Turns:
         self.actions = Actions(state, world, tell, traffic, relocation, self._stand_still)
         self.moves = Moves(state, world, tell, relocation, self.actions)
         self.choice = StepChoice(state, world, tell, traffic)
+        self.idling = Idling(state, self.choice, traffic, world.simulated)
 
     def step(self, robot: RobotState) -> Iterator[Event]:
         """One turn: its events as they happen, each to be settled before the turn continues."""
