@@ -162,6 +162,17 @@ def unrequested() -> list[Line]:
     return s.end("completed", {"digit": 1, "quad": 2})
 
 
+def _around(s: Script) -> list[Line]:
+    """The rover goes around region 8, and back."""
+    for to in (13, 14, 15, 16, 10):
+        s.next_tick().move("rover", to)
+    s.goal("rover", 0, 0)
+    for to in (16, 15, 14, 13, 7):
+        s.next_tick().move("rover", to)
+    s.goal("rover", 1, 1)
+    return s.end("completed", {"rover": 1})
+
+
 def detour() -> list[Line]:
     """No robot can clear the debris: it becomes permanent, and the rover takes a detour."""
     s = Script(
@@ -172,26 +183,14 @@ def detour() -> list[Line]:
     s.next_tick().meet("rover", "debris@8").request("rover", "debris@8", {}, None)
     proof = closure(["debris@8"], rover=([7, 9, 10, 13, 14, 15, 16], True))
     s.block("debris@8", "no_capable_robot", proof, "rover").synthesize("blocked", "rover")
-    for to in (13, 14, 15, 16, 10):
-        s.next_tick().move("rover", to)
-    s.goal("rover", 0, 0)
-    for to in (16, 15, 14, 13, 7):
-        s.next_tick().move("rover", to)
-    s.goal("rover", 1, 1)
-    return s.end("completed", {"rover": 1})
+    return _around(s)
 
 
 def avoiding() -> list[Line]:
     """The rover never enters region 8, and leaves 10 to the south only."""
     own = {"visit": [10, 7], "avoid": [8], "always": ["region = 10 -> region' = 16"]}
     s = Script(ROOM, {"rover": robot("ground", [], 7, own)}, [])
-    for to in (13, 14, 15, 16, 10):
-        s.next_tick().move("rover", to)
-    s.goal("rover", 0, 0)
-    for to in (16, 15, 14, 13, 7):
-        s.next_tick().move("rover", to)
-    s.goal("rover", 1, 1)
-    return s.end("completed", {"rover": 1})
+    return _around(s)
 
 
 def operator() -> list[Line]:
