@@ -49,7 +49,8 @@ def test_the_checker_shares_no_code_with_the_rest() -> None:
 
 
 def test_the_format_leans_on_nothing_but_msgspec() -> None:
-    plain = ("safenav.errors", "safenav.lines", "safenav.outcome", "msgspec", "msgspec.structs")
+    modules = ("errors", "file_kind", "lines", "outcome")
+    plain = (*(f"safenav.{module}" for module in modules), "msgspec", "msgspec.structs")
     for module in FORMAT:
         for name in imported(source(module)):
             known = name in (*FORMAT, *plain)
