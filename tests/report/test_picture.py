@@ -166,7 +166,7 @@ map: {grid: ["######", "#....#", "######"], names: {dock: [1, 4]}}
 catalogue:
   obstacles: {parcel: {action: push, blocks: []}}
 robots:
-  a: {model: digit, start: 7, heading: east, objective: {hold: 8}}
+  a: {model: digit, start: 7, heading: east, objective: {hold: 8, avoid: [10]}}
   b: {model: quadcopter, start: 10, objective: {hold: 9}}
 never_together: [{robots: [b, a], in: [8, 9]}]
 orders: [{at: 4, type: parcel, region: dock}]
@@ -187,6 +187,7 @@ def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
     group.main(["run", str(source), "--trace", str(trace)], standalone_mode=False)
     run = encoded(read_replay(trace), "x")
     assert run["exclusions"] == [[["a", "b"], [8, 9]]] and run["obstacles"][0]["ordered"]
+    assert run["robots"][0]["tasks"][0][2:] == [[8], [10]]  # targets, and regions to avoid
     still = drawing_of(ZONE, scenario.map, scenario.catalogue)["run"]
     assert still["exclusions"] == run["exclusions"] and still["obstacles"][0]["ordered"]
 

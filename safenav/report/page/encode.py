@@ -249,4 +249,5 @@ def stack_data(frames: Sequence[timeline.StackRow], world: RegionMap) -> list[An
 
 
 def task_data(replay: timeline.Replay, robot: str, objective: Objective | None) -> list[Any]:
-    return [replay.doing(robot, objective), sorted(target_regions(objective))]
+    avoid = () if objective is None else objective.avoid
+    return [replay.doing(robot, objective), sorted(target_regions(objective)), sorted(avoid)]

@@ -115,7 +115,11 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
     <>
       {run.robots.flatMap((robot) => {
         const regions = new Set(at(robot.tasks, tick)[2]);
+        const avoid = at(robot.tasks, tick)[3];
         const marks = [];
+        if (avoid.length) {
+          marks.push(<path class="aim avoided" style={{ "--colour": robot.look.colour }} data-avoided={robot.name} d={outline(run, avoid, 2.4)} />);
+        }
         for (const [name, area] of Object.entries(run.areas)) {
           if (area.length < 2 || !area.every((region) => regions.has(region))) continue;
           area.forEach((region) => regions.delete(region));

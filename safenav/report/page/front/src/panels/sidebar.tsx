@@ -255,6 +255,14 @@ export const Legend = memo(({ run }: { run: Run }) => {
             path of a robot, newest part strongest
           </li>
         )}
+        {first && run.robots.some((robot) => robot.tasks.some((task) => task[3].length > 0)) && (
+          <li>
+            <svg width="20" height="20" viewBox="-2 -2 24 24" aria-hidden="true">
+              <path class="aim avoided" style={{ "--colour": first.look.colour }} d="M1 1h18v18h-18z" />
+            </svg>
+            regions that the robot of this colour avoids
+          </li>
+        )}
         {run.robots.some((robot) => robot.headings !== null) && (
           <li>
             <svg width="18" height="18" viewBox="-0.9 -2 1.8 1.2" aria-hidden="true">

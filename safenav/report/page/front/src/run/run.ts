@@ -44,8 +44,8 @@ export interface Look {
   drop: number;
 }
 
-/** [from tick, in words, all target regions] */
-export type Task = [tick: number, words: string, targets: number[]];
+/** [from tick, in words, all target regions, regions that it avoids] */
+export type Task = [tick: number, words: string, targets: number[], avoid: number[]];
 
 /** [from tick, rounds done, target reached last or -1] */
 export type Progress = [tick: number, rounds: number, reached: number];
