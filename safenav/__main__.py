@@ -1,5 +1,4 @@
-"""Entry point of the command, also of ``python -m safenav``. Ctrl-C ends it even while modules
-load."""
+"""Entry point of the command and of ``python -m safenav``. Ctrl-C ends it while modules load."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Graph search from initial states, and strongly connected components in one pass (Tarjan: SIAM J.
-Comput. 1972)."""
+"""Graph search, and strongly connected components in one pass (Tarjan: SIAM J. Comput. 1972)."""
 
 from __future__ import annotations
 

@@ -219,8 +219,7 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
 
 
 def _charges(robot: str, now: Situation) -> bool:
-    """Return whether a robot charges where it stands: its objective is to stay there, and not
-    because of a request."""
+    """Return whether a robot charges where it stands: it stays, and not because of a request."""
     here = now.region[robot]
     if now.header.robots[robot].battery is None or here not in (now.header.chargers or ()):
         return False
@@ -236,8 +235,7 @@ def _stays(robot: str, now: Situation) -> bool:
 
 
 def _waits(requests: Mapping[str, Mapping[str, int]], now: Situation) -> dict[str, Any]:
-    """Return the region where each requester waits; None if it is unknown, because the robot's step
-    has no end."""
+    """Return the region where each requester waits; None if its step has no end."""
     return {
         name: {robot: at if now.toward.get(robot) is None else None for robot, at in waits.items()}
         for name, waits in requests.items()

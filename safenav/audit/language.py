@@ -39,8 +39,7 @@ def require(holds: object, reason: str) -> None:
 def closure(
     starts: Iterable[Any], after: Callable[[Any], Iterable[Any]], most: float = inf
 ) -> list[Any]:
-    """Return all states reachable from ``starts``. Raises TooLargeError if there are more than
-    ``most``."""
+    """Return all states reachable from ``starts``. Raises TooLargeError beyond ``most`` states."""
     queue = [*dict.fromkeys(starts)]
     found = {*queue}
     for state in queue:

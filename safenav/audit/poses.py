@@ -28,8 +28,7 @@ class Spread(NamedTuple):
 
 
 class PoseGraph(dict[Pose, tuple[Pose, ...]]):
-    """The poses after one step from each pose. ``walls``, in its methods: regions that are not
-    entered."""
+    """The poses after one step from each pose. ``walls``: regions that are not entered."""
 
     @cached_property
     def before(self) -> dict[Pose, list[Pose]]:

@@ -186,8 +186,7 @@ class DaskCluster:
         return path
 
     def _check_versions(self) -> None:
-        """Compare safenav's version on the workers connected now, perhaps none yet. Raises
-        UsageError."""
+        """Compare safenav's version on the workers connected now, if any. Raises UsageError."""
         try:
             versions = self._client.run(version_here)
         except Exception as error:

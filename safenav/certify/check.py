@@ -1,5 +1,4 @@
-"""Running the checker as a reviewer would: a separate program with only Python's standard
-library."""
+"""Running the checker as a reviewer would: separately, with only Python's standard library."""
 
 from __future__ import annotations
 

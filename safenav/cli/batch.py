@@ -209,8 +209,7 @@ def command(
 
 
 def _first_worker(stack: ExitStack) -> Worker:
-    """Start a worker, which loads the modules of a run while this process searches for
-    scenarios."""
+    """Start a worker, which loads its modules while this process searches for scenarios."""
     from safenav.batch.workers.worker import Worker
 
     worker = Worker()

@@ -56,8 +56,7 @@ WARNING_SECONDS, WARNING_MB = 5.0, 100
 
 
 def is_specification(file: Path) -> bool:
-    """Return whether a file contains a specification, not a scenario; False if it cannot be
-    read."""
+    """Return whether a file contains a specification; False if it cannot be read."""
     try:
         with file.open(encoding="utf-8", errors="replace") as text:
             return kind_of(text.read(source.MAX_BYTES)) == "specification"
@@ -66,8 +65,7 @@ def is_specification(file: Path) -> bool:
 
 
 def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> int:
-    """Print the size of a specification's strategy, and write it into ``output``; return the exit
-    code."""
+    """Print the size of a strategy, and write it into ``output``; return the exit code."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure if verify else None)
     result = _listed(synthesizer.synthesize, spec)

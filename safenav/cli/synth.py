@@ -109,8 +109,7 @@ def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
 
 
 def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:
-    """Warn about robots that win by breaking their own assumptions; return whether there are
-    any."""
+    """Warn about robots that win by breaking their own assumptions; return whether any does."""
     warned = False
     for name, answer in answers.items():
         strategy = answer.result.strategy

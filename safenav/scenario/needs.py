@@ -1,5 +1,4 @@
-"""Order and fulfilment of an obstacle's needs, for scenarios, the simulated world and joint
-plans."""
+"""Order and fulfilment of an obstacle's needs, for scenarios, simulated worlds and joint plans."""
 
 from __future__ import annotations
 

@@ -17,8 +17,7 @@ from safenav.world.poses import Mask, bits, plain_graph, region_mask
 
 
 class Reachability:
-    """The regions that a robot of one mobility can reach from its start without entering ``closed``
-    ones."""
+    """The regions that a robot of one mobility can reach from its start outside ``closed`` ones."""
 
     def __init__(
         self,

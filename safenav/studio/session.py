@@ -79,8 +79,7 @@ def frames(trace: bytes, name: str) -> bytes:
 
 
 def bundle(trace: bytes, name: str) -> bytes:
-    """Return the run with its proofs and their checker, zipped. Raises SafenavError if the checker
-    rejects it."""
+    """Return the run with its proofs and their checker, zipped. Raises SafenavError if refused."""
     with TemporaryDirectory() as folder:
         file, out = Path(folder) / name, Path(folder) / "bundle.zip"
         file.write_bytes(trace)

@@ -35,8 +35,7 @@ class Program(Struct, frozen=True):
     memory_mb: int | None
 
     def answer(self, crew: ProcessGroup, job: Job) -> Brought:
-        """Run until the job has a result. Raises SynthesizerError, and DismissedError if the crew
-        is dismissed."""
+        """Run until the job has a result. Raises SynthesizerError; DismissedError with the crew."""
         if job.kind is RequestKind.MOVES:
             # Imported here: few runs need it.
             from safenav.synthesis.serving.served import serve

@@ -176,8 +176,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return self._first(self.transitions[node], self._wanted(inputs, Owner.INPUT))
 
     def successors_for(self, node: int, inputs: Mapping[str, int]) -> tuple[int, ...]:
-        """Return all successors whose inputs agree with the given ones (possibly only some
-        inputs)."""
+        """Return all successors whose inputs agree with the given ones (some or all inputs)."""
         wanted = self._wanted(inputs, Owner.INPUT)
         if wanted is None:
             return ()

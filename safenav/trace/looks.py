@@ -60,8 +60,7 @@ _NUMBERED = re.compile(r"(.*?)[-_ ]?0*(\d{1,2})")
 
 
 def looks(names: Sequence[str]) -> tuple[Look, ...]:
-    """Return one look for each robot: no two of the first 56 have both shape and colour in
-    common."""
+    """Return a look for each robot: no two of the first 56 share both shape and colour."""
     letters = [*labels(names).values()]
     found = []
     for i in range(len(names)):

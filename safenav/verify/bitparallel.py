@@ -106,8 +106,7 @@ class Evaluator:
                 return self.everywhere ^ less
 
     def _order(self, left: Vector, right: Vector) -> tuple[int, int]:
-        """Return where left < right, and where they are equal: decided by the highest
-        difference."""
+        """Return where left < right, and where they are equal, by the highest difference."""
         less, equal = 0, self.everywhere
         for i in reversed(range(max(len(left), len(right)))):
             a = left[i] if i < len(left) else 0

@@ -205,8 +205,7 @@ def _masks(
 def _projected(
     rows: Sequence[Row], index: Mapping[Key, int], support: frozenset[Key]
 ) -> tuple[list[Key], list[Row], list[Row]]:
-    """Return the known places of ``support`` in order, their values in each row, and the distinct
-    ones."""
+    """Return the known places of ``support`` in order, their values per row, the distinct ones."""
     places = sorted(support & index.keys(), key=index.__getitem__)
     columns = [index[key] for key in places]
     if len(columns) > 1:

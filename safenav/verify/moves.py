@@ -54,8 +54,7 @@ class MoveCheck:
             raise self.wrong("no move, though every assumption holds")
 
     def move(self, here: Position, inputs: Values, move: ServedMove) -> None:
-        """Check the reply to these next inputs: the move is allowed, and makes progress to the
-        goal."""
+        """Check the reply to these next inputs: an allowed move that makes progress to the goal."""
         before, after = here.values, move.to.values
         if any(after[name] != inputs[name] for name in self._inputs):
             raise self.wrong("a move for other inputs than requested")

@@ -103,8 +103,7 @@ def rooms(world: RegionMap) -> Partition:
 
 @lru_cache(maxsize=64)
 def tiles(world: RegionMap, height: int, width: int) -> Partition:
-    """Tiles of ``height`` rows and ``width`` columns. Raises ValueError unless both are at
-    least 1."""
+    """Tiles of ``height`` rows and ``width`` columns. Raises ValueError if one is below 1."""
     if height < 1 or width < 1:
         raise ValueError(f"tiles of {height} x {width} regions")
     blocks: dict[tuple[int, int], set[Region]] = {}

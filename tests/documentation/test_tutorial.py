@@ -17,6 +17,7 @@ import warm
 
 ROOT = Path(__file__).parents[2]
 PAGES = {"tutorial": 12, "objectives": 4, "recipes": 9, "specifications": 5, "drive": 3}
+PAGES |= {"deadlines": 1, "batteries": 1}
 """Pages to follow, each with the number of commands that it has at least."""
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 

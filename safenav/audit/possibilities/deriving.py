@@ -108,8 +108,7 @@ def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) 
 
 
 def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
-    """Return whether a robot can now meet each target of an objective infinitely often without
-    another robot's help."""
+    """Return whether a robot can now meet each of its targets infinitely often without help."""
     member = member_of(name, now, permanent(now), now.out)
     aims = tuple(
         frozenset(pose for pose in member.steps if pose[0] in target)

@@ -45,8 +45,7 @@ class Team:
         return self.members[name].steps.spread(pose, self.walls(name, obstacles)).around
 
     def can_continue(self, name: str, poses: Poses, obstacles: OpenObstacles) -> bool:
-        """Return whether a robot can meet each of its targets infinitely often from some of the
-        poses."""
+        """Return whether a robot can meet each target infinitely often from some of the poses."""
         member = self.members[name]
         return member.steps.can_continue(poses, member.aims, self.walls(name, obstacles))
 
@@ -291,8 +290,7 @@ class Team:
         served: frozenset[str],
         present: Mapping[str, frozenset[str]],
     ) -> list[Step] | None:
-        """Return steps that resolve all ``served`` obstacles, and other obstacles only if
-        necessary."""
+        """Return steps that resolve all ``served`` obstacles, and others only if necessary."""
         origins = tuple(frozenset([at[name]]) for name in self.names)
         sets = tuple(self.around(name, at[name], obstacles) for name in self.names)
         plan = self.solve(sets, origins, obstacles, served, present)

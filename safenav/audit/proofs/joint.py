@@ -110,8 +110,7 @@ class _Enumeration:
         self._after_acting, self._closed = cache(self._performed), cache(self._closed_to)
 
     def reaches(self, is_wanted: Callable[[_State], bool], most: int) -> bool | None:
-        """Return whether a wanted state is reachable; None if there are more than ``most``
-        states."""
+        """Return whether a wanted state is reachable; None beyond ``most`` states."""
         for state, seen in self._reached():
             if is_wanted(state):
                 return True
@@ -244,8 +243,7 @@ class _Enumeration:
 
 
 def _relevant_regions(obstacles: OpenObstacles) -> frozenset[int]:
-    """Return the regions where robots resolve an obstacle, or keep others from entering or
-    resolving it."""
+    """Return the regions where robots resolve an obstacle, or prevent others from doing so."""
     there = frozenset(obstacle.region for obstacle in obstacles)
     needs = (need.regions for obstacle in obstacles for need in obstacle.left)
     return there.union(*needs, *(obstacle.sweeps for obstacle in obstacles))

@@ -177,8 +177,7 @@ class ChargeRule(Rule):
                 yield f"{name} takes a step with a charge of {charge:g}"
 
     def _flat_at(self, t: float, now: Situation) -> list[str]:
-        """Live: return the robots in service that stand off the chargers and lack the charge for a
-        step."""
+        """Live: return the robots in service off the chargers that lack the charge for a step."""
         chargers = now.header.chargers or ()
         acting = {name for act in now.acting.values() for name in act.robots}
         return [

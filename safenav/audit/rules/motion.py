@@ -15,8 +15,7 @@ from safenav.audit.world import opposite
 
 @judges("line", "move")
 def continuity(record: Line, now: Situation) -> Iterator[Said]:
-    """A robot moves from its present region: ``from`` is its former ``to``, at first its start
-    (T)."""
+    """A robot moves from its region: ``from`` is its former ``to``, at first its start (T)."""
     was = now.region[record.robot]
     if record.from_ != was:
         origin = now.show(record.from_)

@@ -67,8 +67,7 @@ class OutcomeRule(Rule):
             yield f"it reports the tick limit after {outcome.ticks} ticks, but the limit is {limit}"
 
     def _live_counts(self, outcome: Line, now: Situation) -> Iterator[str]:
-        """Yield contradictions between the outcome and the commands; a live run has no tick
-        limit."""
+        """Yield contradictions between outcome and commands; a live run has no tick limit."""
         if outcome.outcome == "tick_limit":
             yield "a live run has no tick limit"
         if outcome.ticks != outcome.tick:
@@ -292,8 +291,7 @@ def _stays(robot: str, now: Situation) -> bool:
 
 
 def _bounds(goals: Sequence[Line], objective: Objective) -> tuple[int, int | None]:
-    """Return the least and the greatest number of rounds that these goals may complete (None: no
-    bound)."""
+    """Return the fewest and the most rounds that these goals may complete (None: unbounded)."""
     if not shape_of(objective.kind).recurs:
         return 0, None
     count = len(objective.targets)

@@ -98,8 +98,7 @@ class FollowsPlanRule(Rule):
 
 @dataclass
 class _Running:
-    """A plan in force. ``at``: index of each robot's place; ``bound``: robots in transit to the
-    next one."""
+    """A plan in force. ``at``: index of each robot's place; ``bound``: robots in transit."""
 
     plan: Line
     at: dict[str, int]
@@ -180,8 +179,7 @@ def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Itera
 
 
 def _meetings(plan: Line, now: Situation) -> Iterator[Said]:
-    """Yield the pairs of robots in conflict that the orders let into one region at the same
-    time."""
+    """Yield the pairs of robots in conflict that the orders let into a region together."""
     order = Precedence({name: len(places) for name, places in plan.robots.items()}, plan.orders)
     if order.has_circle:
         yield None, "the orders of the plan wait for each other in a circle"

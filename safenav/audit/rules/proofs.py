@@ -137,8 +137,7 @@ class ProofRule(Rule):
 
 
 def _numbers(told: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str:
-    """Return the number of each robot's formula memory in a proof, or the reason why it is
-    impossible."""
+    """Return the number of each robot's formula memory in a proof, or why it is impossible."""
     found = dict[str, int]()
     for name, memory in told.items():
         names = remembered(name, now) if name in now.own else None

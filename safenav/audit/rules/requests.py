@@ -321,8 +321,7 @@ class HelperRule(Rule):
         return ""
 
     def _hinders(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
-        """Return the error of a robot that waits in a helper's way without need, or an empty
-        text."""
+        """Return the error of a robot that blocks a helper without need, or an empty text."""
         team = team_of(now)
         turns = now.has_heading(robot) or now.own[robot].kind == "ltl"
         if team is None or turns or not team.members[robot].rivals & {*found.duties}:

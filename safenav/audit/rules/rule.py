@@ -112,8 +112,7 @@ class Rule:
         return Finding(self.name, record.tick, robot, record.line, f"not judged: {what}", note=True)
 
     def finding(self, said: Said, about: Line, robot: str | None) -> Finding:
-        """Return the finding of a result about a line or turn and a robot, unless it names
-        others."""
+        """Return the finding about a line or turn and a robot, unless it names others."""
         if isinstance(said, Finding):
             return said
         whom, text, *other = (robot, said) if isinstance(said, str) else said

@@ -44,8 +44,7 @@ def _set_aside(records: Sequence[Line]) -> set[int]:
 
 
 class Passes:
-    """Expands a trace. ``now``: the state of the run; each line takes effect before the next
-    one."""
+    """Expands a trace. ``now``: the state of the run; each line takes effect before the next."""
 
     def __init__(self, now: State) -> None:
         self._now, self._names = now, [*now.header.robots]
@@ -92,8 +91,7 @@ class Passes:
         yield from self._moved()
 
     def _resumes(self, record: Line) -> bool:
-        """Return whether a plan continues that of the earlier run: it begins before the first
-        turn."""
+        """Return whether a plan continues that of the earlier run: it precedes the first turn."""
         first = self._tick == 1 and not self._due and self._open is None
         return record.type == "plan" and self._now.begun.plan is not None and first
 

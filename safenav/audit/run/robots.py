@@ -93,8 +93,7 @@ class Robots:
         return taken | lost if lost else taken
 
     def exclude_lost_position(self, gone: Obstacle) -> None:
-        """Exclude a region of a lost robot: an operator has resolved the obstacle that represented
-        it there."""
+        """Exclude a region of a lost robot: an operator has resolved its obstacle there."""
         self.lost = {
             robot: regions - {gone.region} if gone.type == f"lost_{robot}" else regions
             for robot, regions in self.lost.items()
@@ -120,8 +119,7 @@ class Robots:
         return tick <= 1 and robot in (self.begun.had or ())
 
     def charge_at(self, robot: str, t: float) -> float:
-        """Live: return a robot's charge at a time. While it stands, time consumes or restores
-        charge."""
+        """Live: return a robot's charge at a time; standing consumes or restores charge."""
         charge, battery = self.charge[robot], self.header.robots[robot].battery
         charges = self.region[robot] in (self.header.chargers or ())
         rate = battery.charge if charges else -battery.stay
@@ -150,8 +148,7 @@ class Robots:
         return other in listed[0] or one in listed[1]
 
     def alternates(self, robot: str) -> bool:
-        """Return whether the robot's strategy was synthesized for its objective as plain
-        alternation."""
+        """Return whether the robot's strategy was synthesized for plain alternation."""
         return self.form.get((robot, self.objectives[robot])) == "alternation"
 
     def show(self, region: int) -> str:

@@ -332,8 +332,7 @@ class Situation(Actions):
             self.requests[violation.obstacle][robot] = here
 
     def restarts(self, resolved: Line) -> bool:
-        """Return whether a resolution restarts the count of rounds; that of an empty battery does
-        not."""
+        """Return whether a resolution restarts the rounds; that of an empty battery does not."""
         return (
             self.header.flat is None or self.obstacles[resolved.obstacle].type != self.header.flat
         )

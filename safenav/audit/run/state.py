@@ -172,8 +172,7 @@ class State(Robots):
         return obstacle not in self.discovered or bool(self.swept_with(obstacle, {robot}))
 
     def resolving(self, obstacle: str) -> set[str]:
-        """Return the robots that act on an obstacle, or that have entered its region to resolve
-        it."""
+        """Return the robots that act on an obstacle, or have entered its region to resolve it."""
         acts = [act for act in self.acting.values() if obstacle in act.obstacles]
         region = self.obstacles[obstacle].region
         inside = {name for name in self.region if region in self.taken_by(name)}
@@ -200,8 +199,7 @@ class State(Robots):
         return self.outcome is None or self.outcome.outcome not in endings
 
     def entry_of(self, record: Line) -> StackEntry | None:
-        """Return the entry that a pop removes: that of its request, at any position in the
-        stack."""
+        """Return the entry that a pop removes: that of its request, anywhere in the stack."""
         why = (record.obstacle, record.requester, helpers_of(record))
         entries = reversed(self.stack)
         return next((e for e in entries if (e.obstacle, e.requester, e.helpers) == why), None)

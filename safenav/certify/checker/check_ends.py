@@ -32,8 +32,7 @@ def conclude(run: Any, record: Line, now: Situation) -> None:
 
 
 def outcome(run: Any, record: Line, now: Situation) -> str:
-    """Return the claim about the end of the run. Raises RefusedError if the outcome is not
-    proven."""
+    """Return the claim about the end of the run. Raises RefusedError if it is not proven."""
     what, rounds = record.outcome, now.header.until.rounds or 0
     if what == "completed":
         for name, robot in run.robots.items():

@@ -103,8 +103,7 @@ class Task:
         self.memories = cache(self._memories)
 
     def _expected(self, asked: tuple[Pose, Row]) -> set[Row]:
-        """Return the possible next inputs, from a pose with its command inputs, memory and
-        knowledge."""
+        """Return the possible next inputs from a pose, given commands, memory and knowledge."""
         (pose, row), groups = asked, list[Collection[Row]]()  # independent groups of inputs
         values = dict(zip(self.deciding, row, strict=True))
         if self.told:
@@ -256,8 +255,7 @@ class Task:
         return [held and not seen.get("wait") for held in found]
 
     def begin(self, start: int) -> list[int]:
-        """Return the initial nodes; with assignable goals also those with an initial command to
-        wait."""
+        """Return the initial nodes; with assignable goals also those with a command to wait."""
         return [start, *(self.graph.begin if self.told else ())]
 
     def check_keeps(self, start: int, measures: Any) -> None:

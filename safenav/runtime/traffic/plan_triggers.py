@@ -127,8 +127,7 @@ class PlanTriggers:
         return None
 
     def _starving(self) -> PlanTrigger | None:
-        """Return the first robot that makes no progress towards its assigned target; None if there
-        is none."""
+        """Return the first robot without progress towards its assigned target; None if none."""
         floor = self._searches.aimed(self._searches.floor())
         found = None
         for name, robot in self.state.robots.items():

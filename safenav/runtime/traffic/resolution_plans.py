@@ -1,5 +1,4 @@
-"""Plans that lead to a resolution: the quickest one, and the approach of robots that wait for
-it."""
+"""Plans that lead to a resolution: the quickest, and the approach of waiting robots."""
 
 from __future__ import annotations
 

@@ -112,8 +112,7 @@ class Searches:
         return found
 
     def _states(self, floor: Floor, *, stays: bool = False) -> tuple[_Graphs, tuple[int, ...]]:
-        """Return the state graphs of robots whose formulas have memory, and the states of all
-        robots."""
+        """Return the state graphs of robots with formula memory, and the states of all robots."""
         poses, graphs = list(floor.poses), _Graphs()
         for index, robot in enumerate(self._state.robots.values()):
             objective, mobility = robot.robot.objective, robot.robot.model.mobility

@@ -127,8 +127,7 @@ class BlockingAdapter:
     def within_reach(
         self, robot: Robot, cleared: Sequence[Obstacle], takers: Takers = NO_TAKERS
     ) -> bool | None:
-        """Whether the robot can act on an obstacle where it stands; None if only acting shows
-        it."""
+        """Whether the robot can act on an obstacle where it stands; None if only acting shows."""
         if self._simulated is None:
             return None
         self._simulated.works.takers = takers

@@ -265,8 +265,7 @@ class SimulatedWorld:
         self._regions[robot.name] = pose.region
 
     def set_out(self, robot: Robot) -> None:
-        """Record that a robot has departed: it no longer takes part in actions at its former
-        region."""
+        """Record that a robot has departed: it no longer acts in its former region."""
         self._regions.pop(robot.name, None)
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
@@ -323,8 +322,7 @@ class SimulatedWorld:
         self.truths[obstacle.name] = None
 
     def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
-        """Whether an obstacle can appear now; an order also in a region with a robot or an
-        obstacle."""
+        """Whether an obstacle can appear now; an order also in an occupied region."""
         if obstacle.ordered:
             return obstacle.name not in self.works.open
         return obstacle.region not in occupied and obstacle.region not in self.standing()

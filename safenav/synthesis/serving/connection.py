@@ -56,8 +56,7 @@ class Connection:
         self._crew.forget(self._process)
 
     def request(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the reply to a request. Raises SynthesizerError if there is none in time, or an
-        error."""
+        """Return the reply to a request. Raises SynthesizerError for an error or none in time."""
         if self._closed:
             raise SynthesizerError(f"the synthesizer {self._program} has been closed")
         try:

@@ -48,16 +48,14 @@ class Layout(Struct, frozen=True):
 
     @classmethod
     def of_size(cls, blocked: Blocked, side: Fraction) -> Layout:
-        """Divide all pixels into square regions, ``side`` in pixels; the last may extend beyond
-        them."""
+        """Divide all pixels into squares of ``side`` pixels; the last may extend beyond them."""
         side = side.limit_denominator(_FINEST)
         rows, cols = (-(-pixels // side) for pixels in blocked.shape)
         return cls(int(rows), int(cols), side, side)
 
 
 def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Region]:
-    """The regions that are walls. ``share``: how much of a region has to be blocked, 0 to 1;
-    0 means any of it."""
+    """The regions that are walls. ``share`` of a region blocked, 0 to 1; 0: any of it."""
     area = shares(blocked, layout)
     found = area > 0 if share == 0 else area >= share - _TOLERANCE
     return frozenset(int(region) for region in np.flatnonzero(found))
