@@ -328,7 +328,7 @@ class Scenario(Struct, frozen=True):
         return self.begun is not None and self.begun.ran
 
     @property
-    def promises(self) -> bool:
+    def sets_deadlines(self) -> bool:
         """Whether the scenario sets a deadline in ticks."""
         timed = any(robot.within is not None for robot in self.robots)
         timed = timed or any(change.within is not None for change in self.changes)
@@ -340,7 +340,7 @@ class Scenario(Struct, frozen=True):
     def deadlines(self) -> bool:
         """Whether a lockstep run has deadlines: the scenario sets one, or a charge runs out."""
         charged = [r.model.battery for r in self.robots] if self.chargers else []
-        return self.promises or any(each is not None and each.stay for each in charged)
+        return self.sets_deadlines or any(each is not None and each.stay for each in charged)
 
     def limit_of(self, obstacle: Obstacle) -> int | None:
         """Return the most ticks from the request for an obstacle to its resolution: its own limit,

@@ -51,8 +51,8 @@ class TeamSimulation(Struct, frozen=True):
 def simulate_team(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation | None:
     """Simulate the team. None without deadlines of rounds or the mission, and without a battery
     whose charge may not suffice because of other robots."""
-    promises = scenario.until.by is not None or any(r.within is not None for r in scenario.robots)
-    if not promises and not any(_may_run_flat(robot, scenario) for robot in scenario.robots):
+    timed = scenario.until.by is not None or any(r.within is not None for r in scenario.robots)
+    if not timed and not any(_may_run_flat(robot, scenario) for robot in scenario.robots):
         return None
     varying = [r for r in scenario.robots if r.model.timing.least != r.model.timing.most]
     for robot in varying:

@@ -58,7 +58,7 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
     def report(found: str, hint: str, *keys: str) -> None:
         findings.add(below(item, *keys) or below(item, keys[0]) or item, found, hint)
 
-    if scenario.clock is Clock.LIVE and scenario.promises:
+    if scenario.clock is Clock.LIVE and scenario.sets_deadlines:
         found = "'clock: live' with deadlines in ticks: a tick has no length there"
         hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
         report(found, hint, "clock")
@@ -83,7 +83,7 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
     items = (*items_of(below(item, "obstacles")), *items_of(below(item, "orders")))
     listed = [*zip(scenario.obstacles, items or repeat(item), strict=False)]
     swept = next(((o, node) for o, node in listed if o.swept(scenario.map)), None)
-    if swept is not None and scenario.promises:
+    if swept is not None and scenario.sets_deadlines:
         found = f"{swept[0].name} sweeps regions, and the scenario has deadlines"
         findings.add(swept[1], found, "leave out 'sweeps', or the deadlines")
     for obstacle, node in listed:
@@ -102,7 +102,7 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
 def unsafe_live(scenario: Scenario) -> str | None:
     """Return why a scenario cannot run live: a deadline in ticks, or a strategy that assumes a
     bound on the moves of other robots between two observations; None if it can."""
-    if scenario.promises:
+    if scenario.sets_deadlines:
         return (
             "a live run cannot keep deadlines in ticks: a tick has no length there; use "
             f"'clock: lockstep', or {in_seconds(scenario)}"

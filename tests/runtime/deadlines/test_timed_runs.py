@@ -64,7 +64,7 @@ def test_the_audit_follows(seed: int) -> None:
             if line["verdict"] == "lost":
                 lost[line["of"]] = line["due"]
             assert line["verdict"] != "kept" or lost.get(line["of"]) != line["due"]
-    if not scenario.promises or played.outcome["outcome"] == "interrupted":
+    if not scenario.sets_deadlines or played.outcome["outcome"] == "interrupted":
         return
     random = Random(seed)
     for _ in range(4):
