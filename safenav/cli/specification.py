@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from safenav.cli import warn
 from safenav.errors import Diagnostic, ExitCode, InputError, ResourceLimitError, SynthesizerError
 from safenav.explain.lines import explain_lines
-from safenav.explain.vacuity import Way, vacuous_wins
+from safenav.explain.vacuity import Cause, vacuous_wins
 from safenav.file_kind import kind_of
 from safenav.outcome import Verdict
 from safenav.outfile import write_all
@@ -219,7 +219,7 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
         what = "the environment wins with it" if counterstrategy else "all guarantees are satisfied"
         click.echo(f"{good} {what} ({found.nodes} nodes, {found.edges} transitions checked)")
         if found.vacuous:
-            warn(f"{Way.NO_BEGINNING} (ENV_INIT)")
+            warn(f"{Cause.NO_BEGINNING} (ENV_INIT)")
     else:
         for failure in found.failures:
             bad = click.style("wrong:", fg="red", bold=True)

@@ -21,8 +21,8 @@ from safenav.verify.automaton import Automaton
 from safenav.verify.cycles import cyclic_parts
 
 
-class Way(StrEnum):
-    """Ways in which the robot makes assumptions fail; the value states it in words."""
+class Cause(StrEnum):
+    """Causes for which a robot wins vacuously; the value states it in words."""
 
     NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
     DEAD_END = "the other robots can be driven into a state where the assumptions allow no move"
@@ -31,13 +31,13 @@ class Way(StrEnum):
 
 
 class Vacuity(Struct, frozen=True):
-    """One way in which a robot could win without doing anything.
+    """A way in which a robot could win without doing anything.
 
     ``path``: nodes of its strategy, the shortest path to where it happens (empty if the strategy
     does not do it: FORCED). ``nodes``: number of its nodes that win so. ``origins``: the
     assumptions that fail."""
 
-    way: Way
+    cause: Cause
     path: tuple[int, ...] = ()
     nodes: int = 0
     origins: tuple[Origin, ...] = ()
@@ -61,13 +61,13 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
     spec = strategy.specification
     starts = strategy.initial()
     if not starts:
-        return (Vacuity(Way.NO_BEGINNING, origins=_origins(spec, Section.ENV_INIT)),)
+        return (Vacuity(Cause.NO_BEGINNING, origins=_origins(spec, Section.ENV_INIT)),)
     automaton = Automaton(spec, strategy, starts)
     found = []
     stuck = [node for node in automaton.nodes if not strategy.transitions[node]]
     if stuck:
         steps = _origins(spec, Section.ENV_TRANS)
-        found.append(Vacuity(Way.DEAD_END, automaton.path(stuck[0]), len(stuck), steps))
+        found.append(Vacuity(Cause.DEAD_END, automaton.path(stuck[0]), len(stuck), steps))
     parts = cyclic_parts(automaton.edges)
     fair = automaton.clauses(Section.ENV_LIVENESS)
     lacking = _lacking(automaton, parts, len(fair))
@@ -80,7 +80,7 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
         never = [k for k in range(len(fair)) if all(k in missing for missing in ahead)]
         failing = dict.fromkeys(fair[k].constraint.origin for k in never or range(len(fair)))
         path = automaton.path(first)
-        found.append(Vacuity(Way.UNFAIR, path, len(hopeless), tuple(failing)))
+        found.append(Vacuity(Cause.UNFAIR, path, len(hopeless), tuple(failing)))
     return tuple(sorted(found, key=lambda vacuity: len(vacuity.path)))
 
 
@@ -94,7 +94,7 @@ def can_force(spec: Specification, synthesizer: Synthesizer) -> Vacuity | None:
     hopeless = spec.without(spec.section(Section.SYS_LIVENESS)).with_more(never)
     if synthesizer.synthesize(hopeless, strategy=False).verdict is not Verdict.REALIZABLE:
         return None
-    return Vacuity(Way.FORCED, origins=_origins(spec, *assumed))
+    return Vacuity(Cause.FORCED, origins=_origins(spec, *assumed))
 
 
 def _origins(spec: Specification, *sections: Section) -> tuple[Origin, ...]:

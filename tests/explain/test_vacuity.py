@@ -10,7 +10,7 @@ import pytest
 from explain.conftest import Invoke
 from once import SCENARIOS
 from safenav.cli import check, run, synth
-from safenav.explain.vacuity import Way, can_force, vacuities, vacuous_wins
+from safenav.explain.vacuity import Cause, can_force, vacuities, vacuous_wins
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.runtime.mission import default_synthesizer, first_results
@@ -44,23 +44,23 @@ def test_an_environment_without_a_move_is_a_dead_end() -> None:
         "[SYS_LIVENESS]\nask & !ask\n"
     )
     (found,) = vacuities(strategy)
-    assert found.way is Way.DEAD_END
+    assert found.cause is Cause.DEAD_END
     assert strategy.transitions[found.path[-1]] == []
     assert found.path[0] in strategy.initial()
     assert "come only while it is open" in found.origins[0].rule
 
 
 @pytest.mark.parametrize(
-    ("goal", "way"), [("ask & !ask", Way.UNFAIR), ("!shut", Way.FORCED)], ids=["used", "possible"]
+    ("goal", "cause"), [("ask & !ask", Cause.UNFAIR), ("!shut", Cause.FORCED)], ids=["does", "can"]
 )
-def test_an_assumption_that_the_robot_can_break(goal: str, way: Way) -> None:
+def test_an_assumption_that_the_robot_can_break(goal: str, cause: Cause) -> None:
     strategy = _strategy(
         "[INPUT]\nask\n[OUTPUT]\nshut\n[ENV_INIT]\n!ask\n[SYS_INIT]\n!shut\n"
         "[ENV_TRANS]\nshut -> !ask'\n"
         f"[ENV_LIVENESS]\n# visitors: ask again and again\nask\n[SYS_LIVENESS]\n{goal}\n"
     )
     (found,) = vacuous_wins(strategy, Synthesizer())
-    assert found.way is way
+    assert found.cause is cause
     assert any("ask again and again" in origin.rule for origin in found.origins)
 
 
@@ -69,7 +69,7 @@ def test_no_beginning_is_no_promise() -> None:
     result = Synthesizer().synthesize(spec)
     assert result.strategy is not None
     (found,) = vacuities(result.strategy)
-    assert found.way is Way.NO_BEGINNING
+    assert found.cause is Cause.NO_BEGINNING
 
 
 def test_waiting_for_others_is_no_vacuous_win() -> None:

@@ -13,7 +13,7 @@ import click
 from safenav.explain.explanation import WitnessEnd
 from safenav.explain.lines import LineExplanation
 from safenav.explain.play import LosingPlay
-from safenav.explain.vacuity import Vacuity, Way
+from safenav.explain.vacuity import Cause, Vacuity
 from safenav.spec.specification import Constraint, Owner
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Strategy
@@ -92,11 +92,11 @@ def _failure_data(failure: Failure, strategy: Strategy) -> dict[str, object]:
     }
 
 
-_WAYS = {
-    Way.NO_BEGINNING: "no initial state satisfies the assumptions, so nothing is guaranteed",
-    Way.DEAD_END: "it can force a state in which the assumptions allow no move",
-    Way.UNFAIR: "it can force a state from which this assumption can never be met",
-    Way.FORCED: "it could make the environment break an assumption from the start",
+_CAUSES = {
+    Cause.NO_BEGINNING: "no initial state satisfies the assumptions, so nothing is guaranteed",
+    Cause.DEAD_END: "it can force a state in which the assumptions allow no move",
+    Cause.UNFAIR: "it can force a state from which this assumption can never be met",
+    Cause.FORCED: "it could make the environment break an assumption from the start",
 }
 
 
@@ -160,9 +160,9 @@ def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
 
 def win_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
     """Yield a warning of a vacuous win; the first line is the warning itself."""
-    verb = "could win" if vacuity.way is Way.FORCED else "may win"
-    yield f"the system {verb} by breaking its own assumptions: {_WAYS[vacuity.way]}"
-    if vacuity.way in (Way.UNFAIR, Way.NO_BEGINNING):
+    verb = "could win" if vacuity.cause is Cause.FORCED else "may win"
+    yield f"the system {verb} by breaking its own assumptions: {_CAUSES[vacuity.cause]}"
+    if vacuity.cause in (Cause.UNFAIR, Cause.NO_BEGINNING):
         known = strategy.specification.constraints
         failing = [c for c in known if c.origin in vacuity.origins]
         yield from (f"  assumption: {line_words(c, file)}" for c in failing[:_SHOWN])
@@ -204,9 +204,9 @@ def _data(constraint: Constraint) -> dict[str, str]:
 
 def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[str]:
     """Yield a warning of a robot's vacuous win; the first line is the warning itself."""
-    verb = "could win" if vacuity.way is Way.FORCED else "may win"
-    yield f"{robot} {verb} by breaking its own assumptions: {vacuity.way.value}"
-    if vacuity.way in (Way.UNFAIR, Way.NO_BEGINNING):
+    verb = "could win" if vacuity.cause is Cause.FORCED else "may win"
+    yield f"{robot} {verb} by breaking its own assumptions: {vacuity.cause.value}"
+    if vacuity.cause in (Cause.UNFAIR, Cause.NO_BEGINNING):
         for origin in vacuity.origins[:_STEPS]:
             yield f"  assumption: {origin.item}: {origin.rule}"
     if vacuity.path:
@@ -222,8 +222,8 @@ def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[
 def vacuity_data(vacuity: Vacuity, strategy: Strategy) -> dict[str, Any]:
     """Return a vacuous win as data for machines."""
     return {
-        "way": vacuity.way.name.lower(),
-        "says": vacuity.way.value,
+        "way": vacuity.cause.name.lower(),
+        "says": vacuity.cause.value,
         "nodes": vacuity.nodes,
         "assumptions": [{"item": o.item, "rule": o.rule} for o in vacuity.origins],
         "path": [strategy.values(node) for node in vacuity.path],
