@@ -73,18 +73,17 @@ class Reached(dict[int, int]):
 class Course(Struct, frozen=True, eq=False, dict=True):
     """The rules by which joint states follow one another.
 
-    ``rounds``: rounds that each robot must complete after the last resolution. ``parked``: robots
-    that do not move. ``served``: the obstacles that must be resolved before the mission ends.
-    ``sent``: the obstacle to which a robot is sent; if it is a load, the robot keeps room for it.
-    ``excused``: robots whose rounds the mission does not require. ``any_first``: robots begin with
-    any of their targets where they may (of more than two with the first that they reach, which may
-    miss a plan). ``batteries``: those of the robots whose charge it tracks. A robot waits on a
-    charger until it is full, and its charge always suffices to continue alone.
+    ``rounds``: rounds that each robot must complete after the last resolution. ``served``: the
+    obstacles that must be resolved before the mission ends. ``sent``: the obstacle to which a robot
+    is sent; if it is a load, the robot keeps room for it. ``excused``: robots whose rounds the
+    mission does not require. ``any_first``: robots begin with any of their targets where they may
+    (of more than two with the first that they reach, which may miss a plan). ``batteries``: those
+    of the robots whose charge it tracks. A robot waits on a charger until it is full, and its
+    charge always suffices to continue alone.
     """
 
     problem: Problem
     rounds: int
-    parked: frozenset[int] = frozenset()
     served: frozenset[int] = frozenset()
     sent: Mapping[int, int] = field(default_factory=dict)
     excused: frozenset[int] = frozenset()
@@ -141,7 +140,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
     def steps(self, stages: Stages) -> tuple[Steps, ...]:
         """Return for each robot the steps that walls and open obstacles leave to it."""
         return tuple(
-            Steps(member.graph, 0 if i in self.parked else self.problem.allowed(i, stages))
+            Steps(member.graph, self.problem.allowed(i, stages))
             for i, member in enumerate(self.problem.members)
         )
 
