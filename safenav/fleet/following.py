@@ -15,7 +15,6 @@ from copy import copy
 from enum import Enum, auto
 from math import hypot
 from threading import RLock
-from typing import TypeVar
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -44,8 +43,6 @@ from safenav.scenario.model import Robot
 from safenav.scenario.motion import resolved
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-
-P = TypeVar("P", Arc, Curve)
 
 LEAD = 0.1
 """Seconds between a decision to move and the start of the motion, so that the robot receives it in
@@ -99,10 +96,8 @@ class Follower(Struct):
         lasts = now - piece.t0
         if isinstance(piece, Segment):
             return split(piece, lasts, self.mover.limits()["omega"])[0]
-        if isinstance(piece, Flight):
-            return replace(piece, t1=now, curves=tuple(_shorter(piece.curves, lasts)))
-        assert isinstance(piece, Drive)
-        return replace(piece, t1=now, arcs=tuple(_shorter(piece.arcs, lasts)))
+        assert isinstance(piece, Flight | Drive)
+        return replace(piece, t1=now, parts=tuple(_shorter(piece.parts, lasts)))
 
 
 class Following:
@@ -395,7 +390,7 @@ def _cut_off(follower: Follower, now: float) -> None:
     follower.plan = kept
 
 
-def _shorter(parts: Sequence[P], lasts: float) -> Iterator[P]:
+def _shorter(parts: Sequence[Curve | Arc], lasts: float) -> Iterator[Curve | Arc]:
     """Yield the parts that begin within ``lasts`` seconds, the last one cut off there."""
     for part in parts:
         if lasts > 0:

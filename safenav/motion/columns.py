@@ -10,7 +10,7 @@ The attitude stays in the frame of the map.
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import cos, sin
 
 import numpy as np
@@ -143,9 +143,9 @@ def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
     if isinstance(piece, Segment):
         return _walking(piece, times, limits)
     assert isinstance(piece, Flight | Drive)
-    parts: list[Curve | Arc] = [*piece.curves] if isinstance(piece, Flight) else [*piece.arcs]
+    parts: Sequence[Curve | Arc] = piece.parts
     ends = np.cumsum([part.seconds for part in parts])
-    which = np.minimum(np.searchsorted(ends, times, side="right"), len(parts) - 1)
+    which = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
     table = np.zeros((len(times), len(BODY)))
     for index, part in enumerate(parts):
         chosen = which == index

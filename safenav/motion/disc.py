@@ -6,11 +6,11 @@ Each move is a quintic from rest to rest, so it is independent of the moves that
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import atan2, hypot, pi, remainder, tau
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Curve, Flight, Moving
+from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving
 from safenav.motion.geometry import MetricFloor, way, yaw
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
@@ -64,7 +64,7 @@ class DiscMover(Mover):
     def rest(self, tick: int, until: float) -> list[Moving]:
         x, y = self.place
         still = Curve(until - self.time, (x,), (y,), (self.altitude,), (self.facing,))
-        return [self._flight(self.at_rest, tick, self.region, until, still)]
+        return [self._made(Flight, self.at_rest, tick, self.region, [still], until)]
 
     def face(self, tick: int, region: int) -> list[Moving]:
         if region == self.region:
@@ -85,10 +85,9 @@ class DiscMover(Mover):
         seconds = PEAK * abs(angle) / TURNING
         x, y = self.place
         turning = quintic(seconds, self.facing, 0.0, self.facing + angle, 0.0)
-        curve = Curve(seconds, (x,), (y,), (self.altitude,), turning)
-        flight = self._flight("turn", tick, self.region, self.time + seconds, curve)
         self.facing = wanted
-        return [flight]
+        curve = Curve(seconds, (x,), (y,), (self.altitude,), turning)
+        return [self._made(Flight, "turn", tick, self.region, [curve])]
 
     def _go(self, tick: int, there: tuple[float, float], wanted: float, to: int) -> list[Moving]:
         here = self.place
@@ -99,15 +98,23 @@ class DiscMover(Mover):
         seconds = max(seconds, PEAK * abs(angle) / TURNING)
         x, y = (quintic(seconds, here[i], 0.0, there[i], 0.0) for i in (0, 1))
         turning = quintic(seconds, self.facing, 0.0, self.facing + angle, 0.0)
-        curve = Curve(seconds, x, y, (self.altitude,), turning)
-        flight = self._flight(self.name, tick, to, self.time + seconds, curve)
         self.place, self.facing = there, wanted
-        return [flight]
+        curve = Curve(seconds, x, y, (self.altitude,), turning)
+        return [self._made(Flight, self.name, tick, to, [curve])]
 
-    def _flight(self, name: str, tick: int, to: int, until: float, curve: Curve) -> Flight:
-        flight = Flight(self.robot, tick, name, self.region, to, self.time, until, (curve,))
-        self.time = until
-        return flight
+    def _made(
+        self,
+        kind: Callable[..., Flight | Drive],
+        name: str,
+        tick: int,
+        to: int,
+        parts: Sequence[Curve | Arc],
+        until: float | None = None,
+    ) -> Moving:
+        """Return a piece of motion from now on, as long as its parts, or ``until`` a time."""
+        begin = self.time
+        self.time = begin + sum(part.seconds for part in parts) if until is None else until
+        return kind(self.robot, tick, name, self.region, to, begin, self.time, tuple(parts))
 
 
 class FlyerMover(DiscMover):

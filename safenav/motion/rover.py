@@ -41,7 +41,7 @@ class RoverMover(DiscMover):
 
     def rest(self, tick: int, until: float) -> list[Moving]:
         still = Arc(until - self.time, *self.place, self.facing, 0.0, (0.0,))
-        return [self._drive("rest", tick, self.region, [still], until)]
+        return [self._made(Drive, "rest", tick, self.region, [still], until)]
 
     def resume(self, tick: int) -> list[Moving]:
         x, y = self.floor.centre(self.region)
@@ -52,10 +52,11 @@ class RoverMover(DiscMover):
 
     def _turn(self, tick: int, wanted: float) -> list[Moving]:
         arcs = self._turning(wanted)
-        return [self._drive("turn", tick, self.region, arcs)] if arcs else []
+        return [self._made(Drive, "turn", tick, self.region, arcs)] if arcs else []
 
     def _go(self, tick: int, there: tuple[float, float], wanted: float, to: int) -> list[Moving]:
-        return [self._drive("drive", tick, to, [*self._turning(wanted), self._driving(there)])]
+        arcs = [*self._turning(wanted), self._driving(there)]
+        return [self._made(Drive, "drive", tick, to, arcs)]
 
     def _turning(self, wanted: float) -> list[Arc]:
         angle = remainder(wanted - self.facing, tau)
@@ -75,11 +76,3 @@ class RoverMover(DiscMover):
         arc = Arc(seconds, *self.place, self.facing, 0.0, quintic(seconds, 0, 0, metres, 0))
         self.place = there
         return arc
-
-    def _drive(
-        self, name: str, tick: int, to: int, arcs: list[Arc], until: float | None = None
-    ) -> Drive:
-        end = self.time + sum(arc.seconds for arc in arcs) if until is None else until
-        drive = Drive(self.robot, tick, name, self.region, to, self.time, end, tuple(arcs))
-        self.time = end
-        return drive

@@ -58,12 +58,12 @@ def moved(parts: Sequence[Any]) -> tuple[Any, ...]:
 
 
 def longer(line: Any) -> Any:
-    (curve,) = line.curves
-    return replace(line, t1=line.t1 + 0.01, curves=(replace(curve, seconds=curve.seconds + 0.01),))
+    (curve,) = line.parts
+    return replace(line, t1=line.t1 + 0.01, parts=(replace(curve, seconds=curve.seconds + 0.01),))
 
 
 def jumping(line: Any) -> Any:
-    return replace(line, arcs=(replace(line.arcs[0], x=line.arcs[0].x + 0.02), *line.arcs[1:]))
+    return replace(line, parts=(replace(line.parts[0], x=line.parts[0].x + 0.02), *line.parts[1:]))
 
 
 DAMAGES: dict[str, tuple[type[Line], Callable[[Any], Any], str, str]] = {
@@ -178,8 +178,8 @@ def test_body_pushed_into_a_wall_by_5_cm_is_refused() -> None:
 
     def pushed(line: Line) -> Line:
         assert isinstance(line, Flight)
-        curve = line.curves[0]
-        return replace(line, curves=(replace(curve, y=(curve.y[0] + into, *curve.y[1:])),))
+        curve = line.parts[0]
+        return replace(line, parts=(replace(curve, y=(curve.y[0] + into, *curve.y[1:])),))
 
     refused = judged(changed(found, along, pushed))
     assert any(f.rule == "room" and "reaches 0.050 m into region" in f.found for f in refused)
@@ -281,10 +281,10 @@ def test_a_robot_without_charge_that_moves_is_refused() -> None:
 
     def rolls(line: Line) -> Line:
         assert isinstance(line, Flight)
-        (curve,) = line.curves
+        (curve,) = line.parts
         d, bump = curve.seconds, 0.3 / (curve.seconds / 2) ** 4
         x = (curve.x[0], 0.0, bump * d * d, -2 * bump * d, bump, 0.0)
-        return replace(line, curves=(replace(curve, x=x),))
+        return replace(line, parts=(replace(curve, x=x),))
 
     (found,) = check_motion(changed(good, rests, rolls), trace)
     assert found.rule == "charge"

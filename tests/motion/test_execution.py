@@ -239,8 +239,8 @@ def test_plan_and_execution_have_rules_of_their_own(drive: Drive) -> None:
         for line in drive.motion.lines
         if isinstance(line, Flight) and line.robot == "quad" and line.origin != line.to
     )
-    curve = flight.curves[0]
-    moved = replace(flight, curves=(replace(curve, x=(curve.x[0] + 0.1, *curve.x[1:])),))
+    curve = flight.parts[0]
+    moved = replace(flight, parts=(replace(curve, x=(curve.x[0] + 0.1, *curve.x[1:])),))
     lines = tuple(moved if line is flight else line for line in drive.motion.lines)
     assert rules(drive, replace(drive.motion, lines=lines)) == {"continuity"}
 

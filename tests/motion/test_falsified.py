@@ -73,31 +73,31 @@ def added(path: tuple[float, ...], more: tuple[float, ...]) -> tuple[float, ...]
 
 def into_the_door(line: Any) -> list[Line]:
     """While it hovers beside the closed door, the flyer enters its region, which it reserves."""
-    (curve,) = line.curves
+    (curve,) = line.parts
     east = added(curve.x, there_and_back(curve.seconds, 2.7))
     return [
         Reserve(line.robot, line.tick, 47, line.t0),
-        replace(line, curves=(replace(curve, x=east),)),
+        replace(line, parts=(replace(curve, x=east),)),
         Release(line.robot, line.tick, 47, line.t1),
     ]
 
 
 def higher(line: Any) -> list[Line]:
-    (curve,) = line.curves
+    (curve,) = line.parts
     up = added(curve.z, there_and_back(curve.seconds, -2.0))
-    return [replace(line, curves=(replace(curve, z=up),))]
+    return [replace(line, parts=(replace(curve, z=up),))]
 
 
 def facing_another_way(line: Any) -> list[Line]:
-    (curve,) = line.curves
-    return [replace(line, curves=(replace(curve, yaw=(curve.yaw[0] + 3, *curve.yaw[1:])),))]
+    (curve,) = line.parts
+    return [replace(line, parts=(replace(curve, yaw=(curve.yaw[0] + 3, *curve.yaw[1:])),))]
 
 
 def jump_by_reset(line: Any) -> list[Line]:
-    (curve,) = line.curves
+    (curve,) = line.parts
     resets = [Reset(line.robot, line.tick, t, 0, 0, 0, "") for t in (line.t0, line.t1)]
     away = replace(curve, x=(curve.x[0] + 0.5, *curve.x[1:]))
-    return [*resets, replace(line, curves=(away,))]
+    return [*resets, replace(line, parts=(away,))]
 
 
 def kicked(line: Any) -> list[Line]:
@@ -205,10 +205,10 @@ def test_a_rover_neither_spins_nor_starts_at_once(arcs: tuple[Arc, ...], rule: s
     """The rates of turning and of driving are no longer one number."""
     found = motion("warehouse")
     drive = next(line for line in found.lines if isinstance(line, Drive) and line.tick > 3)
-    x, y = drive.arcs[0].x, drive.arcs[0].y
+    x, y = drive.parts[0].x, drive.parts[0].y
     forged = replace(
         drive,
-        arcs=tuple(replace(arc, x=x + arc.x, y=y + arc.y) for arc in arcs),
+        parts=tuple(replace(arc, x=x + arc.x, y=y + arc.y) for arc in arcs),
         t1=drive.t0 + sum(arc.seconds for arc in arcs),
     )
     lines = tuple(forged if line is drive else line for line in found.lines)

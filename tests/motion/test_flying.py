@@ -39,7 +39,7 @@ def errors(motion: Motion) -> np.ndarray:
         for number, row in enumerate(track.rows):
             t = track.t0 + number * track.step
             flight = next((f for f in flights if f.t0 - 1e-9 <= t <= f.t1 + 1e-9), flights[-1])
-            (curve,) = flight.curves
+            (curve,) = flight.parts
             at = [
                 sum(c * (t - flight.t0) ** k for k, c in enumerate(p)) for p in (curve.x, curve.y)
             ]

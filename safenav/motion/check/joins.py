@@ -15,70 +15,66 @@ from safenav.motion.check.paths import Array, along, grid, power_series
 from safenav.motion.file.records import Arc, BodyPush, Curve, Drive, Flight, Moving, Reset, Segment
 
 
-def check_flight(case: Examination, flight: Flight) -> None:
-    """Check the limits of a flyer's reference or of a disc's path."""
-    _lasting(case, flight, [curve.seconds for curve in flight.curves])
-    begin = flight.t0
-    for curve in flight.curves:
-        t = grid(curve.seconds)
-        speed, pull = (
-            np.hypot(power_series(curve.x, t, order), power_series(curve.y, t, order))
-            for order in (1, 2)
-        )
-        _limited(case, flight, begin + t, speed, "speed", "m/s")
-        _limited(case, flight, begin + t, pull, "tilt", "m/s^2")
-        height = case.numbers[flight.robot].get("altitude")
-        off = np.abs(power_series(curve.z, t) - height) if height is not None else np.zeros(1)
-        if off.max() > NEAR:
-            found = f"{off.max():.3f} m off its altitude"
-            case.wrong(float(begin + t[off.argmax()]), flight.robot, "altitude", found)
-        begin += curve.seconds
-
-
-def check_drive(case: Examination, drive: Drive) -> None:
-    """Check the limits of a unicycle's path."""
-    _lasting(case, drive, [arc.seconds for arc in drive.arcs])
-    begin = drive.t0
-    for arc in drive.arcs:
-        t = grid(arc.seconds)
-        speed, pull = (np.abs(power_series(arc.way, t, order)) for order in (1, 2))
-        if arc.curvature is None:
-            _limited(case, drive, begin + t, speed, "turning", "rad/s")
-        else:
-            _limited(case, drive, begin + t, speed * abs(arc.curvature), "turning", "rad/s")
-            _limited(case, drive, begin + t, speed, "speed", "m/s")
-            _limited(case, drive, begin + t, pull, "acceleration", "m/s^2")
-        begin += arc.seconds
-
-
-def curve_ends(curve: Curve) -> tuple[Array, Array]:
-    """x, y, z, their speeds, and the direction (x, y) at the start and the end of a curve."""
-    t = np.array([0.0, curve.seconds])
-    values = [
-        power_series(axis, t, order) for order in (0, 1) for axis in (curve.x, curve.y, curve.z)
-    ]
-    yaw = power_series(curve.yaw, t)
-    values += [np.cos(yaw), np.sin(yaw)]
-    ends = np.stack(values, axis=1)
-    return ends[0], ends[1]
-
-
-def arc_ends(arc: Arc) -> tuple[Array, Array]:
-    """x, y, yaw, and the speeds at the start and the end of an arc: of its path, and on the
-    spot."""
-    t = np.array([0.0, arc.seconds])
-    poses = along(arc.x, arc.y, arc.yaw, arc.curvature, power_series(arc.way, t))
-    speeds = power_series(arc.way, t, 1)
-    turning = arc.curvature is None
-    ends = np.column_stack([poses, speeds * (not turning), speeds * turning])
-    return ends[0], ends[1]
-
-
-def _lasting(case: Examination, piece: Flight | Drive, seconds: list[float]) -> None:
-    lasting = piece.t1 - piece.t0
+def check_path(case: Examination, piece: Flight | Drive) -> None:
+    """Check the limits of a flyer's reference, of a disc's or of a unicycle's path, and that its
+    parts join."""
+    seconds, lasting = [part.seconds for part in piece.parts], piece.t1 - piece.t0
     if abs(sum(seconds) - lasting) > NEAR or min(seconds, default=0) < 0:
         found = f"its pieces last {sum(seconds):.4f} s in all, not {lasting:.4f} s"
         case.wrong(piece.t0, piece.robot, "time", found)
+    begin = piece.t0
+    for part in piece.parts:
+        if isinstance(part, Curve):
+            _flown(case, piece, part, begin)
+        else:
+            _driven(case, piece, part, begin)
+        begin += part.seconds
+    for (_, end), (start, _) in pairwise(map(_part_ends, piece.parts)):
+        jump = float(np.abs(end - start).max())
+        if jump > NEAR:
+            case.wrong(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m")
+
+
+def _flown(case: Examination, piece: Flight | Drive, curve: Curve, begin: float) -> None:
+    t = grid(curve.seconds)
+    speed, pull = (
+        np.hypot(power_series(curve.x, t, order), power_series(curve.y, t, order))
+        for order in (1, 2)
+    )
+    _limited(case, piece, begin + t, speed, "speed", "m/s")
+    _limited(case, piece, begin + t, pull, "tilt", "m/s^2")
+    height = case.numbers[piece.robot].get("altitude")
+    off = np.abs(power_series(curve.z, t) - height) if height is not None else np.zeros(1)
+    if off.max() > NEAR:
+        found = f"{off.max():.3f} m off its altitude"
+        case.wrong(float(begin + t[off.argmax()]), piece.robot, "altitude", found)
+
+
+def _driven(case: Examination, piece: Flight | Drive, arc: Arc, begin: float) -> None:
+    t = grid(arc.seconds)
+    speed, pull = (np.abs(power_series(arc.way, t, order)) for order in (1, 2))
+    if arc.curvature is None:
+        _limited(case, piece, begin + t, speed, "turning", "rad/s")
+    else:
+        _limited(case, piece, begin + t, speed * abs(arc.curvature), "turning", "rad/s")
+        _limited(case, piece, begin + t, speed, "speed", "m/s")
+        _limited(case, piece, begin + t, pull, "acceleration", "m/s^2")
+
+
+def _part_ends(part: Curve | Arc) -> tuple[Array, Array]:
+    """Return x, y, their speeds, and other values that must not jump, at both ends of a part."""
+    t = np.array([0.0, part.seconds])
+    if isinstance(part, Curve):
+        yaw = power_series(part.yaw, t)
+        more = [power_series(part.z, t, order) for order in (0, 1)]
+        values = [power_series(axis, t, order) for order in (0, 1) for axis in (part.x, part.y)]
+    else:
+        x, y, yaw = along(part, power_series(part.way, t)).T
+        speed, turning = power_series(part.way, t, 1), part.curvature is None
+        more = [speed * turning]
+        values = [x, y, *(speed * (not turning) * ahead for ahead in (np.cos(yaw), np.sin(yaw)))]
+    ends = np.stack([*values, np.cos(yaw), np.sin(yaw), *more], axis=1)
+    return ends[0], ends[1]
 
 
 def _limited(
@@ -186,19 +182,8 @@ def _ends(piece: Moving) -> tuple[Array, Array]:
     """Return at both ends the position, then velocity and other values that must not jump."""
     if isinstance(piece, Segment):
         return np.array(piece.start), np.array(piece.goal)
-    if isinstance(piece, Flight):
-        first, last = curve_ends(piece.curves[0])[0], curve_ends(piece.curves[-1])[1]
-        order = [0, 1, 3, 4, 2, 5, 6, 7]
-        return first[order], last[order]
-    assert isinstance(piece, Drive)
-    first, last = arc_ends(piece.arcs[0])[0], arc_ends(piece.arcs[-1])[1]
-    return _driven(first), _driven(last)
-
-
-def _driven(end: Array) -> Array:
-    x, y, yaw, speed, turning = end
-    ahead = np.array([np.cos(yaw), np.sin(yaw)])
-    return np.array([x, y, *(speed * ahead), *ahead, turning])
+    assert isinstance(piece, Flight | Drive)
+    return _part_ends(piece.parts[0])[0], _part_ends(piece.parts[-1])[1]
 
 
 def _blow(pushes: Sequence[BodyPush], t: float) -> Array:
@@ -207,17 +192,3 @@ def _blow(pushes: Sequence[BodyPush], t: float) -> Array:
         if abs(push.t - t) < NEAR:
             total[:2] += (push.dx, push.dy)
     return total
-
-
-def inner_joins(case: Examination, piece: Moving) -> None:
-    """Check that the curves or arcs within a piece join."""
-    if isinstance(piece, Flight):
-        ends = [curve_ends(curve) for curve in piece.curves]
-    elif isinstance(piece, Drive):
-        ends = [(_driven(a), _driven(b)) for a, b in map(arc_ends, piece.arcs)]
-    else:
-        return
-    for (_, end), (start, _) in pairwise(ends):
-        jump = float(np.abs(end - start).max())
-        if jump > NEAR:
-            case.wrong(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m")

@@ -112,8 +112,6 @@ def _piece(motion: Motion, piece: Moving) -> str:
             if motion.header.robots[piece.robot]["kind"] != "walker":
                 return f"{at}: it walks but is not a walker"
             parts = piece.phases
-        case Flight():
-            parts = piece.curves
-        case Drive():
-            parts = piece.arcs
+        case Flight() | Drive():
+            parts = piece.parts
     return "" if parts else f"{at}: a piece of motion without parts"

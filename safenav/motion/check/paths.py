@@ -10,7 +10,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Drive, Flight, Moving, Numbers, Segment, Swing
+from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Numbers, Segment, Swing
 
 Array = NDArray[np.float64]
 
@@ -60,25 +60,24 @@ def discs(piece: Moving, numbers: Mapping[str, float]) -> list[Disc]:
         return _walking(piece, radius, numbers["omega"])
     times, centres = [], []
     begin = piece.t0
-    if isinstance(piece, Flight):
-        for curve in piece.curves:
-            t = grid(curve.seconds, _step(curve.x, curve.y))
-            times.append(begin + t)
-            centres.append(np.stack([power_series(curve.x, t), power_series(curve.y, t)], axis=1))
-            begin += curve.seconds
-    if isinstance(piece, Drive):
-        for arc in piece.arcs:
-            t = grid(arc.seconds, _step(arc.way) if arc.curvature is not None else _step(()))
-            way = power_series(arc.way, t)
-            times.append(begin + t)
-            centres.append(along(arc.x, arc.y, arc.yaw, arc.curvature, way)[:, :2])
-            begin += arc.seconds
+    assert isinstance(piece, Flight | Drive)
+    for part in piece.parts:
+        if isinstance(part, Curve):
+            t = grid(part.seconds, _step(part.x, part.y))
+            where = np.stack([power_series(part.x, t), power_series(part.y, t)], axis=1)
+        else:
+            t = grid(part.seconds, _step(part.way if part.curvature is not None else ()))
+            where = along(part, power_series(part.way, t))[:, :2]
+        times.append(begin + t)
+        centres.append(where)
+        begin += part.seconds
     return [Disc("body", radius, np.concatenate(times), np.concatenate(centres))]
 
 
-def along(x: float, y: float, yaw: float, curvature: float | None, way: Array) -> Array:
+def along(arc: Arc, way: Array) -> Array:
     """Poses (n, 3) of a unicycle after ``way`` metres on a circle, or after turning by ``way``
     radians."""
+    x, y, yaw, curvature = arc.x, arc.y, arc.yaw, arc.curvature
     if curvature is None:
         still = np.zeros_like(way)
         return np.stack([x + still, y + still, yaw + way], axis=1)

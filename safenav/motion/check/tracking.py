@@ -118,7 +118,7 @@ def _reference(flights: Sequence[Flight], times: Array) -> Array:
     found = np.zeros((len(times), 2))
     for flight in flights:
         begin = flight.t0
-        for curve in flight.curves:
+        for curve in flight.parts:
             inside = (times >= begin - NEAR) & (times <= begin + curve.seconds + NEAR)
             since = times[inside] - begin
             for axis, path in enumerate((curve.x, curve.y)):

@@ -9,7 +9,7 @@ from itertools import pairwise
 from safenav.motion.check.actions import check_actions, check_charge
 from safenav.motion.check.examination import NEAR, Examination, Finding
 from safenav.motion.check.execution import GOALS, check_execution
-from safenav.motion.check.joins import check_drive, check_flight, check_joins, inner_joins
+from safenav.motion.check.joins import check_joins, check_path
 from safenav.motion.check.mismatch import mismatch
 from safenav.motion.check.order import check_clock, check_order, passages
 from safenav.motion.check.room import (
@@ -71,11 +71,8 @@ def _paths(case: Examination) -> None:
 def _dynamics(case: Examination, piece: Moving) -> None:
     if isinstance(piece, Segment):
         check_segment(case, piece)
-    elif isinstance(piece, Flight):
-        check_flight(case, piece)
-    elif isinstance(piece, Drive):
-        check_drive(case, piece)
-    inner_joins(case, piece)
+    elif isinstance(piece, Flight | Drive):
+        check_path(case, piece)
 
 
 def _free(trace: Trace, region: int) -> bool:

@@ -118,17 +118,14 @@ def _plain(value: object) -> object:
         return [_plain(item) for item in value]
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, records.Curve):
-        polynomials = (value.x, value.y, value.z, value.yaw)
-        return [_plain(value.seconds), *(_polynomial(p, value.seconds) for p in polynomials)]
-    if isinstance(value, records.Arc):
-        pose = _plain((value.x, value.y, value.yaw, value.curvature))
-        assert isinstance(pose, list)
-        return [_plain(value.seconds), *pose, _polynomial(value.way, value.seconds)]
     kind: Any = type(value)
-    if is_row(kind):
-        return [_plain(getattr(value, entry.name)) for entry in entries(kind)]
-    return value
+    if not is_row(kind):
+        return value
+    fields = [getattr(value, entry.name) for entry in entries(kind)]
+    if isinstance(value, records.Curve | records.Arc):
+        known = value.seconds
+        return [_polynomial(f, known) if isinstance(f, tuple) else _plain(f) for f in fields]
+    return list(map(_plain, fields))
 
 
 def _polynomial(coefficients: records.Numbers, seconds: float) -> list[float]:

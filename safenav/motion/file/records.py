@@ -115,7 +115,7 @@ class Curve(Struct, frozen=True, array_like=True):
 class Flight(Moving, frozen=True):
     """A flyer's reference, or the path of a disc."""
 
-    curves: tuple[Curve, ...]
+    parts: tuple[Curve, ...] = field(name="curves")
 
 
 class Arc(Struct, frozen=True, array_like=True):
@@ -133,7 +133,7 @@ class Arc(Struct, frozen=True, array_like=True):
 class Drive(Moving, frozen=True):
     """A rover."""
 
-    arcs: tuple[Arc, ...]
+    parts: tuple[Arc, ...] = field(name="arcs")
 
 
 class GoalLine(Piece, frozen=True):

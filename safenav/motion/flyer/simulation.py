@@ -206,7 +206,7 @@ def _sampled(
     for index, flight in enumerate(flights):
         chosen = which == index
         begin = flight.t0
-        for curve in flight.curves:
+        for curve in flight.parts:
             inside = chosen & (times >= begin - 1e-12)
             since = np.minimum(times[inside] - begin, curve.seconds)
             states[inside] = _states(curve, since)

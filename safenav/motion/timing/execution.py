@@ -9,10 +9,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from math import inf
 
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from safenav.motion.file.records import (
     Action,
+    Arc,
     Curve,
     Drive,
     Flight,
@@ -200,20 +201,16 @@ def _step_end(mover: Mover, step: Crossing) -> tuple[float, bool]:
 
 def _slower(piece: Moving, begin: float, factor: float) -> Moving:
     """Return the same path, slower by a factor from ``begin`` on."""
+    assert isinstance(piece, Flight | Drive), "a walker rests first"
     t0, t1 = (begin + (t - begin) * factor for t in (piece.t0, piece.t1))
-    if isinstance(piece, Flight):
-        curves = tuple(
-            Curve(c.seconds * factor, *(_stretched(p, factor) for p in (c.x, c.y, c.z, c.yaw)))
-            for c in piece.curves
-        )
-        return replace(piece, curves=curves, t0=t0, t1=t1)
-    assert isinstance(piece, Drive), "a walker rests first"
-    arcs = tuple(
-        replace(arc, seconds=arc.seconds * factor, way=_stretched(arc.way, factor))
-        for arc in piece.arcs
-    )
-    return replace(piece, arcs=arcs, t0=t0, t1=t1)
+    parts = tuple(_stretched(part, factor) for part in piece.parts)
+    return replace(piece, parts=parts, t0=t0, t1=t1)
 
 
-def _stretched(polynomial: tuple[float, ...], factor: float) -> tuple[float, ...]:
-    return tuple(c / factor**power for power, c in enumerate(polynomial))
+def _stretched(part: Curve | Arc, factor: float) -> Curve | Arc:
+    found = {
+        name: tuple(c / factor**power for power, c in enumerate(value))
+        for name, value in asdict(part).items()
+        if isinstance(value, tuple)
+    }
+    return replace(part, seconds=part.seconds * factor, **found)
