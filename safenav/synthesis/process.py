@@ -31,6 +31,9 @@ _MOST_OUTPUT = 2 << 30
 """Bytes that a command may print where no memory limit is given."""
 _PARENT = "SLUGS_PARENT"
 """Environment variable of safenav's synthesizer: the process that it must not outlive."""
+OVERTIME_SECONDS = 1.0
+"""safenav's own binary keeps the time limit and reports its progress; this long after the limit it
+is killed."""
 _GRACE_SECONDS = 2.0
 """Limit for draining the pipes of a killed group, which a stray grandchild may still hold."""
 
@@ -95,13 +98,7 @@ class ProcessGroup:
                 kill_group(process)
                 talk.drain(time.monotonic() + _GRACE_SECONDS)
         finally:
-            kill_group(process)
-            for pipe in (process.stdin, process.stdout, process.stderr):
-                if pipe is not None:
-                    with contextlib.suppress(OSError):
-                        pipe.close()
-            process.wait()
-            self.forget(process)
+            self.end(process)
         if self._dismissed:
             raise DismissedError
         elapsed = time.monotonic() - begun
@@ -113,6 +110,16 @@ class ProcessGroup:
             self._dismissed = True
             for process in self._running:
                 kill_group(process)
+
+    def end(self, process: subprocess.Popen[bytes]) -> None:
+        """Kill a process with its group, close its pipes and reap it."""
+        kill_group(process)
+        for pipe in (process.stdin, process.stdout, process.stderr):
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+        process.wait()
+        self.forget(process)
 
     def forget(self, process: subprocess.Popen[bytes]) -> None:
         """Forget a process that has ended or has another owner now."""
@@ -191,6 +198,12 @@ def die_with_parent(command: Sequence[str]) -> list[str]:
     if setpriv is None or not os.access(command[0], os.X_OK):
         return list(command)  # a command that cannot be started raises its own error
     return [setpriv, "--pdeathsig", "KILL", "--", *command]
+
+
+def limits(seconds: float | None, memory_mb: int | None) -> list[str]:
+    """Return the options by which safenav's own program keeps limits."""
+    time_limit = [] if seconds is None else ["--timeout", f"{seconds:g}"]
+    return [*time_limit, *([] if memory_mb is None else ["--memory", str(memory_mb)])]
 
 
 def limited(command: Sequence[str], memory_mb: int | None) -> list[str]:

@@ -10,16 +10,12 @@ from msgspec import Struct
 
 from safenav.outcome import Verdict
 from safenav.synthesis.binary import Binary, find_own_binary
-from safenav.synthesis.process import Finished, ProcessGroup, limited
+from safenav.synthesis.process import OVERTIME_SECONDS, Finished, ProcessGroup, limited, limits
 from safenav.synthesis.request import Job, RequestKind
 from safenav.synthesis.result import failure
 
 if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
-
-_OVERTIME_SECONDS = 1.0
-"""safenav's own binary keeps the time limit and reports its progress; this long after the limit it
-is killed."""
 
 Served = tuple[Union["ServedStrategy", Verdict], float]
 """The end of a server, and the seconds until then."""
@@ -60,14 +56,9 @@ class Program(Struct, frozen=True):
             command.append("--realizability")
         if job.kind is RequestKind.STRATEGY and job.most_nodes is not None:
             command += ["--nodes", str(job.most_nodes)]
-        deadline = None
-        if self.seconds is not None:
-            command += ["--timeout", f"{self.seconds:g}"]
-            deadline = self.seconds + _OVERTIME_SECONDS
-        if self.memory_mb is not None:
-            command += ["--memory", str(self.memory_mb)]
-        given, own = job.text.encode(), self.binary.ours
-        return crew.run([*command, "-"], given, deadline, self.memory_mb, own)
+        command += [*limits(self.seconds, self.memory_mb), "-"]
+        deadline = None if self.seconds is None else self.seconds + OVERTIME_SECONDS
+        return crew.run(command, job.text.encode(), deadline, self.memory_mb, self.binary.ours)
 
     def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
         """Run upstream's program, which reads slugsin files only and has no limits."""

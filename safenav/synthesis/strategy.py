@@ -8,7 +8,7 @@ that a million edges cost a fraction of a second.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from typing import Annotated
@@ -134,15 +134,20 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         constraints = [
             parse(c.formula) for s in initial_sections for c in self.specification.section(s)
         ]
+        return self.leading(
+            lambda node, values: (
+                self.ranks[node] == 0 and all(evaluate(formula, values) for formula in constraints)
+            )
+        )
+
+    def leading(self, begins: Callable[[int, Mapping[str, int]], bool]) -> tuple[int, ...]:
+        """Return the longest prefix of the nodes that are all different and can begin a play, given
+        their number and their values."""
         seen: set[tuple[int, ...]] = set()
-        for node, rank in enumerate(self.ranks):
-            state = tuple(self.states[node])
-            values = self.values(node)
-            if rank != 0 or state in seen:
+        for node, state in enumerate(self.states):
+            if tuple(state) in seen or not begins(node, self.values(node)):
                 break
-            if not all(evaluate(formula, values) for formula in constraints):
-                break
-            seen.add(state)
+            seen.add(tuple(state))
         return tuple(range(len(seen)))
 
     def find_initial(self, values: Mapping[str, int]) -> int | None:

@@ -11,7 +11,7 @@ may answer. It is a proof that a specification is unrealizable if
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 
 from safenav.spec.specification import Owner, Section, Specification
@@ -28,18 +28,13 @@ def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tu
     and satisfy ENV_INIT and SYS_INIT."""
     initial = [*clauses(spec, Section.ENV_INIT), *clauses(spec, Section.SYS_INIT)]
     inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
-    first: list[int] | None = None
-    seen: set[tuple[int, ...]] = set()
-    for node, state in enumerate(counterstrategy.states):
-        values = counterstrategy.values(node)
-        given = [values[name] for name in inputs]
-        first = given if first is None else first
-        if given != first or tuple(state) in seen:
-            break
-        if not all(clause.holds(values, None) for clause in initial):
-            break
-        seen.add(tuple(state))
-    return tuple(range(len(seen)))
+    first = counterstrategy.values(0) if counterstrategy.states else {}
+
+    def begins(_node: int, values: Mapping[str, int]) -> bool:
+        same = all(values[name] == first[name] for name in inputs)
+        return same and all(clause.holds(values, None) for clause in initial)
+
+    return counterstrategy.leading(begins)
 
 
 def counterstrategy_failures(automaton: Automaton) -> Iterator[Failure]:

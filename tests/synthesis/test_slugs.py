@@ -130,7 +130,7 @@ def test_a_binary_that_hangs_is_killed_with_its_children(
     prefix: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("safenav.synthesis.program._OVERTIME_SECONDS", 0.1)
+    monkeypatch.setattr("safenav.synthesis.program.OVERTIME_SECONDS", 0.1)
     child, begun = tmp_path / "child", time.monotonic()
 
     class Clock:

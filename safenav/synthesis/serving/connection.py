@@ -11,7 +11,7 @@ from typing import IO, Any
 
 from safenav.errors import SynthesizerError
 from safenav.lines import json_line
-from safenav.synthesis.process import Finished, ProcessGroup, kill_group
+from safenav.synthesis.process import Finished, ProcessGroup
 
 _CHUNK = 1 << 16
 _MOST_LINE = 64 << 20
@@ -70,13 +70,11 @@ class Connection:
         except BrokenPipeError:
             line = None
         if line is None:
-            self._process.wait()
-            status = self._process.returncode
-            words = self._last_words()
-            self.close()
+            end = self.ended(0.0)
+            words = end.last_words.rpartition("\n")[2][:500]
             raise SynthesizerError(
                 f"the synthesizer {self._program} ended while it served a strategy (exit status "
-                f"{status})\n    its last output: {words or 'nothing'}"
+                f"{end.status})\n    its last output: {words or 'nothing'}"
             )
         reply = self.parsed(line)
         if "error" in reply:
@@ -124,14 +122,6 @@ class Connection:
         if self._closed:
             return
         self._closed = True
-        kill_group(self._process)
-        self._crew.forget(self._process)
         self._selector.close()
-        self._given.close()
-        self._output.close()
-        self._process.wait()
+        self._crew.end(self._process)
         self._errors.close()
-
-    def _last_words(self) -> str:
-        self._errors.seek(0)
-        return self._errors.read().decode("utf-8", "replace").strip().rpartition("\n")[2][:500]

@@ -24,13 +24,12 @@ from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Owner, Specification
 from safenav.synthesis.binary import Binary, find_own_binary
-from safenav.synthesis.process import ProcessGroup
+from safenav.synthesis.process import OVERTIME_SECONDS, ProcessGroup, limits
 from safenav.synthesis.result import failure, verdict_of
 from safenav.synthesis.serving.connection import Connection
 from safenav.synthesis.strategy import Field, locate
 
 PROTOCOL = 1
-_OVERTIME_SECONDS = 1.0
 _ANSWER_SECONDS = 60.0
 """The limit of each reply once the game is solved (wall)."""
 
@@ -192,11 +191,7 @@ def serve(
             "safenav's own slugs binary, which serves strategies, is missing: run `make slugs` "
             "or `pip install .`"
         )
-    command = [str(binary.path), *options]
-    if seconds is not None:
-        command += ["--timeout", f"{seconds:g}"]
-    if memory_mb is not None:
-        command += ["--memory", str(memory_mb)]
+    command = [str(binary.path), *options, *limits(seconds, memory_mb)]
     crew = crew or ProcessGroup()
     begun = time.monotonic()
     # The program's standard input is for requests, so the specification is a file: one without a
@@ -209,7 +204,7 @@ def serve(
         connection = Connection(command, _ANSWER_SECONDS, crew, file, binary.ours)
         try:
             line = connection.read_line(
-                None if seconds is None else begun + seconds + _OVERTIME_SECONDS
+                None if seconds is None else begun + seconds + OVERTIME_SECONDS
             )
             if line is None:
                 ended = connection.ended(begun)
