@@ -22,7 +22,7 @@ from safenav.explain.explanation import (
 )
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl, Target
-from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.spec.specification import Constraint, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, clauses
@@ -225,27 +225,17 @@ class _Play(Play):
     def _regions_of(self, goal: Clause) -> Iterator[Region]:
         """Yield the regions in which a goal can hold for some values of the other variables."""
         others = [v for v in self._spec.variables if v.name != "region"]
-        ranges = [range((v.bounds or (0, 1))[0], (v.bounds or (0, 1))[1] + 1) for v in others]
-        names = [v.name for v in others]
         for region in self._world.free:
-            for choice in islice(product(*ranges), MOST_INPUTS):
-                values = dict(zip(names, choice, strict=True)) | {"region": region}
-                if goal.holds(values, values):
-                    yield region
-                    break
+            known = ({**values, "region": region} for values in _valuations(others))
+            if any(goal.holds(values, values) for values in known):
+                yield region
 
     def moment(self, node: int) -> PlayMoment:
         values = self._strategy.values(node)
         others = tuple((name, values[name]) for name in self._inputs)
-        pose = ("region", "heading")
-        memory = [n for n in values if n not in self._inputs and n not in pose]
-        heading = values.get("heading")
-        return PlayMoment(
-            values.get("region"),
-            None if heading is None else Heading(heading),
-            others,
-            tuple((name, values[name]) for name in memory),
-        )
+        known = ("region", "heading", *self._inputs)
+        memory = tuple((name, value) for name, value in values.items() if name not in known)
+        return PlayMoment(values.get("region"), _heading(values), others, memory)
 
     def distance(self, node: int) -> int:
         """Return the steps to the target that the robot awaits there, without regard to
@@ -275,8 +265,7 @@ class _Play(Play):
         values = self._strategy.values(node)
         if "region" not in values:
             return
-        heading = values.get("heading")
-        pose = Pose(values["region"], None if heading is None else Heading(heading))
+        pose = Pose(values["region"], _heading(values))
         promised = clauses(self._spec, Section.SYS_TRANS)
         for after in moves(self._task.robot.model.mobility, pose, self._world):
             broken = self._broken(values, {**pressure, **values_of(after)}, promised)
@@ -288,11 +277,18 @@ class _Play(Play):
     ) -> Constraint | None:
         """Return the first constraint that a move breaks with the memory that breaks fewest."""
         free = [v for v in self._spec.owned(Owner.OUTPUT) if v.name not in later]
-        ranges = [range((v.bounds or (0, 1))[0], (v.bounds or (0, 1))[1] + 1) for v in free]
-        best: list[Constraint] | None = None
-        for choice in islice(product(*ranges), MOST_INPUTS):
-            after = {**later, **{v.name: c for v, c in zip(free, choice, strict=True)}}
-            broken = [c.constraint for c in promised if not c.holds(now, after)]
-            if best is None or len(broken) < len(best):
-                best = broken
-        return best[0] if best else None
+        choices = ({**later, **values} for values in _valuations(free))
+        broken = ([c.constraint for c in promised if not c.holds(now, after)] for after in choices)
+        fewest = min(broken, key=len)
+        return fewest[0] if fewest else None
+
+
+def _heading(values: Mapping[str, int]) -> Heading | None:
+    return Heading(values["heading"]) if "heading" in values else None
+
+
+def _valuations(variables: Sequence[Variable]) -> Iterator[dict[str, int]]:
+    """Yield values of all these variables, up to a limit."""
+    names = [variable.name for variable in variables]
+    for choice in islice(product(*(variable.range for variable in variables)), MOST_INPUTS):
+        yield dict(zip(names, choice, strict=True))

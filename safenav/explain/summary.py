@@ -9,7 +9,7 @@ from safenav.scenario.objective import Ltl
 from safenav.scenario.objective_text import describe
 from safenav.spec.forms import asked_of
 from safenav.spec.task import Task
-from safenav.trace.words import MANY, listed
+from safenav.trace.words import some
 from safenav.world.map import RegionMap
 
 
@@ -26,10 +26,9 @@ def _closed_words(found: Diagnosis, world: RegionMap) -> str:
         by_reason.setdefault(known.reason, []).append(world.label(known.region))
     said = []
     for reason, regions in by_reason.items():
-        some = regions if len(regions) <= MANY else [*regions[:3], f"{len(regions) - 3} others"]
         if len(regions) > 1 and reason.endswith(" it"):
             reason = f"{reason.removesuffix('it')}them"
-        said.append(f"{listed(some)} {'is' if len(regions) == 1 else 'are'} closed ({reason})")
+        said.append(f"{some(regions)} {'is' if len(regions) == 1 else 'are'} closed ({reason})")
     return ", ".join(said)
 
 

@@ -38,6 +38,12 @@ class Variable(Struct, frozen=True):
     note: str = ""
 
     @property
+    def range(self) -> range:
+        """All its values, ascending."""
+        low, high = self.bounds or (0, 1)
+        return range(low, high + 1)
+
+    @property
     def declaration(self) -> str:
         if self.bounds is None:
             return self.name

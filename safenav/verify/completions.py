@@ -44,11 +44,6 @@ class Slot(Struct, frozen=True):
     def key(self) -> tuple[str, bool]:
         return self.variable.name, self.primed
 
-    @property
-    def range(self) -> range:
-        low, high = self.variable.bounds or (0, 1)
-        return range(low, high + 1)
-
 
 Key = tuple[str, bool]
 
@@ -112,7 +107,7 @@ def _backtrack(
         yield chosen
         return
     place = unknown[depth]
-    for value in place.range:
+    for value in place.variable.range:
         values[place.primed][place.variable.name] = value
         if all(holds(*values) for holds in due[depth]):
             yield from _backtrack(unknown, due, values, (*chosen, value))
@@ -136,7 +131,7 @@ def _count(
 def _count_component(
     rows: Sequence[Row], index: Mapping[Key, int], part: Sequence[Slot], tied: Sequence[Clause]
 ) -> list[int]:
-    domain = prod(len(place.range) for place in part)
+    domain = prod(len(place.variable.range) for place in part)
     if not tied:
         return [domain] * len(rows)
     if len(part) == 1 or domain <= _JOINT_DOMAIN:
@@ -146,12 +141,12 @@ def _count_component(
     split = max(part, key=lambda place: sum(place.key in c.places for c in tied))
     rest = [place for place in part if place is not split]
     deeper = {key: i for i, key in enumerate((*places, split.key))}
-    if len(distinct) * len(split.range) > _MOST_ROWS:
+    if len(distinct) * len(split.variable.range) > _MOST_ROWS:
         raise ResourceLimitError(
             "the strategy is too large to verify: its constraints tie too many variables together"
         )
     counts = dict.fromkeys(distinct, 0)
-    extended = [(*key, value) for key in distinct for value in split.range]
+    extended = [(*key, value) for key in distinct for value in split.variable.range]
     settled = [c for c in tied if not c.places & {place.key for place in rest}]
     possible = _masks(extended, deeper, (), settled)
     alive = [row for row, mask in zip(extended, possible, strict=True) if mask & 1]
@@ -185,7 +180,7 @@ def _masks(
 ) -> list[int]:
     """Return for each row the valuations of ``part`` (bit d: the d-th of their product) that
     satisfy all clauses. Clauses that read the same known places are computed together."""
-    domain = prod(len(place.range) for place in part)
+    domain = prod(len(place.variable.range) for place in part)
     masks = [(1 << domain) - 1] * len(rows)
     free = {place.key for place in part}
     by_support: dict[frozenset[Key], list[Formula]] = {}
@@ -219,7 +214,7 @@ def _block(
     keys: Sequence[Row], places: Sequence[Key], part: Sequence[Slot], formulas: Sequence[Formula]
 ) -> list[int]:
     """Evaluate on all pairs of a key and a valuation of ``part``; return a mask for each key."""
-    valuations = list(product(*(place.range for place in part)))
+    valuations = list(product(*(place.variable.range for place in part)))
     width = (len(valuations) + 7) // 8  # bytes of each key in a plane
     unknown = {place.key: i for i, place in enumerate(part)}
     known = {key: i for i, key in enumerate(places)}

@@ -25,7 +25,6 @@ from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.completions import Slot
 from safenav.verify.counterstrategy import counterstrategy_starts
 from safenav.verify.verification import (
     Failure,
@@ -240,7 +239,7 @@ def _something_is_missing(sample: Sample, strategy: Strategy, node: int) -> bool
 
 def _valuations(spec: Specification, owner: Owner) -> Iterator[dict[str, int]]:
     owned = spec.owned(owner)
-    for values in product(*(Slot(v, False).range for v in owned)):
+    for values in product(*(v.range for v in owned)):
         yield dict(zip((v.name for v in owned), values, strict=True))
 
 
