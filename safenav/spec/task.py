@@ -16,7 +16,8 @@ from safenav.world.partition import Partition
 
 
 class Fairness(StrEnum):
-    """A robot's assumption about the robots that it must avoid, without which it may be stuck."""
+    """A robot's assumption about the robots that it must avoid, without which it may be stuck; from
+    weakest to strongest."""
 
     NONE = "none"
     OFF_MY_TARGETS = "off_my_targets"
@@ -27,19 +28,8 @@ class Fairness(StrEnum):
 
 FAIRNESS_ORDER: dict[Tracking, tuple[Fairness, ...]] = {
     Tracking.NEARBY: (Fairness.NONE, Fairness.OUT_OF_MY_WAY),
-    Tracking.EXACT: (
-        Fairness.NONE,
-        Fairness.OFF_MY_TARGETS,
-        Fairness.OUT_OF_MY_WAY,
-        Fairness.AT_ITS_TARGETS,
-    ),
-    Tracking.BELIEF: (
-        Fairness.NONE,
-        Fairness.OFF_MY_TARGETS,
-        Fairness.OUT_OF_MY_WAY,
-        Fairness.OUT_OF_MY_SIGHT,
-        Fairness.AT_ITS_TARGETS,
-    ),
+    Tracking.EXACT: tuple(each for each in Fairness if each is not Fairness.OUT_OF_MY_SIGHT),
+    Tracking.BELIEF: tuple(Fairness),
 }
 """The possible assumptions for each model of other robots, from weakest to strongest."""
 

@@ -17,7 +17,7 @@ from functools import lru_cache
 from msgspec import Struct
 
 from safenav.errors import UsageError
-from safenav.scenario.objective import Target, number_word
+from safenav.scenario.objective import Target
 from safenav.spec.movement import headings, step_formula, wrapping
 from safenav.spec.other_robots import exact
 from safenav.spec.other_robots.knowledge import (
@@ -140,30 +140,22 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     Knowledge satisfies it if one of the other's possible regions does. So it holds whenever the
     other's true position satisfies it, and the robot cannot break it by looking away.
     """
-    if task.fairness is Fairness.OUT_OF_MY_WAY:
-        yield from exact.out_of_my_way(task, world)
-        return
-    for model in models(task, world):
-        other, item = model.other, f"robots.{model.other.name}"
-        if not other.danger:
-            continue
-        if task.fairness is Fairness.OFF_MY_TARGETS:
-            for target in task.targets:
-                rule = (
-                    f"{other.name} is infinitely often not at {number_word(target)}, or may not be"
-                )
-                on = [b for b in model.beliefs if model.watch.possible(b) <= target]
-                formula = f"!({_is_one_of(model, target, on)})"
-                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
-        elif task.fairness is Fairness.AT_ITS_TARGETS:
-            for target in other.targets:
-                rule = f"{other.name} is infinitely often at {number_word(target)}, or may be"
-                on = [b for b in model.beliefs if model.watch.possible(b) & target]
-                formula = _is_one_of(model, target, on)
-                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
-        elif task.fairness is Fairness.OUT_OF_MY_SIGHT and model.beliefs:
-            origin = Origin(item, f"{other.name} is infinitely often out of sight", SOURCE)
-            yield Constraint(Section.ENV_LIVENESS, f"{other.variable} >= {model.size}", origin)
+    every = {model.other: model for model in models(task, world)}
+
+    def at(other: Observed, target: Target, surely: bool) -> str:
+        model = every[other]
+        there = [(belief, model.watch.possible(belief)) for belief in model.beliefs]
+        on = [belief for belief, may in there if (may <= target if surely else may & target)]
+        values = region_mask(target) | region_mask(map(model.number, on))
+        return within(other.variable, values)
+
+    yield from exact.fairness(task, world, at, (", or may not be", ", or may be"), SOURCE)
+    for other, model in every.items():
+        if task.fairness is Fairness.OUT_OF_MY_SIGHT and other.danger and model.beliefs:
+            rule = f"{other.name} is infinitely often out of sight"
+            formula = f"{other.variable} >= {model.size}"
+            origin = Origin(f"robots.{other.name}", rule, SOURCE)
+            yield Constraint(Section.ENV_LIVENESS, formula, origin)
 
 
 def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dict[str, int]:
@@ -287,11 +279,6 @@ def _own_regions(model: Model) -> Mask:
 
 def _seen_regions(model: Model) -> tuple[Region, ...]:
     return tuple(sorted(k for k in model.owns if not isinstance(k, frozenset)))
-
-
-def _is_one_of(model: Model, target: Target, beliefs: list[Belief]) -> str:
-    values = region_mask(target) | region_mask(frozenset(map(model.number, beliefs)))
-    return within(model.other.variable, values)
 
 
 def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> str:

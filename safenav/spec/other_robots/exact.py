@@ -6,12 +6,12 @@ See docs/performance.md for figures.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
-from safenav.scenario.objective import number_word
+from safenav.scenario.objective import Target, number_word
 from safenav.spec.movement import headings, on_side, one_of, stepping, walls
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
-from safenav.spec.task import Fairness, Task
+from safenav.spec.task import Fairness, Observed, Task
 from safenav.world.map import Region, RegionMap
 
 SOURCE = "safenav: exact positions of other robots"
@@ -56,8 +56,20 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     yield from fairness(task, world)
 
 
-def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the fairness assumption of the task, if it has one."""
+def _at(other: Observed, target: Target, _surely: bool) -> str:
+    return one_of(other.variable, target)
+
+
+def fairness(
+    task: Task,
+    world: RegionMap,
+    at: Callable[[Observed, Target, bool], str] = _at,
+    maybe: tuple[str, str] = ("", ""),
+    source: str = SOURCE,
+) -> Iterator[Constraint]:
+    """Yield the fairness assumption of the task, if it has one. ``at``: the condition that another
+    robot is at a target, surely or perhaps; ``maybe``: words for doubt, if it may not be or may be
+    there."""
     if task.fairness is Fairness.OUT_OF_MY_WAY:
         yield from out_of_my_way(task, world)
         return
@@ -67,14 +79,14 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
         item = f"robots.{other.name}"
         if task.fairness is Fairness.OFF_MY_TARGETS:
             for target in task.targets:
-                rule = f"{other.name} is infinitely often not at {number_word(target)}"
-                formula = f"!({one_of(other.variable, target)})"
-                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
+                rule = f"{other.name} is infinitely often not at {number_word(target)}{maybe[0]}"
+                formula = f"!({at(other, target, True)})"
+                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, source))
         elif task.fairness is Fairness.AT_ITS_TARGETS:
             for target in other.targets:
-                rule = f"{other.name} is infinitely often at {number_word(target)}"
-                formula = one_of(other.variable, target)
-                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
+                rule = f"{other.name} is infinitely often at {number_word(target)}{maybe[1]}"
+                formula = at(other, target, False)
+                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, source))
 
 
 def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
