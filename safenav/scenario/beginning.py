@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from safenav.world.map import Region, RegionMap
+from safenav.world.partition import pieces
 
 TEMPLATES = {
     "minimal": "one robot that goes back and forth",
@@ -31,7 +32,7 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
     between two others. A commented-out door stands where the flyer discovers it. None if the map
     has no four connected regions.
     """
-    floor = _largest_floor(world)
+    floor = sorted(max(pieces(world.free, world), key=len, default=()))
     if len(floor) < 4:
         return None
     home = _farthest(world, floor[0])
@@ -93,17 +94,6 @@ def _bottleneck(world: RegionMap, home: Region, away: Region, dock: Region) -> R
         (region for region in single if region != dock),
         key=lambda region: (abs(2 * there[region] - length), region),
     )
-
-
-def _largest_floor(world: RegionMap) -> list[Region]:
-    """Return the largest connected set of regions, ascending."""
-    left = set(world.free)
-    best: list[Region] = []
-    while left and len(left) > len(best):
-        floor = sorted(world.distances([min(left)]))
-        left -= set(floor)
-        best = max(best, floor, key=len)
-    return best
 
 
 def _farthest(world: RegionMap, region: Region) -> Region:

@@ -27,14 +27,13 @@ def to_data(objective: Objective) -> dict[str, object]:
         return {"ltl": {key: value for key, value in parts.items() if value}}
     regions = [sorted(target) for target in objective.targets]
     listed = [each[0] if len(each) == 1 else each for each in regions]
-    told: dict[str, object] = {objective.kind: listed[0] if objective.one else listed}
-    if objective.literal:
-        told["form"] = "literal"
-    if objective.avoid:
-        told["avoid"] = sorted(objective.avoid)
-    if objective.always:
-        told["always"] = list(objective.always)
-    return told
+    rules = {
+        "form": "literal" if objective.literal else None,
+        "avoid": sorted(objective.avoid),
+        "always": list(objective.always),
+    }
+    told = {key: value for key, value in rules.items() if value}
+    return {objective.kind: listed[0] if objective.one else listed, **told}
 
 
 _SHOWN = 2

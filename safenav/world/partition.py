@@ -22,6 +22,7 @@ from functools import lru_cache
 
 from msgspec import Struct
 
+from safenav.components import explored
 from safenav.world.map import Region, RegionMap
 
 DOORWAY = 2
@@ -130,21 +131,13 @@ def _has_space(region: Region, world: RegionMap) -> bool:
 
 def pieces(regions: Collection[Region], world: RegionMap) -> list[frozenset[Region]]:
     """The connected pieces of a set of regions, in the order of their lowest regions."""
-    left = set(regions)
-    pieces = []
+    inside, left, found = set(regions), set(regions), []
     for seed in sorted(regions):
-        if seed not in left:
-            continue
-        left.remove(seed)
-        piece, fresh = {seed}, [seed]
-        while fresh:
-            for near in world.neighbours(fresh.pop()):
-                if near in left:
-                    left.remove(near)
-                    piece.add(near)
-                    fresh.append(near)
-        pieces.append(frozenset(piece))
-    return pieces
+        if seed in left:
+            near = explored([seed], lambda region: [*inside.intersection(world.neighbours(region))])
+            found.append(frozenset(near))
+            left -= near.keys()
+    return found
 
 
 def _beside(

@@ -100,9 +100,10 @@ def plain(node: Node) -> Any:
 
 
 class DocumentError(Exception):
-    """Error in a text that is not valid YAML: its place, description and remedy."""
+    """Error in a file or text that is not usable: its place (None: all of it), description and
+    remedy."""
 
-    def __init__(self, place: Place, found: str, hint: str = "") -> None:
+    def __init__(self, place: Place | None, found: str, hint: str = "") -> None:
         self.place = place
         self.found = found
         self.hint = hint

@@ -123,36 +123,25 @@ def is_nothing(node: Node) -> bool:
 
 
 _ALSO_CALLED = {
-    "regions": ("names",),
-    "labels": ("names",),
-    "locations": ("names",),
-    "waypoints": ("names",),
-    "rooms": ("areas",),
-    "zones": ("areas",),
-    "agents": ("robots",),
-    "doors": ("obstacles",),
-    "hazards": ("obstacles",),
-    "timeout": ("limits",),
-    "type": ("model",),
-    "kind": ("type", "model"),
-    "position": ("start", "region"),
-    "location": ("start", "region"),
-    "cell": ("start", "region"),
-    "initial": ("start",),
-    "facing": ("heading",),
-    "direction": ("heading",),
-    "orientation": ("heading",),
-    "tick": ("at", "from"),
-    "goal": ("objective",),
-    "goals": ("objective",),
-    "task": ("objective",),
-    "mission": ("objective",),
-    "specification": ("objective",),
-    "skills": ("capabilities",),
-    "abilities": ("capabilities",),
-    "diameter": ("size",),
-    "max_speed": ("speed",),
-    "velocity": ("speed",),
+    word: keys
+    for words, keys in (
+        ("regions labels locations waypoints", ("names",)),
+        ("rooms zones", ("areas",)),
+        ("agents", ("robots",)),
+        ("doors hazards", ("obstacles",)),
+        ("timeout", ("limits",)),
+        ("type", ("model",)),
+        ("kind", ("type", "model")),
+        ("position location cell", ("start", "region")),
+        ("initial", ("start",)),
+        ("facing direction orientation", ("heading",)),
+        ("tick", ("at", "from")),
+        ("goal goals task mission specification", ("objective",)),
+        ("skills abilities", ("capabilities",)),
+        ("diameter", ("size",)),
+        ("max_speed velocity", ("speed",)),
+    )
+    for word in words.split()
 }
 """Keys of other tools, and the scenario's keys that may be meant."""
 

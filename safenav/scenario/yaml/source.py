@@ -62,7 +62,7 @@ def _made(
         if named_at is None and str(path) == STDIN:
             return make(_within(sys.stdin.buffer.read(limit + 1), limit))
         return make(_bytes(path, limit))
-    except _UnusableError as error:
+    except DocumentError as error:
         if named_at is None:
             findings.add(error.place, error.found, error.hint)
         else:
@@ -84,9 +84,9 @@ def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> No
         return
     if reach.folder is None:
         found = "not read: scenarios from a link or upload cannot open files"
-        raise _UnusableError(found, "save both in one folder and open the scenario from there")
+        raise DocumentError(None, found, "save both in one folder and open the scenario from there")
     where = f"put it into {reach.folder}, or start the studio with --folder and a folder above both"
-    raise _UnusableError("not read: it is outside the folder of the scenario", where)
+    raise DocumentError(None, "not read: it is outside the folder of the scenario", where)
 
 
 @cache
@@ -97,37 +97,31 @@ def _tell_outside(file: str, path: Path) -> None:
     getLogger("safenav").warning("note: %s reads a file outside of its folder: %s", file, path)
 
 
-class _UnusableError(Exception):
-    def __init__(self, found: str, hint: str = "", place: Place | None = None) -> None:
-        self.found = found
-        self.hint = hint
-        self.place = place
-        super().__init__(found)
-
-
 def _bytes(path: Path, limit: int) -> bytes:
     try:
         kind = path.stat().st_mode
         if stat.S_ISDIR(kind):
-            raise _UnusableError("this is a directory", "name a file in it")
+            raise DocumentError(None, "this is a directory", "name a file in it")
         if not stat.S_ISREG(kind):
             # A pipe may never deliver data, and /dev/zero never ends.
-            raise _UnusableError("this is not a regular file", "copy what it gives into a file")
+            raise DocumentError(
+                None, "this is not a regular file", "copy what it gives into a file"
+            )
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except FileNotFoundError:
-        raise _UnusableError("no such file", _neighbours(path)) from None
+        raise DocumentError(None, "no such file", _neighbours(path)) from None
     except PermissionError:
-        raise _UnusableError("permission denied", "check who may read the file") from None
+        raise DocumentError(None, "permission denied", "check who may read the file") from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise _UnusableError(f"not readable: {reason}") from None
+        raise DocumentError(None, f"not readable: {reason}") from None
     return _within(data, limit)
 
 
 def _within(data: bytes, limit: int) -> bytes:
     if len(data) > limit:
-        raise _UnusableError(f"the file is larger than {limit // 1_000_000} MB")
+        raise DocumentError(None, f"the file is larger than {limit // 1_000_000} MB")
     return data
 
 
@@ -135,7 +129,7 @@ def _decoded(data: bytes) -> str:
     for signature, kind in _IMAGES.items():
         if data.startswith(signature):
             hint = "name the YAML file that refers to it; to see a map alone: safenav draw FILE"
-            raise _UnusableError(f"this is an image ({kind}), not YAML", hint)
+            raise DocumentError(None, f"this is an image ({kind}), not YAML", hint)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -144,7 +138,7 @@ def _decoded(data: bytes) -> str:
         column = len(before[line_start:].decode("utf-8", "replace")) + 1
         place = Place(before.count(b"\n") + 1, column)
         found = f"not UTF-8: byte 0x{data[error.start]:02X}"
-        raise _UnusableError(found, "save it as UTF-8", place) from None
+        raise DocumentError(place, found, "save it as UTF-8") from None
 
 
 def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
