@@ -36,7 +36,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from campaigns.generate.families import maps_folder, mission
 from live.missions import crowd
 from safenav.outcome import Outcome
-from safenav.pace.robot import TickPace
+from safenav.pace.robot import Pace
 from safenav.report.terminal.table import table
 from safenav.runtime.coordination.strategy_search import StrategySearch
 from safenav.runtime.mission import Mission, default_synthesizer
@@ -98,7 +98,7 @@ class Serial:
             yield obstacle, done if obstacle.type.has_truth else None if done else False
 
 
-class Steps(TickPace):
+class Steps(Pace):
     """One step per second, whatever the timing of the model."""
 
     def step(

@@ -7,7 +7,6 @@ impossible on regions of that size, takes one second per tick of its ``timing``.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from math import atan2, hypot, pi, remainder, sqrt, tau
 from types import MappingProxyType
@@ -34,12 +33,13 @@ WALKER = ("size", "speed", "height", "foot", "clearance")
 """The parameters of a walker that its gait depends on."""
 
 YAW: Mapping[str, float] = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
+"""Headings in radians, counter-clockwise from east."""
 
 
-class Pace(ABC):
+class Pace:
     """The durations of one robot, with its state: its heading, and the time of its last arrival.
     Regions are numbered in reading order on a map of ``cols`` columns; times are seconds on the
-    clock of the run."""
+    clock of the run. Without data in metres, a step takes one second per tick."""
 
     acting = 2.0
     """Seconds of an action, once it has begun."""
@@ -119,9 +119,10 @@ class Pace(ABC):
         (row, col), (to_row, to_col) = divmod(origin, self._cols), divmod(to, self._cols)
         return atan2(row - to_row, to_col - col)
 
-    @abstractmethod
     def _fresh(self, way: float) -> float:
         """Seconds of a step in that direction from rest."""
+        del way
+        return float(self._least)
 
     def _onwards(self, way: float) -> tuple[float, int] | None:
         """Seconds of a step that continues without a halt, and the stance foot at its end; None if
@@ -138,14 +139,6 @@ class Pace(ABC):
 
     def _resuming(self) -> float:
         return 0.0
-
-
-class TickPace(Pace):
-    """Pace of a robot without data in metres: one second per tick."""
-
-    def _fresh(self, way: float) -> float:
-        del way
-        return float(self._least)
 
 
 class WalkerPace(Pace):
@@ -236,12 +229,12 @@ def pace_of(
     counts as a disc. ``least``: the least ticks of its ``timing``."""
     values = _values(motion)
     if motion is None or not {"size", "speed"} <= values.keys():
-        return TickPace(cols, side, heading, least)
+        return Pace(cols, side, heading, least)
     kind = _KINDS.get(str(motion["kind"]), DiscPace)
     try:
         made = kind(cols, side, heading, least, values)
     except UsageError:
-        return TickPace(cols, side, heading, least)
+        return Pace(cols, side, heading, least)
     made.acting = values.get("action_seconds", made.acting)
     return made
 
