@@ -13,7 +13,6 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
-import safenav
 from safenav.fleet.following import Follower
 from safenav.fleet.place import Places
 from safenav.fleet.stations import Station
@@ -26,11 +25,10 @@ from safenav.motion.file.records import (
     Measured,
     Measurement,
     Motion,
-    MotionHeader,
     Moving,
     Piece,
 )
-from safenav.motion.making import described, floor_of, movers_of
+from safenav.motion.making import described, floor_of, header_of, movers_of
 from safenav.motion.mover import Mover
 from safenav.motion.timing.actions import TimedAction, actions_of, by_command
 from safenav.motion.timing.execution import when
@@ -93,21 +91,8 @@ def driven_motion(
         name: {**described(trace, name, body), **_driven(stations[name])}
         for name, body in movers.items()
     }
-    origin = trace.header.scenario.map.origin or (0.0, 0.0, 0.0)
-    header = MotionHeader(
-        trace.digest,
-        safenav.__version__,
-        floor.side,
-        floor.rows,
-        floor.cols,
-        origin,
-        robots,
-        seed=0,
-        gust=0.0,
-        push=0.0,
-    )
     found = tuple(sorted([*ledger.lines, *lines], key=when))
-    return Motion(header, found, ledger.outcome(over))
+    return Motion(header_of(trace, floor, robots), found, ledger.outcome(over))
 
 
 def _driven(station: Station) -> dict[str, object]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from safenav.errors import ExitCode, SafenavError
+from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.fleet.acting import FleetProgress
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase
@@ -49,12 +49,6 @@ STOPPING = 5.0
 PAUSE = 1.0
 """Seconds before a failed goal is sent again: a robot whose emergency stop is pressed, or whose
 navigation restarts, rejects every goal immediately."""
-
-
-class FleetError(SafenavError):
-    """A fleet cannot be driven: a transport is missing, or a robot does not answer."""
-
-    exit_code = ExitCode.BAD_INPUT
 
 
 class FleetClock(Struct, frozen=True):
@@ -103,10 +97,10 @@ class FleetSteps:
 
     @staticmethod
     def check(scenario: Scenario) -> Frame:
-        """Return the frame of the map in metres. Raises FleetError if the scenario has none."""
+        """Return the frame of the map in metres. Raises UsageError if the scenario has none."""
         if scenario.map.frame is None:
             said = "the map has no size in metres: add 'resolution: 1.0' (metres per region)"
-            raise FleetError(f"{said} to 'map', or take the map from map_server with 'ros:'")
+            raise UsageError(f"{said} to 'map', or take the map from map_server with 'ros:'")
         return scenario.map.frame
 
     @property

@@ -104,7 +104,7 @@ class Transport(Protocol):
     def open(self, post: Callable[[Message], None]) -> None:
         """Connect. ``post`` takes messages from any thread until ``close`` returns.
 
-        Raises FleetError if the middleware cannot be used."""
+        Raises UsageError if the middleware cannot be used."""
 
     def missing(self) -> list[str]:
         """Return the names of action servers, and of followers' topics, that no robot answers

@@ -14,12 +14,13 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from math import inf
 
+from safenav.errors import UsageError
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
 from safenav.fleet.lookout import STALE
 from safenav.fleet.sensing import PASSED, Sighting, View
-from safenav.fleet.steps import FRESH, LATE, SET_BACK, SETTLING, FleetError, FleetSteps
+from safenav.fleet.steps import FRESH, LATE, SET_BACK, SETTLING, FleetSteps
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.records import Depart, Record
@@ -184,16 +185,16 @@ class FleetWorld(FleetSteps):
 
     def open(self, patience: float = 10.0) -> None:
         """Connect, wait until each robot answers and odometry confirms its start pose, then for the
-        first reading of its lidar. Raises FleetError."""
+        first reading of its lidar. Raises UsageError."""
         self._transport.open(self._heard)
         end = self.now() + patience
         while silent := self._silent():
             if self.now() >= end:
-                raise FleetError(f"no answer in {patience:g} s from {', '.join(silent)}")
+                raise UsageError(f"no answer in {patience:g} s from {', '.join(silent)}")
             self._take_next(0.1)
         for body in self._bodies.values():
             if (astray := self._begins_elsewhere(body)) is not None:
-                raise FleetError(astray)
+                raise UsageError(astray)
         end = self.now() + FRESH
         while self.now() < end and any(
             body.station.scan is not None and body.looked == -inf for body in self._bodies.values()

@@ -11,10 +11,10 @@ from math import atan2, hypot, pi, remainder, tau
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving
-from safenav.motion.geometry import MetricFloor, way, yaw
+from safenav.motion.geometry import MetricFloor, way
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
-from safenav.pace.robot import RESERVE, ROOM, TURNING, glide
+from safenav.pace.robot import RESERVE, ROOM, TURNING, YAW, glide
 
 
 def end_of(crossing: Crossing, floor: MetricFloor, size: float) -> tuple[float, float]:
@@ -41,7 +41,7 @@ class DiscMover(Mover):
                 "    give the map a larger 'resolution', or the model a smaller 'size'"
             )
         self.place = self.floor.centre(self.region)
-        self.facing = yaw(self.heading) if self.heading else 0.0
+        self.facing = YAW[self.heading] if self.heading else 0.0
 
     @property
     def altitude(self) -> float:
@@ -57,7 +57,7 @@ class DiscMover(Mover):
 
     def move(self, crossing: Crossing) -> list[Moving]:
         there = end_of(crossing, self.floor, self.size)
-        moved = self._go(crossing.tick, there, yaw(crossing.heading), crossing.to)
+        moved = self._go(crossing.tick, there, YAW[crossing.heading], crossing.to)
         self.region, self.heading = crossing.to, crossing.heading
         return moved
 

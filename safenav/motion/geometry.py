@@ -10,8 +10,6 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.pace.robot import YAW
-
 Array = NDArray[np.float64]
 
 HEADINGS = ("east", "north", "west", "south")
@@ -56,11 +54,6 @@ class MetricFloor(Struct, frozen=True):
         (row, col), (next_row, next_col) = divmod(origin, self.cols), divmod(to, self.cols)
         step = (next_col - col, row - next_row)
         return next(name for name, ahead in _WAYS.items() if ahead == step)
-
-
-def yaw(heading: str) -> float:
-    """A heading in radians, counter-clockwise from east, in (-pi, pi]."""
-    return YAW[heading]
 
 
 def turn(before: str, after: str) -> int:

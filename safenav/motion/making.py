@@ -60,19 +60,29 @@ def motion_of(
         raise
     if against.gust or against.push:
         lines = _disturbed(lines, movers, floor, against)
-    header = MotionHeader(
+    robots = {name: described(trace, name, movers[name], against) for name in movers}
+    return Motion(header_of(trace, floor, robots, against), lines, outcome)
+
+
+def header_of(
+    trace: Trace,
+    floor: MetricFloor,
+    robots: Mapping[str, Mapping[str, object]],
+    against: Disturbances = UNDISTURBED,
+) -> MotionHeader:
+    """Return the header of a motion of a run. ``robots``: how each moves."""
+    return MotionHeader(
         trace=trace.digest,
         safenav=safenav.__version__,
         side=floor.side,
         rows=floor.rows,
         cols=floor.cols,
         origin=trace.header.scenario.map.origin or (0.0, 0.0, 0.0),
-        robots={name: described(trace, name, movers[name], against) for name in movers},
+        robots=robots,
         seed=against.seed,
         gust=against.gust,
         push=against.push,
     )
-    return Motion(header, lines, outcome)
 
 
 def refuse_broken(trace: Trace, error: Exception | None = None) -> None:

@@ -12,9 +12,8 @@ from math import atan2, hypot, pi, remainder, tau
 from safenav.errors import UsageError
 from safenav.motion.disc import DiscMover
 from safenav.motion.file.records import Arc, Drive, Moving
-from safenav.motion.geometry import yaw
 from safenav.motion.polynomial import quintic
-from safenav.pace.robot import ROOM, glide
+from safenav.pace.robot import ROOM, YAW, glide
 
 
 class RoverMover(DiscMover):
@@ -22,7 +21,7 @@ class RoverMover(DiscMover):
 
     def begin(self) -> None:
         self.place = self.floor.centre(self.region)
-        self.facing = yaw(self.heading) if self.heading else 0.0
+        self.facing = YAW[self.heading] if self.heading else 0.0
         self.shape(None)
 
     def shape(self, footprint: object) -> None:

@@ -20,9 +20,10 @@ from fleet.hall import (
 )
 from runtime.played import Run
 from safenav import Mission
+from safenav.errors import UsageError
 from safenav.fleet.place import Places
 from safenav.fleet.stations import ScanUse, Station
-from safenav.fleet.steps import FleetClock, FleetError
+from safenav.fleet.steps import FleetClock
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -335,12 +336,12 @@ def test_a_robot_that_is_silent_or_begins_in_another_pose_is_named() -> None:
     stations = {name: Station(f"/{name}") for name in ("digit", "quad")}
     robots = Robots()
     robots.x = {}
-    with pytest.raises(FleetError, match=r"no answer in 0\.05 s from /digit/odom, /quad/odom"):
+    with pytest.raises(UsageError, match=r"no answer in 0\.05 s from /digit/odom, /quad/odom"):
         FleetWorld(scenario, stations, robots, robots.clock).open(patience=0.05)
     robots = Robots()
     robots.x["digit"] = 3.5
     with pytest.raises(
-        FleetError,
+        UsageError,
         match=r"digit is in region 10 \(3.50, 2.50 m\).* starts it in 8 \(.*\n.*of the map",
     ):
         FleetWorld(scenario, stations, robots, robots.clock).open()
@@ -348,14 +349,14 @@ def test_a_robot_that_is_silent_or_begins_in_another_pose_is_named() -> None:
     robots.open = lambda post: [  # type: ignore[method-assign, assignment]
         post(Located(name, 1.0, robots.x[name], robots.y[name], 1.5)) for name in robots.x
     ]
-    with pytest.raises(FleetError, match=r"digit faces north; the scenario.* facing east\n"):
+    with pytest.raises(UsageError, match=r"digit faces north; the scenario.* facing east\n"):
         FleetWorld(scenario, stations, robots, robots.clock).open()
 
 
 def test_a_map_without_metres_is_refused() -> None:
     text = SCENARIO.format(resolution=1.0).replace("  resolution: 1.0\n", "")
     scenario = load_scenario_text(text, "hall.yaml")
-    with pytest.raises(FleetError, match=r"add 'resolution: 1\.0'"):
+    with pytest.raises(UsageError, match=r"add 'resolution: 1\.0'"):
         FleetWorld(scenario, {}, Robots())
 
 

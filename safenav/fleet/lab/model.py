@@ -226,22 +226,16 @@ def body_of(robot: Robot) -> SimulatedBody:
     """Return the dimensions of a robot, from its model's motion."""
     model = robot.model
     motion = resolved(model.motion, model.size, model.speed, model.layer) or {}
-    flies = motion.get("kind") == "flyer"
-
-    def number(key: str, default: float) -> float:
-        value = motion.get(key, default)
-        assert isinstance(value, float | int)
-        return float(value)
-
-    walks = motion.get("kind") == "walker"
+    flies, walks = motion.get("kind") == "flyer", motion.get("kind") == "walker"
+    numbers = {key: float(v) for key, v in motion.items() if isinstance(v, float | int)}
     return SimulatedBody(
         robot.name,
-        number("size", 0.5) / 2,
-        number("speed", 0.5),
-        number("altitude", 2.2) if flies else 0.0,
+        numbers.get("size", 0.5) / 2,
+        numbers.get("speed", 0.5),
+        numbers.get("altitude", 2.2) if flies else 0.0,
         flies,
-        number("turning", 1.5),
+        numbers.get("turning", 1.5),
         0.5 if flies else 45.0,
-        number("tilt", 3.4),
-        omega=(9.81 / number("height", 0.8)) ** 0.5 if walks else 0.0,
+        numbers.get("tilt", 3.4),
+        omega=(9.81 / numbers.get("height", 0.8)) ** 0.5 if walks else 0.0,
     )

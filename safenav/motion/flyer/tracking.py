@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.extras import missing
+from safenav.motion.solver import solution
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,6 @@ DRAG = 0.25
 """Deceleration by the air in 1/s of the speed through it."""
 POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
 """Weights of the errors, of the command off the reference's, and of leaving the corridor."""
-OPTIMAL = 1
 
 
 class Axis(Struct, frozen=True):
@@ -137,22 +136,12 @@ class AxisTracker:
         upper = np.concatenate((bound, high - position, FAR))
         bound[-1] = 0.0
         lower = np.concatenate((-bound, -FAR, low - position))
-        found, flag = _solved(plan.cost, slope, plan.rows, upper, lower)
-        if flag != OPTIMAL:
+        posed = plan.cost.copy(), slope, plan.rows.copy(), upper, lower
+        found = solution("flight in gusts", *posed)
+        if found is None:
             self.failed += 1
             found = usual
         given = min(max(float(found[0]), -self.limit), self.limit)
         model = axis()
         self.state = model.move @ self.state + model.steer * given
         return given
-
-
-def _solved(
-    cost: Array, slope: Array, rows: Array, upper: Array, lower: Array
-) -> tuple[Array, int]:
-    try:
-        import daqp
-    except ImportError as error:
-        raise missing("flight in gusts", "daqp", "motion") from error
-    found, _, flag, _ = daqp.solve(cost.copy(), slope, rows.copy(), upper, lower)
-    return np.asarray(found), int(flag)

@@ -15,13 +15,14 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.motion.file import records
-from safenav.motion.geometry import MetricFloor, turn, way, yaw
+from safenav.motion.geometry import MetricFloor, turn, way
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.pendulum import Array, sampled
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker import primitives
 from safenav.motion.walker.primitives import LEFT, RIGHT, Primitive
 from safenav.pace.gait import Gait, Walker, gait_on
+from safenav.pace.robot import YAW
 
 SAMPLES = 200
 
@@ -174,7 +175,7 @@ class Placing:
         x, y = floor.centre(region)
         half = floor.side / 2
         self._x, self._y = x - self._cos * half, y - self._sin * half
-        self._yaw = yaw(heading)
+        self._yaw = YAW[heading]
 
     def segment(self, who: records.Piece, primitive: Primitive) -> records.Segment:
         """The primitive in the frame of the map."""

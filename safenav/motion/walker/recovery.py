@@ -19,14 +19,13 @@ from math import cos, hypot, pi, sin
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.extras import missing
 from safenav.motion.file.records import BodyPush, Foothold, Line, PressurePhase, Segment, Swing
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.pendulum import Array, advanced, miss, state_of
 from safenav.motion.polynomial import between, derivative, values
+from safenav.motion.solver import solution
 from safenav.motion.walker.courses import Actual, PendingMove, WalkPlan, plan_of
 from safenav.motion.walker.cutting import split
 from safenav.motion.walker.mover import LIMITS
@@ -41,7 +40,7 @@ def pushed(
     segments: Sequence[Segment], floor: MetricFloor, omega: float, push: float, seed: str
 ) -> list[Line]:
     """The segments of one walker with a push of up to ``push`` m/s in each walking move, and the
-    pushes. Raises FallenError if it cannot keep itself up."""
+    pushes. Raises UsageError if it cannot keep itself up."""
     chance = random.Random(seed)
     found: list[Line] = []
     actual: Actual | None = None
@@ -105,7 +104,6 @@ HURRY = 1.0
 """Metres by which a foot in the air may be redirected, per second left before it lands."""
 LEAN, DIVERGENT, CONVERGENT = 0.5, 400.0, 20.0
 """Costs of leaning (relative to those of moving a foot), and of missing the goal."""
-OPTIMAL = 1
 EQUAL = 5
 
 
@@ -158,8 +156,9 @@ def replaced(plan: WalkPlan, state: Array, omega: float, soft: bool) -> tuple[Ar
     lower = np.concatenate([-bound, wanted, np.full(len(most), -1e30)])
     sense = np.zeros(len(upper), dtype=np.int32)
     sense[size : size + 4] = EQUAL
-    found, flag = _solved(np.diag(cost), np.zeros(size), rows_all, upper, lower, sense)
-    if flag != OPTIMAL:
+    posed = np.diag(cost), np.zeros(size), rows_all, upper, lower, sense
+    found = solution("recovery from pushes", *posed)
+    if found is None:
         return None
     offsets, pushes = np.zeros((count, 2)), np.zeros((count, 2))
     for phase, at in places.items():
@@ -214,17 +213,6 @@ def _steps(plan: WalkPlan, places: dict[int, int], size: int) -> tuple[Array, Ar
     return np.array(rows), np.array(most)
 
 
-def _solved(
-    cost: Array, slope: Array, rows: Array, upper: Array, lower: Array, sense: NDArray[np.int32]
-) -> tuple[Array, int]:
-    try:
-        import daqp
-    except ImportError as error:
-        raise missing("recovery from pushes", "daqp", "motion") from error
-    found, _, flag, _ = daqp.solve(cost, slope, rows, upper, lower, sense)
-    return np.asarray(found), int(flag)
-
-
 EARLY = 0.2
 """Seconds before landing within which it is also tried not to redirect the foot."""
 SOONER = (0.0, 0.08, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22, 0.24, 0.32, 0.4, -0.03, -0.08, -0.16)
@@ -235,14 +223,10 @@ LEG = 0.55
 """Greatest distance in metres of the mass from the centre of pressure: the reach of a leg."""
 
 
-class FallenError(UsageError):
-    """No foothold keeps the walker from falling."""
-
-
 def recovered(
     course: PendingMove, actual: Actual, following: PendingMove | None, omega: float
 ) -> Segment:
-    """The move from the actual state at its start. Raises FallenError.
+    """The move from the actual state at its start. Raises UsageError.
 
     With too few steps left to reach its goal it leaves the rest to the move that follows: the
     goal of the result is where it really ends, and the move that follows can continue from there.
@@ -251,7 +235,7 @@ def recovered(
     for found in _candidates(course, actual, following, omega):
         if following is None or _goes_on(found, segment, following, omega):
             return found
-    raise FallenError(
+    raise UsageError(
         f"{segment.robot} falls at t = {segment.t0:.2f} s: no footsteps keep it upright\n"
         "    reduce --push"
     )
