@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from safenav.trace.records import Discovered, End, Header, Record
+from safenav.trace.records import (
+    Act,
+    ActionEnd,
+    Arrive,
+    Depart,
+    Discovered,
+    End,
+    Header,
+    Record,
+)
 from safenav.trace.setting import ObstacleHeader
 
 
@@ -30,3 +39,16 @@ class Trace(Struct, frozen=True):
         """Return all obstacles by name: those of the header, and those discovered later."""
         found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
         return {o.name: o for o in (*self.header.scenario.obstacles, *found)}
+
+    @property
+    def steps(self) -> list[tuple[Depart, Arrive | None]]:
+        """The steps of a live run, each with its end: None if it was under way when the run
+        ended."""
+        ends = {r.command: r for r in self.records if isinstance(r, Arrive)}
+        return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Depart)]
+
+    @property
+    def acts(self) -> list[tuple[Act, ActionEnd | None]]:
+        """The actions of a live run, likewise."""
+        ends = {r.command: r for r in self.records if isinstance(r, ActionEnd)}
+        return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Act)]

@@ -100,14 +100,9 @@ def check_execution(case: Examination) -> None:
 
 def _acts(trace: Trace, name: str) -> Iterator[tuple[Act, float, float]]:
     """Yield the actions in which a robot takes part, successful or not, each with start and end."""
-    begun: dict[int, Act] = {}
-    for record in trace.records:
-        if isinstance(record, Act) and name in record.robots:
-            begun[record.command] = record
-        elif isinstance(record, ActionEnd) and (act := begun.pop(record.command, None)) is not None:
-            yield act, act.t or 0.0, record.t or 0.0
-    for act in begun.values():  # under way when the run ends
-        yield act, act.t or 0.0, inf
+    for act, end in trace.acts:
+        if name in act.robots:
+            yield act, act.t or 0.0, inf if end is None else end.t or 0.0
 
 
 def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
@@ -260,15 +255,10 @@ def _arrived(
     """The arrivals of a robot: time (s), region, and metres from its goal (None: no goal was
     sent)."""
     goals = case.motion.of(GoalLine, name)
-    departs: dict[int, Depart] = {}
-    for record in case.trace.records:
-        if isinstance(record, Depart) and record.robot == name:
-            departs[record.command] = record
-        if not isinstance(record, Arrive) or record.robot != name:
+    for depart, arrive in case.trace.steps:
+        if arrive is None or arrive.robot != name or arrive.result is not MoveEnd.ARRIVED:
             continue
-        if record.result is not MoveEnd.ARRIVED:
-            continue
-        end, depart = record.t or 0.0, departs[record.command]
+        end = arrive.t or 0.0
         sent = [goal for goal in goals if goal.t0 < end - NEAR and goal.to == depart.to]
         if not sent or sent[-1].t1 < (depart.t or 0.0):
             yield end, depart.to, None

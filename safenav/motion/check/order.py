@@ -41,7 +41,8 @@ def passages(case: Examination) -> dict[int, Passage]:
             found[line] = done
         if len(mine) < len(steps):
             line, tick, origin, to = steps[len(mine)]
-            if case.driven and line in _under_way(case.trace):
+            under_way = (depart.line for depart, arrive in case.trace.steps if arrive is None)
+            if case.driven and line in under_way:
                 continue  # the run ended before its motion began
             t = mine[-1].end if mine else 0.0
             what = f"the move {origin} -> {to} of tick {tick} is missing"
@@ -51,17 +52,6 @@ def passages(case: Examination) -> dict[int, Passage]:
             what = f"moves {extra.origin} -> {extra.to}, a move that the trace does not have"
             case.wrong(extra.begin, name, "order", what)
     return found
-
-
-def _under_way(trace: Trace) -> set[int]:
-    """Return the first lines of the steps that have no end."""
-    begun: dict[int, int] = {}
-    for record in trace.records:
-        if isinstance(record, Depart):
-            begun[record.command] = record.line
-        elif isinstance(record, Arrive):
-            begun.pop(record.command, None)
-    return set(begun.values())
 
 
 def _merged(pieces: Sequence[Piece]) -> list[Passage]:
@@ -84,16 +74,11 @@ def _steps(trace: Trace, *, driven: bool) -> dict[str, list[tuple[int, int, int,
         n: [] for n in trace.header.scenario.robots
     }
     begun: dict[str, Move] = {}
-    departed: dict[str, Depart] = {}
+    for depart, arrive in trace.steps:
+        to = depart.to if driven or arrive is None else arrive.at
+        if arrive is None or arrive.at != depart.from_:
+            found[depart.robot].append((depart.line, depart.tick, depart.from_, to))
     for record in trace.records:
-        if isinstance(record, Depart):
-            departed[record.robot] = record
-        elif isinstance(record, Arrive):
-            depart = departed.pop(record.robot)
-            if record.at != depart.from_:
-                to = depart.to if driven else record.at
-                step = (depart.line, depart.tick, depart.from_, to)
-                found[record.robot].append(step)
         if not isinstance(record, Move):
             continue
         if record.toward is not None:
@@ -103,8 +88,6 @@ def _steps(trace: Trace, *, driven: bool) -> dict[str, list[tuple[int, int, int,
         if record.to != record.from_:
             step = (first.line, first.tick, record.from_, record.to)
             found[record.robot].append(step)
-    for depart in departed.values():  # under way when the run ends
-        found[depart.robot].append((depart.line, depart.tick, depart.from_, depart.to))
     return found
 
 
@@ -114,33 +97,24 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
     trace = case.trace
     if trace.header.clock is None:
         return
-    begun: dict[int, Depart | Act] = {}
     robots = trace.header.scenario.robots
     reserved = {(name, robot.start, True): [0.0] for name, robot in robots.items()}
-    acts: list[tuple[frozenset[str], float, float]] = []
-    for record in trace.records:
-        t = record.t or 0.0
-        if isinstance(record, Depart | Act):
-            begun[record.command] = record
-        if isinstance(record, Depart):
-            reserved.setdefault((record.robot, record.to, True), []).append(t)
-        elif isinstance(record, Arrive):
-            depart = begun[record.command]
-            assert isinstance(depart, Depart)
-            left = depart.to if record.at == depart.from_ else depart.from_
-            if record.result is not MoveEnd.LOST:
-                reserved.setdefault((record.robot, left, False), []).append(t)
-            step = steps.get(depart.line)
-            late = float("inf") if case.driven else NEAR
-            if step is not None and not (
-                step.begin > (depart.t or 0.0) - NEAR and t - late < step.end < t + NEAR
-            ):
-                what = f"moves to {step.to} until {step.end:.3f} s; in the trace until {t:.3f} s"
-                case.wrong(step.begin, record.robot, "clock", what)
-        elif isinstance(record, records.ActionEnd):
-            act = begun[record.command]
-            assert isinstance(act, Act)
-            acts.append((frozenset(act.robots), act.t or 0.0, t))
+    for depart, arrive in trace.steps:
+        reserved.setdefault((depart.robot, depart.to, True), []).append(depart.t or 0.0)
+        if arrive is None:
+            continue
+        t = arrive.t or 0.0
+        left = depart.to if arrive.at == depart.from_ else depart.from_
+        if arrive.result is not MoveEnd.LOST:
+            reserved.setdefault((depart.robot, left, False), []).append(t)
+        step = steps.get(depart.line)
+        late = float("inf") if case.driven else NEAR
+        if step is not None and not (
+            step.begin > (depart.t or 0.0) - NEAR and t - late < step.end < t + NEAR
+        ):
+            what = f"moves to {step.to} until {step.end:.3f} s; in the trace until {t:.3f} s"
+            case.wrong(step.begin, depart.robot, "clock", what)
+    acts = [({*a.robots}, a.t or 0.0, end.t or 0.0) for a, end in trace.acts if end is not None]
     with_whom: dict[tuple[str, float], set[str]] = {}
     for action in case.actions:
         with_whom.setdefault((action.obstacle, action.t1), set()).add(action.robot)
