@@ -149,16 +149,14 @@ class DaskCluster:
 
     def _arrival(self, future: Any) -> Arrival:
         sent = self._sent.pop(future)
-        case = sent.case
+        case, content = sent.case, b""
         try:
             record, content = future.result()
             result = convert(record, Result)
         except SafenavError as error:
             result = without_a_run(case, CaseVerdict.ERROR, [str(error)])
-            content = b""
         except Exception as error:
             result = self._failed(case, future, error)
-            content = b""
         if not result.wall_seconds:
             result = replace(result, wall_seconds=round(time.monotonic() - sent.since, 6))
         return Arrival(case, result, self._kept(content))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.batch.cases.case import Case, Result
@@ -110,61 +110,40 @@ def run_batch(
     """
     former = {} if state is None else state.former
     done = {case.name: former[case.fingerprint] for case in cases if case.fingerprint in former}
-    report = Report(tuple(cases), done)
-    report.resumed = len(report.results)
-    batch = _Batch(report, backend, state, retries, fail_fast, artifacts, observer)
+    report = Report(tuple(cases), done, resumed=len(done))
+    earlier: dict[str, list[str]] = {}
+
+    def take(arrival: Arrival) -> None:
+        case, before = arrival.case, earlier.pop(arrival.case.name, [])
+        result = replace(arrival.result, attempts=len(before) + 1, earlier=before)
+        again = result.worth_another_try and result.attempts <= retries and not result.passed
+        if not (again or result.passed or artifacts is None):
+            result = replace(result, artifacts=artifacts(result, arrival.trace))
+        if arrival.trace is not None:
+            arrival.trace.unlink(missing_ok=True)
+        if again:
+            earlier[case.name] = [*before, "; ".join(result.reasons)]
+            backend.submit(case)
+            return
+        if state is not None:
+            state.add(result)
+        report.results[case.name] = result
+        report.stopped_early |= fail_fast and not result.passed and report.left > 0
+        if observer is not None:
+            observer.arrived(report, result)
+
+    begun = time.monotonic()
     try:
-        batch.run()
+        for case in report.not_run:
+            backend.submit(case)
+        while report.left and not report.stopped_early:
+            for arrival in backend.collect(_LOOK_SECONDS):
+                take(arrival)
+            report.seconds = time.monotonic() - begun
+            if observer is not None:
+                observer.waiting(report, backend.running())
     except KeyboardInterrupt:
         report.interrupted = True
     finally:
         backend.close()
     return report
-
-
-class _Batch(Struct):
-    report: Report
-    backend: Backend
-    state: StateFile | None
-    retries: int
-    fail_fast: bool
-    artifacts: Artifacts | None
-    observer: Observer | None
-    earlier: dict[str, list[str]] = field(default_factory=dict)
-
-    def run(self) -> None:
-        report = self.report
-        begun = time.monotonic()
-        for case in report.not_run:
-            self.backend.submit(case)
-        while report.left and not report.stopped_early:
-            for arrival in self.backend.collect(_LOOK_SECONDS):
-                self._take(arrival)
-            report.seconds = time.monotonic() - begun
-            if self.observer is not None:
-                self.observer.waiting(report, self.backend.running())
-
-    def _take(self, arrival: Arrival) -> None:
-        case, report = arrival.case, self.report
-        earlier = self.earlier.pop(case.name, [])
-        result = replace(arrival.result, attempts=len(earlier) + 1, earlier=earlier)
-        if not result.passed and result.worth_another_try and result.attempts <= self.retries:
-            self.earlier[case.name] = [*earlier, "; ".join(result.reasons)]
-            self._forget(arrival.trace)
-            self.backend.submit(case)
-            return
-        if not result.passed and self.artifacts is not None:
-            result = replace(result, artifacts=self.artifacts(result, arrival.trace))
-        self._forget(arrival.trace)
-        if self.state is not None:
-            self.state.add(result)
-        report.results[case.name] = result
-        if self.fail_fast and not result.passed and report.left:
-            report.stopped_early = True
-        if self.observer is not None:
-            self.observer.arrived(report, result)
-
-    @staticmethod
-    def _forget(trace: Path | None) -> None:
-        if trace is not None:
-            trace.unlink(missing_ok=True)

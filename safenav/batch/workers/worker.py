@@ -239,13 +239,11 @@ class Worker:
     def _crashed(self) -> Result:
         status = self._process.wait()
         kill_orphans(self._mark)
-        words = self._last_words()
-        self.end()
         if not self._ready:
+            words = self._last_words()
+            self.end()
             raise SafenavError(f"a worker process does not start ({_death(status)})\n{words}")
-        assert self.case is not None
-        reason = f"the process that ran it died: {_death(status)}"
-        return self._timed(without_a_run(self.case, CaseVerdict.CRASHED, [reason], words))
+        return self._ended(CaseVerdict.CRASHED, f"the process that ran it died: {_death(status)}")
 
     def _hung(self) -> Result:
         if not self._ready:
@@ -255,16 +253,18 @@ class Worker:
             self._process.send_signal(signal.SIGABRT)
             self._process.wait(_STACK_SECONDS)
         if self.alive:
-            kill_family(self.pid, self._mark)
+            self.kill()
             self._process.wait()
         else:
             kill_orphans(self._mark)
-        words = self._last_words()
+        return self._ended(CaseVerdict.HUNG, f"stopped after {self._limit:g} s (time limit)")
+
+    def _ended(self, verdict: CaseVerdict, reason: str) -> Result:
+        """Return the result of a case whose process has died."""
         assert self.case is not None
-        reason = f"stopped after {self._limit:g} s (time limit)"
-        result = self._timed(without_a_run(self.case, CaseVerdict.HUNG, [reason], words))
+        result = without_a_run(self.case, verdict, [reason], self._last_words())
         self.end()
-        return result
+        return self._timed(result)
 
     def _timed(self, result: Result) -> Result:
         """Return a result with its wall time: as measured by its process, or here if that is
