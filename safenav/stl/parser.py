@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import partial
 from math import inf
 
 from safenav.formula.parser import FormulaError, Token, tokens_of
@@ -31,17 +32,11 @@ _TOKEN = re.compile(
 )
 _HINTS = {
     "@": "an obstacle has its region's number or name: resolved_door@47",
-    "=": "a signal hardly ever equals a number: write '>=' or '<='",
-    "==": "a signal hardly ever equals a number: write '>=' or '<='",
+    **dict.fromkeys(("=", "=="), "a signal hardly ever equals a number: write '>=' or '<='"),
     "!=": "write '>=' or '<='",
-    "&": "write 'and'",
-    "&&": "write 'and'",
-    "/\\": "write 'and'",
-    "|": "write 'or'",
-    "||": "write 'or'",
-    "\\/": "write 'or'",
-    "!": "write 'not'",
-    "~": "write 'not'",
+    **dict.fromkeys(("&", "&&", "/\\"), "write 'and'"),
+    **dict.fromkeys(("|", "||", "\\/"), "write 'or'"),
+    **dict.fromkeys(("!", "~"), "write 'not'"),
     "=>": "write '->' for 'implies' or '>=' for 'at least'",
     "<->": "write two implications, joined by 'and'",
     "/": "there is no division: multiply by a number",
@@ -69,8 +64,7 @@ class _Parser:
     def whole(self) -> syntax.Requirement:
         if self._peek().kind == "end":
             raise FormulaError(1, "the formula is empty", "e.g. always(distance(a, b) >= 1)")
-        begin = self._peek()
-        tree = self._requirement(self._implication(), begin)
+        tree = self._condition(self._implication)
         if self._peek().kind != "end":
             raise self._unexpected("an operator or the end")
         return tree
@@ -104,6 +98,11 @@ class _Parser:
             raise FormulaError(begin.column, "a number where a condition is expected", hint)
         return tree
 
+    def _condition(self, operand: Callable[[], syntax.Node]) -> syntax.Requirement:
+        """Return the operand that begins here, which must not be a number."""
+        begin = self._peek()
+        return self._requirement(operand(), begin)
+
     def _number(self, tree: syntax.Node, begin: Token) -> syntax.SignalTerm:
         if isinstance(tree, syntax.RobotSignal | syntax.Literal | syntax.Arithmetic):
             return tree
@@ -115,9 +114,8 @@ class _Parser:
         self._descend(begin)
         left = self._until()
         if self._take("->"):
-            held, after = self._requirement(left, begin), self._peek()
-            then = self._requirement(self._implication(), after)
-            left = syntax.Junction("or", syntax.Negation(held), then)
+            held = self._requirement(left, begin)
+            left = syntax.Junction("or", syntax.Negation(held), self._condition(self._implication))
         self._depth -= 1
         return left
 
@@ -131,18 +129,18 @@ class _Parser:
         begin = self._peek()
         left = self._junction("or")
         while operator := self._take("until", "since"):
-            held, window, after = self._requirement(left, begin), self._window(), self._peek()
-            right = self._requirement(self._junction("or"), after)
+            held, window = self._requirement(left, begin), self._window()
+            right = self._condition(partial(self._junction, "or"))
             left = syntax.UntilSince(operator.text, window, held, right)
         return left
 
     def _junction(self, word: str) -> syntax.Node:
         begin = self._peek()
-        left = self._junction("and") if word == "or" else self._unary()
+        operand = partial(self._junction, "and") if word == "or" else self._unary
+        left = operand()
         while self._take(word):
-            held, after = self._requirement(left, begin), self._peek()
-            right = self._junction("and") if word == "or" else self._unary()
-            left = syntax.Junction(word, held, self._requirement(right, after))
+            held = self._requirement(left, begin)
+            left = syntax.Junction(word, held, self._condition(operand))
         return left
 
     def _unary(self) -> syntax.Node:
@@ -151,8 +149,7 @@ class _Parser:
             return self._comparison()
         self._descend(operator)
         window = syntax.Window() if operator.text == "not" else self._window()
-        begin = self._peek()
-        operand = self._requirement(self._unary(), begin)
+        operand = self._condition(self._unary)
         self._depth -= 1
         return (
             syntax.Negation(operand)
