@@ -49,14 +49,14 @@ def test_a_belief_loses_the_cells_that_are_wholly_in_sight() -> None:
     assert found(lines) == {("missed-belief", 2), ("missed-belief", 3)}
 
 
-def test_nobody_is_seen_out_of_sight() -> None:
+def test_no_robot_is_seen_out_of_sight() -> None:
     lines = GOOD["beliefs"]()
     lines[find(lines, "belief", tick=2)].update(seen=True, regions=[10])
     assert ("missed-belief", 2) in found(lines)
 
 
 @pytest.mark.parametrize("role", ["moving", "tracked"])
-def test_whoever_keeps_track_of_others_says_so_from_the_first_look_on(role: str) -> None:
+def test_a_robot_that_tracks_others_records_it_from_its_first_observation(role: str) -> None:
     lines = GOOD["beliefs"]()
     start = lines[find(lines, "synthesis", robot="watcher")]
     start.update({"tracking": "belief", "node": 0, role: ["flyer"]})

@@ -37,7 +37,7 @@ def test_a_good_trace_exits_0_and_says_what_was_checked(good: Path) -> None:
     assert "no rule broken in 8 ticks of 2 robots" in result.stdout
 
 
-def test_a_broken_trace_exits_1_and_tells_the_first_rule(bad: Path) -> None:
+def test_a_broken_trace_exits_1_and_names_the_first_rule(bad: Path) -> None:
     result = run(str(bad))
     assert result.returncode == 1
     first, rest = result.stdout.splitlines()

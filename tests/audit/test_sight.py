@@ -10,7 +10,7 @@ from safenav.world.sight import visible_from
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_everybody_sees_the_same_on_random_maps(seed: int) -> None:
+def test_all_implementations_see_the_same_on_random_maps(seed: int) -> None:
     rng = random.Random(seed)
     rows, cols = rng.randint(1, 7), rng.randint(2, 7)
     cells = ["#" if rng.random() < 0.2 else "." for _ in range(rows * cols)]

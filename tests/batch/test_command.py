@@ -120,7 +120,7 @@ def test_resuming_removes_what_is_told_of_failures_that_are_none_any_more(write:
     assert (folder / "reason.txt").read_text().startswith("wrong.yaml\n")
 
 
-def test_a_folder_of_somebody_else_is_not_emptied(write: Write) -> None:
+def test_a_folder_of_another_program_is_not_emptied(write: Write) -> None:
     write("good.yaml")
     write("mine/failures/thesis.txt", text="years of work")
     done = safenav("good.yaml", "--out", "mine")

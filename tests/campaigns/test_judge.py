@@ -145,7 +145,7 @@ def test_a_spent_budget_is_no_answer() -> None:
 
 
 @pytest.mark.parametrize("family", ["apart", "apart_needs", "traps"])
-def test_both_searches_agree_where_nobody_collides(family: str) -> None:
+def test_both_searches_agree_without_collisions(family: str) -> None:
     """One reasons with sets of poses, the other tries every single move."""
     answers = []
     for seed in range(80):
@@ -161,7 +161,7 @@ def test_both_searches_agree_where_nobody_collides(family: str) -> None:
 
 
 @pytest.mark.parametrize("family", [name for name in FAMILIES if name != "big"])
-def test_a_seed_gives_the_same_mission_for_ever(family: str) -> None:
+def test_a_seed_gives_the_same_mission_forever(family: str) -> None:
     missions = [mission(family, seed) for seed in range(2, 14)]
     assert missions == [mission(family, seed) for seed in range(2, 14)]
     assert len({str(one) for one in missions}) == len(missions)

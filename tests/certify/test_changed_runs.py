@@ -51,12 +51,12 @@ def test_a_run_that_was_changed_is_accepted() -> None:
     assert "receives another objective" in said
 
 
-def test_an_objective_that_nobody_gave_is_refused(tmp_path: Path) -> None:
+def test_an_objective_that_was_not_assigned_is_refused(tmp_path: Path) -> None:
     lines = [line for line in lines_of(files_of(changed())) if line["type"] != "objective"]
     assert said_of(lines, tmp_path)[0] == 1
 
 
-def test_a_request_gives_nobody_targets_that_serve_nothing(tmp_path: Path) -> None:
+def test_a_request_assigns_no_targets_without_purpose(tmp_path: Path) -> None:
     """The robot is not synthesized again after it, so that nothing else depends on the line."""
     bundle = shipped("one way")
     lines = lines_of(files_of(bundle))

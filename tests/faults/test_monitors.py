@@ -64,7 +64,7 @@ def test_a_robot_that_is_carried_away_breaks_what_others_assume_and_they_go_on()
     assert blamed == {("continuity", "other"), ("mobility", "other")}
 
 
-def test_nothing_is_told_of_a_run_in_which_everybody_keeps_the_rules() -> None:
+def test_a_run_in_which_all_keep_the_rules_has_no_findings() -> None:
     mission, events = _mission(HALL)
     assert mission.run().outcome is Outcome.COMPLETED
     assert not [e for e in events if isinstance(e, records.Assumption)]

@@ -93,7 +93,7 @@ def test_a_reading_from_before_a_resolution_is_of_the_past() -> None:
     assert world.wait(0.05) == [] and world.sense(scenario.robots[0], 9) is None
 
 
-def test_what_is_gone_while_somebody_acts_on_it_is_told_by_the_result() -> None:
+def test_an_obstacle_gone_during_an_action_is_in_its_result() -> None:
     """A robot beside it sees the door open before the one that pushes it has answered."""
     world, robots, scenario = started(report="obstacles")
     door = seen(world, robots, scenario)

@@ -290,7 +290,7 @@ def test_who_is_cancelled_before_it_sets_out_does_not_move() -> None:
     assert robots.goals == [] and world.idle
 
 
-def test_who_is_cancelled_where_it_was_sent_has_arrived() -> None:
+def test_a_robot_cancelled_at_its_destination_has_arrived() -> None:
     """Its lidar still looks: the run has no patience for that, and the robot is not lost."""
     world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     assert world.wait(0.02) == []
@@ -432,7 +432,7 @@ class Obedient:
     def close(self) -> None: ...
 
 
-def test_nobody_enters_a_region_into_which_somebody_has_moved_a_robot() -> None:
+def test_no_robot_enters_a_region_into_which_a_person_moved_another() -> None:
     scenario = load_scenario_text(CORRIDOR, "corridor.yaml")
     robots = Obedient(Places(scenario.map, scenario.map.frame), scenario)  # type: ignore[arg-type]
     stations = {name: Station(f"/{name}") for name in ("digit", "cart")}

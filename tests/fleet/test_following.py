@@ -209,7 +209,7 @@ def test_a_walker_that_leaves_its_footsteps_is_sent_nowhere() -> None:
     assert isinstance(ended, GoalEnded) and (ended.number, ended.end) == (2, GoalEnd.ABORTED)
 
 
-def test_a_walker_does_not_turn_round_and_nobody_goes_two_regions_at_once() -> None:
+def test_a_walker_does_not_turn_around_and_steps_are_single() -> None:
     follows, bodies, places, _ = prepared()
     follows.navigate("digit", goal(places, EAST))
     bodies.pass_by("digit", 9.0)
@@ -315,7 +315,7 @@ def test_a_walker_that_falls_is_lost_and_its_plan_ends_there() -> None:
 
 
 @pytest.mark.parametrize(("model", "by"), [("quadcopter", "door"), ("mir250", "debris")])
-def test_a_robot_that_is_stopped_by_what_nobody_sees_goes_back(model: str, by: str) -> None:
+def test_a_robot_stopped_by_an_unseen_obstacle_goes_back(model: str, by: str) -> None:
     """Its plan is held where it is stopped, and the check counts how often. One that drives
     needs more time to turn round there than to cross a region: it has that."""
     pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")

@@ -116,7 +116,7 @@ def test_who_walks_into_a_door_that_it_may_enter_pushes_it_open(begins: int, yaw
     assert places.distance(9, physics.state("digit")["x"], physics.state("digit")["y"]) < 0.1
 
 
-def test_a_box_goes_when_somebody_has_worked_on_it() -> None:
+def test_a_box_disappears_when_a_robot_has_acted_on_it() -> None:
     physics, places = hall("[{type: rubble, region: 10}]")
     assert gone(physics, places, "digit", 9) == "succeeded"
     assert gone(physics, places, "digit", 10) == "aborted"

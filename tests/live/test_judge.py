@@ -97,7 +97,7 @@ def test_a_statement_is_true_if_what_is_known_makes_it_so(log: list[Line], found
     assert bool(found) == bool(verdict(TRAPPED, log, NEEDED))
 
 
-def test_failures_that_nobody_can_explain_count_as_something_in_the_way() -> None:
+def test_unexplained_failures_count_as_obstacles() -> None:
     tries = [(start(t, "a", 6, 7), end(t + 0.5, "a", 6, "failed")) for t in range(3)]
     log = [line for pair in tries for line in pair]
     assert verdict(TRAPPED, log[:4], NEEDED)
@@ -142,7 +142,7 @@ BESIDE_A = "['b'] where door@10 sweeps, by ['a']"
     ],
     ids=["shown", "not looked for", "hidden", "leaves", "acts beside it", "comes back"],
 )
-def test_nobody_enters_what_is_swept_as_far_as_a_robot_can_know(
+def test_no_robot_enters_regions_that_it_knows_to_be_swept(
     log: list[Line], found: list[str]
 ) -> None:
     defects = Walk(Floor(HINGED).mission, log).defects

@@ -96,7 +96,7 @@ def test_timed_waypoints_are_where_and_when_moves_end() -> None:
     assert timed.as_csv(found).splitlines()[0] == "robot,tick,t,x,y,z,yaw,speed,region"
 
 
-def test_a_run_in_which_nobody_moves_still_says_where_everybody_stands() -> None:
+def test_a_run_without_moves_still_has_all_poses() -> None:
     content = played(
         "safenav: 1\nmap: {grid: ['#####', '#...#', '#####']}\n"
         "robots: {a: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}}\n"

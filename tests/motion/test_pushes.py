@@ -114,7 +114,7 @@ def test_blow_that_the_file_does_not_tell_is_refused() -> None:
     assert any("its velocity jumps by" in finding.found for finding in found)
 
 
-def test_blows_that_nobody_could_stand_are_told() -> None:
+def test_pushes_that_no_walker_could_withstand_are_reported() -> None:
     name = "two_digits"
     with pytest.raises(UsageError, match="falls at t = "):
         motion_of(trace_of(name), None, Disturbances(1, push=1.0))

@@ -158,7 +158,7 @@ def test_makespan_is_the_length_of_the_chain_that_is_named(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_robots_are_busy_or_wait_for_somebody(name: str) -> None:
+def test_robots_are_busy_or_wait_for_a_robot(name: str) -> None:
     found = motion(name)
     for line in found.lines:
         if hasattr(line, "cause"):

@@ -83,7 +83,7 @@ def test_a_picture_names_robots_objectives_obstacles_and_stack(replays: dict[str
         assert each in words
 
 
-def test_what_nobody_knows_can_be_left_out(replays: dict[str, Replay]) -> None:
+def test_unknown_values_can_be_left_out(replays: dict[str, Replay]) -> None:
     scene = replays["door"].scene(0)
     assert "door@47" in svg_of(scene)
     seen = svg_of(scene, Options(hidden=False)).replace("door@47 hidden", "")

@@ -44,7 +44,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_somebody_gives_way_without_a_synthesis_for_it(name: str) -> None:
+def test_a_robot_gives_way_without_a_synthesis(name: str) -> None:
     trace = completed(CASES[name])
     plans = trace.all("plan")
     assert plans
@@ -54,7 +54,7 @@ def test_somebody_gives_way_without_a_synthesis_for_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_nobody_does_with_resolution_off(name: str) -> None:
+def test_no_robot_does_with_resolution_off(name: str) -> None:
     text = re.sub("limits: .*\n", "", textwrap.dedent(CASES[name]))
     trace = play(f"{text}deadlock: off\nlimits: {{ticks: 100}}\n")
     assert trace.outcome["outcome"] == "tick_limit"

@@ -71,7 +71,7 @@ def built(text: str = BUILDING, **options: int) -> Run:
     return run
 
 
-def test_an_obstacle_that_no_scenario_lists_is_told_of_before_it_is_named(tmp_path: Path) -> None:
+def test_an_unlisted_obstacle_is_declared_before_it_is_named(tmp_path: Path) -> None:
     run = built()
     records = run.records
     assert records[0]["scenario"]["world"] == "external"

@@ -240,7 +240,7 @@ def test_a_user_sets_inputs_during_a_run() -> None:
     end(mission, run)
 
 
-def test_check_warns_of_what_an_input_makes_impossible(tmp_path: Path) -> None:
+def test_check_warns_of_objectives_that_an_input_makes_impossible(tmp_path: Path) -> None:
     plan = tmp_path / "plan.yaml"
     plan.write_text(
         'safenav: 1\nmap: {grid: ["...."]}\ninputs: {alarm: {at: 3}}\n'

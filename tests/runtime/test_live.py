@@ -264,7 +264,7 @@ def test_a_robot_that_is_carried_to_where_it_gets_nowhere_needs_an_operator() ->
     assert len(run.all("synthesis")) == 1
 
 
-def test_a_region_that_fails_again_and_again_is_an_obstacle() -> None:
+def test_a_region_that_fails_repeatedly_is_an_obstacle() -> None:
     """The robot goes round the other way."""
 
     def there(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:

@@ -171,7 +171,7 @@ def test_the_audit_refuses_a_helper_with_another_load() -> None:
     assert "cart helps with parcel@10, but the rules choose no robot" in run.findings
 
 
-def test_whoever_carries_a_load_opens_doors() -> None:
+def test_robots_with_loads_open_doors() -> None:
     """Only other loads have to wait."""
     text = HALL.replace("[lift, drop]", "[lift, drop, push]").replace(
         '"#........#", "#........#"', '"#...#....#", "#........#"'

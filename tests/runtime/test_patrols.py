@@ -46,7 +46,7 @@ def test_a_patrol_begins_with_the_target_that_a_joint_plan_reaches(text: str) ->
     assert play(literal).outcome["outcome"] != "completed"
 
 
-def test_patrol_with_both_targets_equal_is_told_to_hold() -> None:
+def test_a_patrol_with_equal_targets_suggests_hold() -> None:
     with pytest.raises(InputError, match="hold"):
         play("""
             map: {grid: "####\\n#..#\\n####\\n"}

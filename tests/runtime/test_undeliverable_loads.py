@@ -51,7 +51,7 @@ def test_checkers_of_bundles_accept_it() -> None:
     certified(DOCK + "clock: live\n")
 
 
-def test_nobody_takes_a_load_that_nobody_can_put_down(clock: Clock) -> None:
+def test_no_robot_takes_a_load_that_none_can_put_down(clock: Clock) -> None:
     run = run_of(ALONE, clock)
     assert who(run) == [] and run.still_open == ["pallet@16"]
     assert CUT_OFF in run.one("blocked")["because"]

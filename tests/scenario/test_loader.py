@@ -337,7 +337,7 @@ def test_a_thousand_mistakes_are_not_all_listed() -> None:
         ),
     ],
 )
-def test_a_slip_is_answered_by_what_to_write(written: str, hint: str) -> None:
+def test_a_slip_brings_the_correct_form(written: str, hint: str) -> None:
     robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 0}}}"
     with pytest.raises(InputError) as raised:
         load_scenario_text(f"safenav: 1\nmap: {{grid: ['..']}}\n{robots}\n{written}\n")

@@ -216,7 +216,7 @@ def test_the_full_scenario_has_no_mistake_and_with_other_forms_every_key() -> No
 @pytest.mark.parametrize(
     ("key", "value"), FORMS, ids=[f"{key}{i}" for i, (key, _) in enumerate(FORMS)]
 )
-def test_a_mistake_is_judged_alike(key: str, value: Any) -> None:
+def test_loader_and_schema_agree_on_a_mistake(key: str, value: Any) -> None:
     # The rest of the scenario is right, so that the schema need not see it.
     part = {"required": [], "properties": {key: SCHEMA["properties"][key]}}
     validator = Draft202012Validator({**SCHEMA, **part})

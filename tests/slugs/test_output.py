@@ -32,7 +32,7 @@ def test_an_output_that_cannot_be_opened_costs_no_solution(
 
 
 @pytest.mark.parametrize("how", ["2>&-", "2>/dev/full"])
-def test_a_verdict_that_cannot_be_told_is_an_error(own_slugs: Path, folder: Path, how: str) -> None:
+def test_an_unwritten_verdict_is_an_error(own_slugs: Path, folder: Path, how: str) -> None:
     """Standard error is closed or full: exit status 4, and no file gets what it should say."""
     command = f'"$0" --explicitStrategy follow.structuredslugs out.txt {how}'
     done = subprocess.run(["/bin/sh", "-c", command, own_slugs], cwd=folder, check=False)

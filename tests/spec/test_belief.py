@@ -72,7 +72,7 @@ def test_what_is_observed_satisfies_the_assumptions(scene: Scene, data: st.DataO
 
 @campaign(75)
 @given(scenes(), st.data())
-def test_nobody_out_of_sight_is_where_the_robot_steps(scene: Scene, data: st.DataObject) -> None:
+def test_no_robot_out_of_sight_is_where_the_robot_steps(scene: Scene, data: st.DataObject) -> None:
     for look in walk(scene, data, 12):
         if isinstance(look.knowledge, frozenset):
             assert look.other != look.after

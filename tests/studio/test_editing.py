@@ -183,7 +183,7 @@ def test_all_robots_and_obstacles_of_the_library_can_be_drawn() -> None:
     assert list(scenario.requirements) == ["always(height(quad) > 1)"]
 
 
-def test_spacing_that_nobody_asked_about_stays() -> None:
+def test_spacing_outside_of_an_edit_stays() -> None:
     text = DOOR.replace("  quad: {model", "  quad:    {model").replace("until:", "\n\nuntil:   ")
     after = edited(text, {"op": "move_robot", "robot": "digit", "region": 72})
     assert [line[:9] for line in lines(text, after)] == ["-  digit:", "+  digit:"]

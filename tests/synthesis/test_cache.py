@@ -196,7 +196,7 @@ def test_the_environment_says_where_it_is(tmp_path: Path, monkeypatch: pytest.Mo
     assert Cache.from_environment().directory == tmp_path / "home" / ".cache" / "safenav"
 
 
-def test_the_second_time_nobody_is_asked(
+def test_the_second_time_no_prompt_appears(
     counting: tuple[Binary, Callable[[], int]], patrol: Specification
 ) -> None:
     binary, calls = counting

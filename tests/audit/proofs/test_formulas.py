@@ -57,7 +57,7 @@ def live(heading: str | None = None, **body: Any) -> set[int]:
     return {pose[0] for pose, _ in formulas.live(frozenset(steps), kept)}
 
 
-def test_goals_are_met_again_and_again() -> None:
+def test_goals_are_met_infinitely_often() -> None:
     assert live(liveness=["region = 1", "region = 5"]) == set(FREE)
 
 

@@ -139,7 +139,7 @@ def test_a_closure_that_does_not_hold_gets_a_reason(proof: dict[str, Any], reaso
     assert reason in " ".join(reasons(proof, NOBODY))
 
 
-def test_an_obstacle_that_somebody_can_resolve_is_not_never_resolved() -> None:
+def test_an_obstacle_that_a_robot_can_resolve_is_not_permanent() -> None:
     able = moment(
         [robot("a", 1, 5, 1), robot("b", 2, 1, 2, can="push")],
         obstacle("door@4", 4, need("push", 3), blocks="a b"),
@@ -337,7 +337,7 @@ def test_who_is_left_out_of_a_proof_must_not_be_of_any_help() -> None:
     assert reasons(away, about) == []
 
 
-def test_two_who_lift_together_open_the_way_for_each_other() -> None:
+def test_two_robots_that_lift_together_open_the_path_for_each_other() -> None:
     """The same floor with a beam that they can lift: what is behind it counts, too."""
     about = moment(
         [robot("a", 1, 5, can="lift"), robot("b", 2, 4, can="lift")],

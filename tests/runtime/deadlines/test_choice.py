@@ -268,7 +268,7 @@ def test_it_waits_for_its_need_elsewhere(text: str) -> None:
     assert not [line for line in played.all("synthesis", robot="b") if 0 < line["tick"] < at]
 
 
-def test_the_audit_judges_who_sets_out() -> None:
+def test_the_audit_judges_the_robots_that_depart() -> None:
     run = play(NEEDS.replace("LAYER", "air"))
     (push,), (synthesis,) = run.all("push"), run.all("synthesis", robot="b", tick=1)
     push["objectives"]["b"] = synthesis["objective"] = {"visit": [22, 21]}

@@ -35,7 +35,7 @@ MET = {"a": Bot("7e", [10]), "b": Bot("10w", [7])}
 """Both only turn: they cannot come back out of the corridor's end."""
 
 
-def test_two_are_deadlocked_whoever_else_is_there() -> None:
+def test_two_are_deadlocked_beside_any_other_robots() -> None:
     assert look({**CROWD, **MET}) == ("a", "b")
     assert look({**CROWD, **MET}, out="b") is None  # it may come back into service
 
@@ -54,5 +54,5 @@ def test_four_are_deadlocked_that_never_move_again() -> None:
         assert look({**elsewhere, **{n: bot for n, bot in full.items() if n != name}}) is None
 
 
-def test_nobody_is_deadlocked_by_an_obstacle() -> None:
+def test_no_robot_is_deadlocked_by_an_obstacle() -> None:
     assert look({**CROWD, **SWAP}, Block(14, [("push", 1, (14,), False)])) is None

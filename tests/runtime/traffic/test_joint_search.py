@@ -209,7 +209,7 @@ def test_a_tube_without_niche_is_refuted() -> None:
     assert len({state.poses for state in answer.states}) == 6
 
 
-def test_nobody_turns_in_a_full_cycle() -> None:
+def test_no_robot_turns_in_a_full_cycle() -> None:
     """Four robots on a ring of four regions: each would have to enter a region that is full."""
     floor = Floor(
         ["####", "#..#", "#..#", "####"],
