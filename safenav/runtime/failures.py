@@ -48,16 +48,13 @@ class FailureCounts(Struct):
     def arrived(self, robot: str) -> None:
         """Forget the failed steps of a robot that has arrived."""
         self.in_row.pop(robot, None)
-        for key in [key for key in self.moves if key[0] == robot]:
-            del self.moves[key]
+        self.moves = Counter({key: n for key, n in self.moves.items() if key[0] != robot})
 
     def back(self, robot: str) -> None:
         """Forget the failures of a robot that is back in service."""
         self.arrived(robot)
         self.out.pop(robot, None)
-        self.barred = {entry for entry in self.barred if entry[0] != robot}
-        for key in [key for key in self.actions if key[0] == robot]:
-            del self.actions[key]
+        self._forgive({pair for pair in self.actions if pair[0] == robot})
 
     def action_failed(self, policy: Failures, robot: str, obstacle: str) -> bool:
         """Count a failed action; return whether the robot no longer acts on the obstacle."""
@@ -70,9 +67,11 @@ class FailureCounts(Struct):
     def gone(self, obstacle: str, now: float) -> None:
         """Record that an obstacle is resolved or has disappeared."""
         self.opened[obstacle] = now
-        self.barred = {entry for entry in self.barred if entry[1] != obstacle}
-        for key in [key for key in self.actions if key[1] == obstacle]:
-            del self.actions[key]
+        self._forgive({pair for pair in self.actions if pair[1] == obstacle})
+
+    def _forgive(self, pairs: set[tuple[str, str]]) -> None:
+        self.barred -= pairs
+        self.actions = Counter({pair: n for pair, n in self.actions.items() if pair not in pairs})
 
     def appeared(self, obstacle: str) -> None:
         """Record that an obstacle is present, perhaps again."""

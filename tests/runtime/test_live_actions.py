@@ -61,6 +61,7 @@ def test_a_push_that_fails_shows_the_team_a_door(fails: int) -> None:
     (door,) = scenario.obstacles
     Mission(scenario, world=Jammed(scenario), listeners=[run]).run()
     assert run.outcome["outcome"] == "completed" and not run.findings
+    assert {line["result"] for line in run.all("arrive")} == {"arrived"} and not run.all("late")
     assert len(run.all("violation", at=door.region)) == (fails > 0)
     leaves = run.records.index(run.all("depart", **{"from": door.region})[0])
     assert fails > 1 or run.records.index(run.one("resolved")) < leaves

@@ -8,14 +8,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.characterization import ForbiddenMove
-from safenav.runtime.coordination.events import (
-    Event,
-    HelpRequested,
-    ObstacleChanged,
-    ObstacleEncountered,
-    ObstaclesResolved,
-    Unsettled,
-)
+from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
 from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.loads import takers
 from safenav.runtime.sweeping import cleared, leading
@@ -132,23 +125,16 @@ class Actions(Struct):
             other.acting = None if other.acting == name else other.acting
         results = {obstacle.name: result for obstacle, result in event.found}
         failed = [obstacle for obstacle, result in event.found if result is ActResult.FAILED]
-        found = [
-            self._found(robot, obstacle) for obstacle in failed if self._finds(event, obstacle)
-        ]
-        barred = tuple(
-            obstacle
-            for obstacle, result in results.items()
-            if result is ActResult.FAILED
-            and state.failures.action_failed(state.scenario.failures, name, obstacle)
-        )
+        found = [self._found(robot, each) for each in failed if self._finds(event, each)]
+        counted, policy = state.failures, state.scenario.failures
+        tried = [each for each, result in results.items() if result is ActResult.FAILED]
+        barred = tuple(each for each in tried if counted.action_failed(policy, name, each))
         ended = results, barred or None, event.reason or None
         state.emit(records.ActionEnd(state.tick, event.command or 0, name, *ended))
         robot.asked = not event.found  # else there may be more to do
         state.changes += 1
         for violation in filter(None, found):
-            yield from self.relocation.leave_plan(vocabulary.PlanEndReason.VIOLATION)
-            yield ObstacleEncountered(violation)
-            yield HelpRequested(violation)
+            yield from self.relocation.request_help(violation)
         yield from self._acted(robot, event, who, barred=bool(barred))
 
     def gone(self, obstacle: Obstacle, *, by_user: bool = False) -> Iterator[Event]:

@@ -51,10 +51,8 @@ class Moves(Struct, frozen=True):
         robot.transit, robot.recalls = step, self._remembers_after(robot, step)
         robot.stood.clear()
         self.relocation.traffic.set_out()
-        event, robot.moved = (
-            robot.moved or self.world.start(robot.robot, robot.pose, step.pose),
-            None,
-        )
+        event = robot.moved or self.world.start(robot.robot, robot.pose, step.pose)
+        robot.moved = None
         if event is not None and not self.state.live:
             yield from self._arrive(robot, step, event, step)
             return
@@ -220,9 +218,7 @@ class Moves(Struct, frozen=True):
         enter is an obstacle, or the robot is out of service."""
         robot.planner.node = None
         if violation is not None:
-            yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
-            yield events.ObstacleEncountered(violation)
-            yield events.HelpRequested(violation)
+            yield from self.relocation.request_help(violation)
         elif reaction is Reaction.OUT_OF_SERVICE:
             why = f": {event.reason}" if isinstance(event, Failed | Lost) and event.reason else ""
             kind = "lost" if isinstance(event, Lost) else "its moves fail"

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from msgspec import Struct
 
 from safenav.outcome import Outcome
+from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination import events
 from safenav.runtime.coordination.events import Event
 from safenav.runtime.coordination.strategies import Strategies
@@ -42,6 +43,12 @@ class Relocation(Struct, frozen=True):
         self.traffic.end(reason, nodes)
         for robot in () if settling else self._off_their_strategies():
             yield events.OutsideStrategy(robot.name, Reason.PLAN)
+
+    def request_help(self, violation: ForbiddenMove) -> Iterator[Event]:
+        """Request help with an obstacle that a robot has encountered where it stands."""
+        yield from self.leave_plan(PlanEndReason.VIOLATION)
+        yield events.ObstacleEncountered(violation)
+        yield events.HelpRequested(violation)
 
     def _off_their_strategies(self) -> list[RobotState]:
         """The robots that are not in transit and in no node of their strategy."""

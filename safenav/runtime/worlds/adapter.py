@@ -21,7 +21,7 @@ from safenav.runtime.worlds.world import (
 )
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
-from safenav.world.map import Region
+from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 T = TypeVar("T")
@@ -82,15 +82,7 @@ class BlockingAdapter:
         return float(self._tick)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The obstacle in ``region``, checked to be there."""
-        call = f"sense({robot.name!r}, {region})"
-        found = asked(call, lambda: self._world.sense(robot, region))
-        if found is None:
-            return None
-        obstacle = self._obstacle(call, found)
-        if obstacle.region != region:
-            raise self._wrong(call, f"{obstacle.name} is not in the requested region")
-        return obstacle
+        return self._world.sense(robot, region)
 
     def start(self, robot: Robot, pose: Pose, command: int) -> protocol.WorldEvent | None:
         ticks = self._duration(robot, pose)
@@ -158,10 +150,10 @@ class BlockingAdapter:
         changes = []
         for change in found:
             if not isinstance(change, Change):
-                raise self._wrong(call, f"it returned {change!r}, which is not a Change")
-            obstacle = self._obstacle(call, change.obstacle)
+                raise wrong(call, f"it returned {change!r}, which is not a Change")
+            obstacle = checked(call, change.obstacle, self._scenario.map)
             if change.appeared and obstacle.region in occupied and not obstacle.ordered:
-                raise self._wrong(call, f"{obstacle.name} appears where a robot is")
+                raise wrong(call, f"{obstacle.name} appears where a robot is")
             changes.append(change)
         return changes
 
@@ -179,15 +171,15 @@ class BlockingAdapter:
         if found is None:
             found = pose
         if not isinstance(found, Pose):
-            raise self._wrong(call, f"it returned {found!r}, which is neither a pose nor None")
+            raise wrong(call, f"it returned {found!r}, which is neither a pose nor None")
         if found == pose:
             found = pose
         if not is_region(found.region):
-            raise self._wrong(call, f"region {found.region!r} is not an int")
+            raise wrong(call, f"region {found.region!r} is not an int")
         if not self._scenario.map.is_free(found.region):
-            raise self._wrong(call, f"region {found.region} is a wall or off the map")
+            raise wrong(call, f"region {found.region} is a wall or off the map")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
-            raise self._wrong(call, f"{robot.name} is a robot of {robot.model.mobility} mobility")
+            raise wrong(call, f"{robot.name} is a robot of {robot.model.mobility} mobility")
         self._regions[robot.name] = found.region
         if found == pose:
             return protocol.Arrived(self.now(), robot.name, command=command)
@@ -195,36 +187,39 @@ class BlockingAdapter:
 
     def _resolved(self, call: str, robot: Robot, entry: Any) -> tuple[Obstacle, bool | None]:
         if not isinstance(entry, tuple) or len(entry) != 2:
-            raise self._wrong(call, f"{entry!r} is not a pair of an obstacle and its truth")
-        obstacle, truth = self._obstacle(call, entry[0]), entry[1]
+            raise wrong(call, f"{entry!r} is not a pair of an obstacle and its truth")
+        obstacle, truth = checked(call, entry[0], self._scenario.map), entry[1]
         if truth is not None and not isinstance(truth, bool):
-            raise self._wrong(
+            raise wrong(
                 call,
                 f"{truth!r} is not true, false or None: whether {obstacle.name} is traversable",
             )
         last = len(obstacle.needs) - 1
         if obstacle.needs[last].action not in robot.capabilities:
             action = obstacle.needs[last].action
-            raise self._wrong(call, f"{robot.name} cannot '{action}' {obstacle.name}")
+            raise wrong(call, f"{robot.name} cannot '{action}' {obstacle.name}")
         places = obstacle.resolution_regions(self._scenario.map, last)
         here = self._regions[robot.name]
         if here not in places:
             where = ", ".join(map(str, places)) or "nowhere"
-            raise self._wrong(
+            raise wrong(
                 call, f"{robot.name} is at {here}; {obstacle.name} can be resolved at {where}"
             )
         return obstacle, truth
 
-    def _obstacle(self, call: str, found: Any) -> Obstacle:
-        if not isinstance(found, Obstacle):
-            raise self._wrong(call, f"{found!r} is not an Obstacle")
-        if not is_region(found.region):
-            raise self._wrong(call, f"region {found.region!r} of an obstacle is not an int")
-        if (why := misfit(found)) is not None:
-            raise self._wrong(call, why)
-        if not self._scenario.map.is_free(found.region):
-            raise self._wrong(call, f"{found.name} is in a wall or off the map")
-        return found
 
-    def _wrong(self, call: str, found: str) -> WorldError:
-        return WorldError(f"World.{call}: {found}")
+def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
+    """Return an obstacle that a call returned. Raises WorldError if it cannot be one."""
+    if not isinstance(found, Obstacle):
+        raise wrong(call, f"{found!r} is not an Obstacle")
+    if not is_region(found.region):
+        raise wrong(call, f"region {found.region!r} of an obstacle is not an int")
+    if (why := misfit(found)) is not None:
+        raise wrong(call, why)
+    if not world.is_free(found.region):
+        raise wrong(call, f"{found.name} is in a wall or off the map")
+    return found
+
+
+def wrong(call: str, found: str) -> WorldError:
+    return WorldError(f"World.{call}: {found}")

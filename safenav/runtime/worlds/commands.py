@@ -15,13 +15,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError, asked
+from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError, asked, checked, wrong
 from safenav.runtime.worlds.reports import (
     claimed,
-    is_region,
     is_time,
     malformed,
-    misfit,
     wrong_result,
     wrong_step,
 )
@@ -152,17 +150,11 @@ class Commands:
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle in ``region``, according to the world's sensors. Raises WorldError."""
-        if not self.live:
-            return self.world.sense(robot, region)
         call = f"sense({robot.name!r}, {region})"
         found = asked(call, lambda: self.world.sense(robot, region))
-        if found is None:
-            return found
-        if isinstance(found, Obstacle) and found.region == region and is_region(found.region):
-            if (why := misfit(found)) is not None:
-                raise WorldError(f"World.{call}: {why}")
-            return found
-        raise WorldError(f"World.{call} returned {found!r}")
+        if found is not None and checked(call, found, self.scenario.map).region != region:
+            raise wrong(call, f"{found.name} is not in the requested region")
+        return found
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
         """Send a robot to ``pose``; return the end of its step, if it has already ended."""
