@@ -85,8 +85,7 @@ def browser(chromium: Browser) -> Iterator[Browser]:
 
 @pytest.fixture
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Extend the time limits of searches from seconds to minutes, so that they also succeed on a
-    busy machine."""
+    """Extend the time limits of searches to minutes, so that they succeed on a busy machine."""
     for constant in (
         "safenav.explain.investigation.REPAIR_SECONDS",
         "safenav.runtime.analysis.postmortem.RUN_SECONDS",

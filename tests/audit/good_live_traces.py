@@ -79,8 +79,7 @@ def delayed() -> list[Line]:
 
 
 def opened() -> list[Line]:
-    """A robot encounters a door that no sensor has shown; another one opens it at the second
-    try."""
+    """A robot finds a door that no sensor has shown; another opens it at the second try."""
     quad = robot("air", ["sense"], 8, {"visit": [10]})
     digit = robot("ground", ["push"], 15, {"visit": [15]})
     door = obstacle("door", 9, "push", [9], ["digit", "quad"])
@@ -123,8 +122,7 @@ def lost() -> list[Line]:
 
 
 def put_on_target() -> list[Line]:
-    """An operator puts a robot on its target, which counts in any turn: here in that of the robot
-    that is last."""
+    """An operator puts a robot on its target; that counts in any turn, here in the last one."""
     a = robot("ground", [], 7, {"visit": [8]})
     s = Live({"a": a, "b": robot("ground", [], 10, {"visit": [10]})}, [], "external")
     s.at(0).hold("a", "strategy").hold("b", "strategy").goal("b", 0, 1)
@@ -303,8 +301,7 @@ def reopened_meanwhile() -> list[Line]:
 
 
 def _helps_a_ghost(*others: Line, rounds: int = 1) -> Live:
-    """A robot's duty for an obstacle that is not there reads as its own objective; it has done some
-    rounds."""
+    """A duty for an absent obstacle reads as its own objective; the robot has done some rounds."""
     quad = robot("air", ["sense"], 8, {"visit": [10]})
     digit = robot("ground", ["push"], 15, {"visit": [9, 15]})
     s = Live({"quad": quad, "digit": digit}, [*others], "external")

@@ -19,8 +19,7 @@ def way(*regions: int) -> list[Any]:
 
 
 def planned() -> list[Line]:
-    """Two robots that go to each other's place pass by a plan: one along the northern wall, two
-    along the southern one."""
+    """Two robots exchange places by a plan: one by the northern wall, one by the southern."""
     s = script(
         ROOM,
         {
@@ -47,8 +46,7 @@ def planned() -> list[Line]:
 
 
 def met_on_the_way() -> list[Line]:
-    """A plan ends where one of its robots meets an obstacle; a third robot, in the air, has no
-    part in it."""
+    """A plan ends where a robot encounters an obstacle; a third robot, in the air, has no part."""
     s = script(
         ROOM,
         {

@@ -231,8 +231,7 @@ Mutation = Callable[[list[Line]], None]
 
 
 def find(lines: list[Line], kind: str, nth: int = 0, **fields: Any) -> int:
-    """Return the index of the nth line of a kind with these fields (``origin`` stands for
-    ``from``)."""
+    """Return the index of the nth line of a kind with these fields (``origin``: ``from``)."""
     wanted = {"from" if key == "origin" else key: value for key, value in fields.items()}
     found = [
         index

@@ -100,8 +100,7 @@ def _excursion(
     through: str,
     taken: set[int],
 ) -> list[Pose] | None:
-    """A shortest way from a pose through an obstacle and back, on which the robot acts nowhere
-    else."""
+    """A shortest path through an obstacle and back, on which the robot acts nowhere else."""
     (robot,) = (one for one in mission.robots if one.name == name)
     region = mission.obstacles[through].region
     if not mission.blocked(robot, mission.obstacles[through], standing[through][0]):

@@ -139,8 +139,7 @@ def _broken_off(run: Ended, lines: tuple[Mapping[str, Any], ...]) -> tuple[str, 
 
 
 def _told_by_signals(lines: tuple[Mapping[str, Any], ...]) -> tuple[str, str] | None:
-    """A team that is told by signals is synthesized once, and robots for which the known map has
-    changed."""
+    """With signals a team is synthesized once, and robots for which the known map has changed."""
     blocked: set[str] = set()  # with a new permanent obstacle since their last strategy
     for line in lines:
         if line["type"] == "blocked":

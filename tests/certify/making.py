@@ -93,8 +93,7 @@ def negative(name: str) -> Path:
 
 @cache
 def shipped(name: str) -> Path:
-    """The bundle of a shipped scenario; ``hello, assignable`` is hello with goals that are
-    assigned at runtime."""
+    """The bundle of a shipped scenario; ``hello, assignable`` is hello with assignable goals."""
     if name in ("alternation", "circuit"):
         return bundle_at(name, ALTERNATION if name == "alternation" else CIRCUIT)
     if name in (*NEGATIVES, "one way"):

@@ -300,8 +300,7 @@ def _exchange_strategies(files: Files, source: Random) -> Files | None:
 
 
 def _weaker_with_strategy(files: Files, source: Random) -> Files | None:
-    """The last goal is dropped from the text and with it its measure: a strategy that never meets
-    it realizes the rest."""
+    """Text and measures lack the last goal: a strategy that never meets it realizes the rest."""
     path = some(files, "specs", source)
     assert path is not None
     lines = files[path].decode().splitlines()

@@ -154,8 +154,7 @@ def test_a_robot_that_is_held_back_may_have_another_answer() -> None:
 
 
 def test_a_strategy_of_assignable_goals_is_always_about_its_own() -> None:
-    """Two get new ones while they wait, because the obstacle is in their sight; what they are told
-    stays as it was."""
+    """Two get new ones while they wait, since they see the obstacle; their commands stay."""
     run = run_of(LOSES_SIGHT)
     own = {name: r["objective"] for name, r in run.records[0]["scenario"]["robots"].items()}
     push = run.all("push")[0]
@@ -203,8 +202,7 @@ def discovering(target: Path, **other: object) -> str:
 
 
 def test_what_a_robot_is_told_on_its_way_counts_when_it_arrives() -> None:
-    """Between two regions it gets another strategy, which says in another way that it is not sent
-    anywhere."""
+    """Between two regions it gets another strategy, with other inputs for the wait."""
     told = [line for line in run_of(TOLD_ON_ITS_WAY).all("move", robot="b") if "signal" in line]
     signals = [("by" in line, line["signal"]["assigned"]) for line in told]
     assert signals == [(True, 13), (False, 16)]

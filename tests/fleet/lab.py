@@ -32,8 +32,7 @@ def lab_at(port: int) -> Any:
 
 
 def follow(lab: Any, name: str, frames: list[Any]) -> None:
-    """Let a robot without feet follow transforms, velocities and accelerations, 0.05 s apart, from
-    now on."""
+    """From now on, let a robot without feet follow references 0.05 s apart."""
     import numpy as np
 
     from safenav.fleet.setpoints import PERIOD, Setpoints

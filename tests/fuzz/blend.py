@@ -45,8 +45,7 @@ MOST_PASSES = 20_000
 
 @dataclass
 class Played:
-    """``found``: the finding, if any; ``given``: the operator's interventions, with the pass of
-    each."""
+    """``found``: the finding, if any; ``given``: interventions, each with its pass."""
 
     outcome: str = "no outcome"
     found: list[str] = field(default_factory=list)

@@ -23,8 +23,7 @@ Line = Mapping[str, Any]
 
 @dataclass
 class Rest:
-    """The rest of a run. ``found``: the finding, if any; ``excuse``: the reason why it may end
-    differently."""
+    """The rest of a run. ``found``: the finding, if any; ``excuse``: why it may end differently."""
 
     lines: list[str] = field(default_factory=list)
     outcome: str = "no outcome"

@@ -14,8 +14,7 @@ FEATURES = ("zones", "inputs", "orders", "loads", "changes", "avoids", "waiting"
 
 
 def mixed_mission(seed: int, *, live: bool = False) -> Data:
-    """A scenario as data; the loader refuses about half of them, mostly because targets are
-    unreachable."""
+    """A scenario as data; the loader refuses about half, mostly for unreachable targets."""
     random = Random(seed)
     grid, free = _floor(random)
     features = set(random.sample(FEATURES, random.choice([0, 1, 2, 3])))

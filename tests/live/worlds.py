@@ -45,8 +45,7 @@ class _Seen:
 
 
 class Live(_Seen):
-    """The floor by protocol 2. Raises HangError for a mission that waits although no event can
-    come."""
+    """The floor by protocol 2. Raises HangError if a mission waits although no event can come."""
 
     def __init__(self, scenario: Scenario, floor: Any, most_waits: int = 200) -> None:
         super().__init__(scenario, floor)

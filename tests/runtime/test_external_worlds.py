@@ -184,8 +184,7 @@ class Reached(Sliding):
 def test_a_step_of_several_ticks_is_given_up_where_another_robot_has_slid(
     slides: dict[int, int],
 ) -> None:
-    """A world hears of such a step only when it ends. The other robot is out of service then, and
-    may be carried on."""
+    """A world learns of such a step when it ends; the other robot may then be carried on."""
     scenario, run = loaded(SLOW), Run()
     Mission(scenario, world=Reached(scenario, slides), listeners=[run]).run()
     first = run.all("move", result="elsewhere", robot="slow")[0]

@@ -64,8 +64,7 @@ def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def mistakes(data: Any, way: tuple[Any, ...], turn: int) -> Iterator[tuple[str, Any]]:
-    """The data with mistakes at a place: some of the wrong values by turns, the key misspelt, the
-    key missing."""
+    """The data with mistakes at a place: wrong values by turns, the key misspelt or missing."""
     for change in (
         *(WRONG_VALUES[(SOME * turn + n) % len(WRONG_VALUES)] for n in range(SOME)),
         ...,

@@ -37,8 +37,7 @@ def live_scenes(draw: st.DrawFn, tracking: Tracking = Tracking.BELIEF) -> Scene:
 
 
 class Oracle:
-    """A robot's possible knowledge of another one that makes any number of steps between two
-    readings."""
+    """A robot's possible knowledge of another one after any number of steps between readings."""
 
     def __init__(self, world: RegionMap, scene: Scene) -> None:
         self.rows = world.grid_rows()

@@ -143,8 +143,7 @@ class Draft:
 
 
 def rooms(random: Random, down: int, across: int, height: int, width: int) -> list[str]:
-    """Rooms with doors one region wide: every two neighbours of a tree are joined, and some
-    others."""
+    """Rooms with doors one region wide, between the neighbours of a tree and some others."""
     rows, cols = down * (height + 1) + 1, across * (width + 1) + 1
     cells = [["#"] * cols for _ in range(rows)]
     for r in range(rows):

@@ -20,8 +20,7 @@ State = tuple[tuple[Pose, ...], tuple[Progress, ...], Stages]
 
 
 def can_complete(mission: Mission, begin: Situation, budget: int = 200_000) -> Answer:
-    """Return whether the team can complete the mission. ``budget``: maximum number of states
-    examined."""
+    """Return whether the team can complete the mission. ``budget``: states at most."""
     return JointState(mission, begin).search(budget)
 
 

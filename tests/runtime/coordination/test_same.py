@@ -205,8 +205,7 @@ until: {rounds: 1}
 
 
 def test_who_fetched_it_swaps_it() -> None:
-    """The clerk stands at the depot and cannot swap, so it does not fetch; north could swap, and
-    has no battery."""
+    """The clerk at the depot cannot swap, so it does not fetch; north could, but has no battery."""
     met = [(r["need"], r["robot"]) for r in play(DELIVERY).all("met")]
     assert met == [(0, "south"), (1, "south")]
 

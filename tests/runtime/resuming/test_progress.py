@@ -59,8 +59,7 @@ def test_a_target_that_a_robot_crosses_does_not_count_again() -> None:
 
 
 def test_deadlines_keep_their_ages() -> None:
-    """At the end of a tick those of the rest are due when those of the run are, and the mission
-    is completed no later."""
+    """At the end of a tick, the rest is due with the run, and completed no later."""
     scenario = loaded(DOOR)
     whole = play(scenario)
     ticks = [line.get("tick", 0) for line in whole.records]

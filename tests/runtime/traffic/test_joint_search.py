@@ -133,8 +133,7 @@ DOOR = 31
 
 
 def halves(starts: str) -> Floor:
-    """Two rooms with a door on hinges that pushers open by walking in; each robot has a target in
-    the other room."""
+    """Two rooms with a hinged door that pushers open by entering; the targets are beyond it."""
     bots = {}
     for number, at in enumerate(starts.split()):
         row, col = divmod(int(at.rstrip("nesw")), 9)
