@@ -195,3 +195,13 @@ def test_a_step_that_the_formulas_of_its_robot_forbid_is_refused() -> None:
             s.next_tick().move("rover", to)
         found = check_trace(text(s.end("interrupted", {"rover": 0}))).findings
         assert [(one.rule, one.tick) for one in found] == [("always", 2)]
+
+
+@pytest.mark.parametrize("met", [True, False])
+def test_a_robot_that_begins_on_its_target_has_met_it(met: bool) -> None:
+    s = Script("....\n####", {"a": robot("air", [], 0, {"visit": [0, 1]})}, [])
+    s.lines[-1]["node"] = 0
+    s.goal("a", 0, 0) if met else s
+    s.next_tick().move("a")
+    found = check_trace(text(s.end("interrupted", {"a": 0}))).findings
+    assert [(one.rule, one.tick) for one in found] == [("missed-goal", 0)] * (not met)

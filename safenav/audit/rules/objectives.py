@@ -76,10 +76,17 @@ def out_of_turn(now: Situation) -> Iterator[Said]:
 
 @judges("turn")
 def missed_goal(now: Situation) -> Iterator[Said]:
-    """A robot that reaches its next target has a goal line (T). In a live run passes take no time,
+    """A robot that reaches its next target has a goal line, as has one whose new strategy begins on
+    its first target (in lockstep) (T). In a live run passes take no time,
     so a robot that stays in all its targets needs no more lines after the rounds of ``until``
     (after one round, if the objective is not its own)."""
     turn = now.turn
+    for synthesis in () if now.live or now.is_cut_short() else turn.all("synthesis"):
+        robot, since = synthesis.robot, synthesis.line
+        told = any(goal.robot == robot and goal.line > since for goal in turn.all("goal"))
+        if not told and _begins_on_target(synthesis, now):
+            place = now.show(now.region[robot])
+            yield robot, f"{robot} begins on its target {place}, but the goal line is missing"
     progress = _steady(turn, now)
     if progress is None or turn.robot is None or now.is_cut_short():
         return
@@ -256,6 +263,21 @@ def _is_due(objective: Objective, progress: Progress, index: int, origin: int | 
     if shape.in_turn:
         return progress.awaited == index and (came or len(targets) > 1)
     return shape.covers and progress.fresh and came and index not in progress.covered
+
+
+def _begins_on_target(synthesis: Line, now: Situation) -> bool:
+    """Return whether a robot has met a target by getting another objective where it stands."""
+    robot, objective, tick = synthesis.robot, synthesis.objective, synthesis.tick
+    given = now.objectives[robot]
+    other = tick == 0 or (objective == given and now.turn.objectives[robot] != given)
+    if now.header.begun is not None and tick < 2:
+        return False  # it may have had that objective in the first run
+    if synthesis.node is None or not other or shape_of(objective.kind).covers:
+        return False
+    first = next(iter((synthesis.memory or {"": 0}).values()))
+    stands = now.toward[robot] is None and synthesis.places is None
+    there = objective.targets[first : first + 1]
+    return stands and any(now.region[robot] in target for target in there)
 
 
 def _stays_in_all(objective: Objective, origin: int | None, here: int) -> bool:
