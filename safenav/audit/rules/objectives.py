@@ -41,7 +41,7 @@ def goal_order(record: Line, now: Situation) -> Iterator[Said]:
     if own and shape_of(now.objectives[robot].kind).ends and record.goal > progress.ahead:
         yield f"{robot} meets target {record.goal}, but {progress.ahead} is next"
         return
-    if progress.reset_line >= now.turn.line > now.header_line:
+    if progress.reset_line >= now.turn.line:
         return  # may count for the previous objective
     if progress.awaited is not None and record.goal != progress.awaited:
         yield f"{robot} meets target {record.goal}, but {progress.awaited} is next"
@@ -262,6 +262,8 @@ def _is_due(objective: Objective, progress: Progress, index: int, origin: int | 
         return progress.awaited == index or (progress.awaited is None and came)
     if shape.in_turn:
         return progress.awaited == index and (came or len(targets) > 1)
+    if shape.settles:
+        return came
     return shape.covers and progress.fresh and came and index not in progress.covered
 
 

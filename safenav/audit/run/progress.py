@@ -82,6 +82,14 @@ class Progress(NamedTuple):
         after = self._replace(awaited=None, covered=frozenset(), fresh=False)
         return after._replace(reset_line=line, last_round=None)
 
+    def remembering(self, objective: Objective, memory: int, region: int) -> Progress:
+        """Return the progress after a strategy begins in a region with a target in ``memory``: it
+        awaits that, or the next one if that is met there."""
+        shape, targets = shape_of(objective.kind), objective.targets
+        if not shape.in_turn or shape.ends or memory >= len(targets):
+            return self
+        return self._replace(awaited=(memory + (region in targets[memory])) % len(targets))
+
     def recounted(self, own: Objective) -> Progress:
         """Return the progress after a resolution: rounds are counted again, and a round in any
         order may restart. The strategy continues, so the next target is kept."""

@@ -265,6 +265,13 @@ class Situation(Actions):
                     self._put_in_force({robot: record.objective}, record.line)
                 if record.tick > 0:
                     self._reset(robot, record.line)
+                    stands = self.toward[robot] is None and record.places is None
+                    if record.node is not None and stands and not self.live:
+                        memory = next(iter((record.memory or {"": 0}).values()))
+                        after = self.progress[robot].remembering(
+                            record.objective, memory, self.region[robot]
+                        )
+                        self.progress[robot] = after
             case "assumption":
                 self._reset(robot, record.line)
             case "goal":
