@@ -23,13 +23,6 @@ CHARGED: Line = {**FIRST, "type": "service", "active": True, "cause": "battery"}
 DEBRIS = obstacle("debris", 14, "clear", [14], ["one"])
 
 
-def cached(lines: list[Line]) -> None:
-    """Let all strategies come from the cache."""
-    for line in lines:
-        if line["type"] == "synthesis":
-            line["cached"] = True
-
-
 def swap_turns(lines: list[Line]) -> None:
     """Exchange the two turns of tick 1."""
     one, two = find(lines, "move", tick=1), find(lines, "move", tick=1, nth=1)
@@ -280,7 +273,6 @@ CASES: list[Case] = [
     ("outcome unrealizable 0 -", edit("synthesis", {}, verdict="timeout")),
     ("outcome door 8 -", edit("outcome", {}, outcome="assumption_violated")),
     ("outcome door 8 -", edit("outcome", {}, syntheses=0)),
-    ("outcome door 8 -", cached, edit("outcome", {}, syntheses=0)),
     ("rounds unrequested 6 quad 2", edit("goal", {"tick": 6}, round=3)),
     (
         "verdicts second_bidder 1 near",

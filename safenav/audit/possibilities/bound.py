@@ -222,18 +222,16 @@ def mission_end(bound: Bound) -> int | None:
         if shape.strict:
             free = not objective.literal
             firsts |= {k for k, target in enumerate(targets) if free or start in target}
-        found = list[int | None]()
-        for first in sorted(firsts):
+        found = {NEVER}
+        for first in firsts:
             goals = (targets[first:] + targets[:first]) * (1 if shape.settles else rounds)
             if shape.settles:
                 goals += targets[-1:] * (rounds - 1)
             left = goals[1:] if start in goals[0] else goals
-            found.append(bound.round(name, left) if left else 0)
-        possible = [end for end in found if end is not None]
-        if not possible:
-            return None
-        ends.append(min(possible))
-    return max(ends)
+            end = bound.round(name, left) if left else 0
+            found.add(NEVER if end is None else end)
+        ends.append(min(found))
+    return None if max(ends) >= NEVER else max(ends)
 
 
 def goals_left(

@@ -35,17 +35,6 @@ class BeliefRule(Rule):
                     where = ", ".join(map(str, sorted(record.regions.intersection(cell))))
                     yield f"{robot} believes {other} at {where}, which is only a part of a cell"
 
-    def turn(self, now: Situation) -> Iterator[Said]:
-        turn, robot = now.turn, now.turn.robot
-        if robot is None or turn.on_the_way or turn.torn:
-            return
-        for (believer, other), belief in now.beliefs.items():
-            if believer == robot and now.region[other] not in belief.regions:
-                place = now.show(now.region[other])
-                how = "sees" if belief.seen else "believes"
-                problem = f"{robot} {how} {other} elsewhere, but it is at {place}"
-                yield Finding(self.name, turn.tick, robot, belief.line, problem)
-
 
 class MissedBeliefRule(Rule):
     """A belief line follows whenever a look changes a robot's knowledge of another robot. It tracks
@@ -85,6 +74,11 @@ class MissedBeliefRule(Rule):
                 if (robot, other) not in now.beliefs:
                     yield f"{robot} tracks {other}, but no line records where it may be"
             for (believer, other), belief in now.beliefs.items():
+                there = now.region[other]
+                if believer == robot and there not in belief.regions:
+                    how = "sees" if belief.seen else "believes"
+                    said = f"{robot} {how} {other} elsewhere, but it is at {now.show(there)}"
+                    yield Finding(BeliefRule.name, turn.tick, robot, belief.line, said)
                 problems = self._problems(robot, other, belief, now) if believer == robot else ()
                 for problem in islice(problems, 1):
                     yield robot, problem, belief if belief in turn.records else turn

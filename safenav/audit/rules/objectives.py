@@ -8,7 +8,7 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.run.passes import EITHER
-from safenav.audit.run.progress import Progress
+from safenav.audit.run.progress import Progress, first_of
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Turn
 
@@ -276,7 +276,7 @@ def _begins_on_target(synthesis: Line, now: Situation) -> bool:
         return False  # it may have had that objective in the first run
     if synthesis.node is None or not other or shape_of(objective.kind).covers:
         return False
-    first = next(iter((synthesis.memory or {"": 0}).values()))
+    first = first_of(synthesis)
     stands = now.toward[robot] is None and synthesis.places is None
     there = objective.targets[first : first + 1]
     return stands and any(now.region[robot] in target for target in there)

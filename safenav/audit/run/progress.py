@@ -82,10 +82,11 @@ class Progress(NamedTuple):
         after = self._replace(awaited=None, covered=frozenset(), fresh=False)
         return after._replace(reset_line=line, last_round=None)
 
-    def remembering(self, objective: Objective, memory: int, region: int) -> Progress:
-        """Return the progress after a strategy begins in a region with a target in ``memory``: it
+    def remembering(self, synthesis: Line, region: int) -> Progress:
+        """Return the progress after a strategy begins in a region with a target in its memory: it
         awaits that, or the next one if that is met there."""
-        shape, targets = shape_of(objective.kind), objective.targets
+        shape, targets = shape_of(synthesis.objective.kind), synthesis.objective.targets
+        memory = first_of(synthesis)
         if not shape.in_turn or shape.ends or memory >= len(targets):
             return self
         return self._replace(awaited=(memory + (region in targets[memory])) % len(targets))
@@ -122,6 +123,11 @@ class Progress(NamedTuple):
             after = after._replace(covered=frozenset() if whole else covered)
             after = after._replace(fresh=self.fresh or whole)
         return after._replace(last_round=goal.round)
+
+
+def first_of(synthesis: Line) -> int:
+    """Return the number of the target with which a strategy begins."""
+    return int(next(iter((synthesis.memory or {"": 0}).values())))
 
 
 def _goals_before(objective: Objective, done: Line) -> tuple[Line, ...]:

@@ -175,8 +175,10 @@ class Situation(Actions):
                 self.until.pop(name, None)
                 if record.type == "appeared":
                     self._begin(name)
-                    if record.cause != "user":
-                        self._comes(name)
+                    listed = [one for one in self.coming if one.name == name]
+                    for one in listed[:1] if record.cause != "user" else ():
+                        self.coming.remove(one)
+                        self.until |= {name: one.until} if one.until else {}
                     self.orders.discard(name)
                 else:
                     self.exclude_lost_position(self.obstacles[name])
@@ -267,10 +269,7 @@ class Situation(Actions):
                     self._reset(robot, record.line)
                     stands = self.toward[robot] is None and record.places is None
                     if record.node is not None and stands and not self.live:
-                        memory = next(iter((record.memory or {"": 0}).values()))
-                        after = self.progress[robot].remembering(
-                            record.objective, memory, self.region[robot]
-                        )
+                        after = self.progress[robot].remembering(record, self.region[robot])
                         self.progress[robot] = after
             case "assumption":
                 self._reset(robot, record.line)
@@ -306,13 +305,6 @@ class Situation(Actions):
         """Make an obstacle present with all needs unmet."""
         self.status[obstacle] = Status.UNRESOLVED
         self.open[obstacle] = self.opened(obstacle)
-
-    def _comes(self, obstacle: str) -> None:
-        """Record that the next obstacle of that name in the header has appeared."""
-        one = next((one for one in self.coming if one.name == obstacle), None)
-        if one is not None:
-            self.coming.remove(one)
-            self.until |= {obstacle: one.until} if one.until else {}
 
     def finish_turn(self, last: bool) -> None:
         """Record whether the turn that has ended was the last one of the trace."""
