@@ -268,7 +268,8 @@ class Situation(Actions):
                 if record.tick > 0:
                     self._reset(robot, record.line)
                     stands = self.toward[robot] is None and record.places is None
-                    if record.node is not None and stands and not self.live:
+                    known = not self.live and (self.header.begun is None or record.tick > 1)
+                    if record.node is not None and stands and known:
                         after = self.progress[robot].remembering(record, self.region[robot])
                         self.progress[robot] = after
             case "assumption":
