@@ -271,7 +271,8 @@ def _begins_on_target(synthesis: Line, now: Situation) -> bool:
     """Return whether a robot has met a target by getting another objective where it stands."""
     robot, objective, tick = synthesis.robot, synthesis.objective, synthesis.tick
     given = now.objectives[robot]
-    other = tick == 0 or (objective == given and now.turn.objectives[robot] != given)
+    new = now.turn.objectives[robot] != given != now.own[robot]  # it resumes its own one
+    other = tick == 0 or (objective == given and new)
     if now.header.begun is not None and tick < 2:
         return False  # it may have had that objective in the first run
     if synthesis.node is None or not other or shape_of(objective.kind).covers:
