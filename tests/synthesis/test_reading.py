@@ -60,7 +60,7 @@ def test_everything_wrong_is_told_with_its_line() -> None:
 
 
 def test_text_before_the_first_section_is_refused() -> None:
-    with pytest.raises(InputError, match="before any section"):
+    with pytest.raises(InputError, match="is in no section"):
         read_specification("x' = 3\n")
 
 
