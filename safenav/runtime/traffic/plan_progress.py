@@ -64,9 +64,8 @@ class PlanProgress:
         formulas = formulas_of(robot.robot, self.state.scenario.map)
         if robot.assignment.role is not Role.OWN or (formulas and not formulas.met_by_staying):
             return True
-        if not robot.active:  # its member of the problem has no targets
-            return True
-        if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
+        here = graph.number(robot.pose)
+        if not robot.active or not awaited_by(floor, name, robot.own) >> here & 1:
             return True
         return has_met(self.searches.counts(floor)[index], due)
 
@@ -76,17 +75,15 @@ class PlanProgress:
             self.execution.arrived(self._index(name))
 
     def released(self, name: str) -> bool:
-        """Live: return whether a robot has completed its part of the plan, and may leave the
-        plan before the others: ``ahead`` is closed to it, and irreversible moves must be
+        """Return whether a robot has completed its part of the plan. Live, it may leave the plan
+        before the others: ``ahead`` is closed to it, and irreversible moves must be
         ``certified``."""
         return self.execution is not None and self.execution.done(self._index(name))
 
     def goes_on_without(self, robot: RobotState) -> bool:
-        """Return whether the plan only moves robots that do not wait for this one, directly or
-        indirectly. In lockstep every robot stays during a plan, so it must stand on a charger."""
-        if self.execution is None or self.execution.finished:
-            return False
-        if not self.state.live and robot.pose.region not in self.state.scenario.chargers:
+        """Live: return whether the plan only moves robots that do not wait for this one, directly
+        or indirectly. In lockstep every robot stays during a plan."""
+        if self.execution is None or self.execution.finished or not self.state.live:
             return False
         robots, rivals = self.state.robots, self.state.rivals
         near = explored([robot.name], lambda name: [o.name for o in rivals(robots[name].robot)])
@@ -94,16 +91,20 @@ class PlanProgress:
 
     def takes(self, robot: RobotState) -> int | None:
         """Return the charge that a robot needs for the remaining plan, up to its next charger, or
-        up to the end including its need there; None if the plan no longer moves it."""
+        up to the end including its need there; None if the plan no longer holds it. In lockstep a
+        robot that has arrived waits for the end of the plan."""
         index, stops = self._index(robot.name), self.state.stops(robot)
-        if self.execution is None or stops is None or self.execution.done(index):
+        arrived = self.released(robot.name)
+        if self.execution is None or stops is None or (arrived and self.state.live):
             return None
+        if arrived and robot.pose.region in self.state.scenario.chargers:
+            return 0
         way, turn = self.execution.remaining(index)
-        return stops.takes_way(way, stops.turn(robot.own.memory.index if turn is None else turn))
+        turn = stops.turn(robot.own.memory.index if turn is None else turn)
+        return stops.takes_way(way, turn) + (stops.battery.stay if arrived else 0)
 
     def _charges(self, robot: RobotState) -> bool:
-        """Return whether a robot waits on a charger for the charge that the rest of the plan
-        needs."""
+        """Return whether a robot waits on a charger for the charge for the rest of the plan."""
         takes, battery = self.takes(robot), robot.robot.model.battery
         if takes is None or battery is None or robot.charge is None:
             return False

@@ -15,8 +15,8 @@ from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
-from safenav.runtime.traffic.joint_search.formula_memory import plain_poses, remembering
-from safenav.runtime.traffic.joint_search.search import Search, one_leg
+from safenav.runtime.traffic.joint_search.formula_memory import remembering
+from safenav.runtime.traffic.joint_search.search import Goal, Search, one_leg
 from safenav.runtime.traffic.joint_search.states import (
     Answer,
     BudgetExhausted,
@@ -132,27 +132,27 @@ class PlanSearch(Struct):
         begun, lasts = charged.start, charged.course.lasts
         stays = self.searches.stays(problem.floor)
 
-        def ends_well(state: JointState) -> bool:
-            stay = all(mask >> state.poses[robot] & 1 for robot, mask in stays.items())
+        def ends_well(state: JointState, done: Goal = lambda _: True) -> bool:
+            stay = done(state) and all(m >> state.poses[i] & 1 for i, m in stays.items())
             return stay and self.in_service.ends_well(problem, state)
 
         cut = self.cut(problem, found.states, helping)
         states = charged.course.along(begun, (state.poses for state in cut[1:]))
         if ends_well(states[-1]) and all(map(lasts, states)):
             return found
-        search = self.search_of(charged)
-        search.goal = lambda state: self.leg_done(charged, state, helping) and ends_well(state)
-        search.keeps = lambda state: (
-            lasts(state) and (state.stages == begun.stages or ends_well(state))
-        )
-        leg = search.run(budgets.ROUNDS_FIRST)
-        if not isinstance(leg, Found):
-            return found
-        leg = Found(tuple(replace(state, charges=()) for state in leg.states))
-        if not self.searches.turning:
-            self._leg_end = 0
-            return leg
-        return self._leg_first(problem, leg) or found
+        done = partial(self.leg_done, charged, helping=helping)
+        there = partial(self.starving_is_there, charged)
+        for rounds, goal in ((1, done), (budgets.ROUNDS_FIRST, there)):
+            search = self.search_of(charged)
+            search.goal = partial(ends_well, done=goal)
+            search.keeps = lambda s: lasts(s) and (s.stages == begun.stages or ends_well(s))
+            leg = search.run(rounds)
+            if isinstance(leg, Found):
+                leg = Found(tuple(replace(state, charges=()) for state in leg.states))
+                whole = self._leg_first(problem, leg) if self.searches.turning else leg
+                if whole is not None:
+                    return whole
+        return found
 
     def _leg_first(self, problem: SearchProblem, leg: Answer) -> Found | None:
         """Return a plan that begins with a leg and continues through the whole mission; None if
@@ -181,9 +181,8 @@ class PlanSearch(Struct):
                 self._only_out_hinder(problem.floor)
         if not isinstance(answer, Found):
             return None
-        if self.searches.turning and self.continued(problem, answer.states) is None:
-            return None
-        return list(answer.states)
+        last = self.searches.turning and self.continued(problem, answer.states) is None
+        return None if last else list(answer.states)
 
     def _only_out_hinder(self, floor: Floor) -> None:
         """Record that no order of moves brings the starving robot to its target while some robots
@@ -218,20 +217,25 @@ class PlanSearch(Struct):
 
     def _leg_of_starved(self, problem: SearchProblem) -> Answer:
         """Search for moves that bring the starving robot to its target."""
+        floor = problem.floor
+        goals = {floor.index(self.starved): self.searches.goal(floor, self.starved)}
+        search = self.search_of(problem, goals)
+        search.goal = lambda state: (
+            self.starving_is_there(problem, state) and self.in_service.ends_well(problem, state)
+        )
+        return search.run(1)
+
+    def starving_is_there(self, problem: SearchProblem, state: JointState) -> bool:
+        """Return whether the starving robot has reached its target, or resolved its obstacle (any,
+        if it is sent to none)."""
         floor, start = problem.floor, problem.start
         index, goal = floor.index(self.starved), self.searches.goal(floor, self.starved)
         obstacle = self.state.robots[self.starved].assignment.obstacle
-        gate = floor.gates.index(obstacle) if obstacle in floor.gates else None
-
-        def there(state: JointState) -> bool:
-            some = [gate] if gate is not None else range(len(start.stages))
-            changed = any(state.stages[k] != start.stages[k] for k in some)
-            done = changed or bool(goal >> state.poses[index] & 1)
-            return done and self.in_service.ends_well(problem, state)
-
-        search = self.search_of(problem, {index: goal})
-        search.goal = there
-        return search.run(1)
+        some = (
+            [floor.gates.index(obstacle)] if obstacle in floor.gates else range(len(start.stages))
+        )
+        changed = any(state.stages[k] != start.stages[k] for k in some)
+        return changed or bool(goal >> state.poses[index] & 1)
 
     def cut(
         self, problem: SearchProblem, states: Sequence[JointState], helping: bool
@@ -280,19 +284,13 @@ class PlanSearch(Struct):
         charger, only the starving one counts."""
         course, before = problem.course, problem.start.counts
         for index, robot in enumerate(self.state.robots.values()):
-            if self.charges(robot) and not self._at_stop(course, state, index, robot):
+            if self.charges(robot) and not self.starving_is_there(problem, state):
                 return False
-            if robot.assignment.role is not Role.OWN or not robot.active:
-                continue
-            if course.is_done(index, before[index]) or index in self._cut_off:
-                continue
-            if state.counts[index] == before[index]:
+            owns = robot.active and robot.assignment.role is Role.OWN and index not in self._cut_off
+            counted = state.counts[index] != before[index] or course.is_done(index, before[index])
+            if owns and not counted:
                 return False
         return True
-
-    def _at_stop(self, course: Course, state: JointState, index: int, robot: RobotState) -> bool:
-        pose = plain_poses(course.problem, state.poses)[index]
-        return bool(robot.assignment.goal >> pose & 1)
 
     def _searched(
         self, problem: SearchProblem, helping: bool

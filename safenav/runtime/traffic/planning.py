@@ -213,8 +213,8 @@ class Traffic:
         if states is None:
             self._search_again(occasion)
             return
-        charges = self.search.charges(self.state.robots[occasion.robot])
-        short = charges and not self.search.leg_done(problem, states[-1], helping)
+        short = self.search.charges(self.state.robots[occasion.robot])
+        short = short and not self.search.starving_is_there(problem, states[-1])
         if short or self.plan.changes_nothing(here, states, counts):
             leg = self.search.leg(problem)
             hemmed_in = self.state.last_settled.notes.hemmed_in
@@ -347,8 +347,9 @@ class Traffic:
     def _begin(
         self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count], reason: str
     ) -> None:
-        course, fixed = self.searches.course(floor), self._fixed(floor)
-        states = shortened(course, states, fixed, self.stop.check)
+        short = shortened(self.searches.course(floor), states, self._fixed(floor), self.stop.check)
+        if self.searches.lasts(floor, short) or not self.searches.lasts(floor, states):
+            states = short  # otherwise it omits a stop at a charger
         ends, states = states[-1].poses, self.resolving.approached(floor, states)
         pairs = zip(floor.names, ends, states[-1].poses, strict=True)
         notes = self.state.last_settled.notes

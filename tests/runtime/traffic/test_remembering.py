@@ -62,24 +62,15 @@ def test_a_goal_about_a_step_is_met_by_that_step_alone() -> None:
 
 SEEN = """\
 safenav: 1
-map:
-  grid: |
-    #######
-    #.....#
-    ###.###
-    #######
-catalogue:
-  robots: {cart: {mobility: free, layer: ground, capabilities: []}}
+map: {grid: ["#######", "#.....#", "###.###", "#######"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
 robots:
   ann:
     model: cart
     start: 8
     objective:
-      ltl:
-        memory: {seen: bool}
-        init: ["!seen"]
-        safety: ["seen' <-> (region = 12 | (seen & region != 8))"]
-        liveness: [seen & region = 11, region = 8]
+      ltl: {memory: {seen: bool}, init: ["!seen"], liveness: [seen & region = 11, region = 8],
+            safety: ["seen' <-> (region = 12 | (seen & region != 8))"]}
   bob: {model: cart, start: 12, objective: {visit: [8, 12]}}
 until: {rounds: 1}
 """
