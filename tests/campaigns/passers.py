@@ -61,7 +61,8 @@ def excursions(data: Mapping[str, Any], lines: Sequence[Line], random: Random) -
         first = lines[k]["tick"] > lines[k - 1].get("tick", 0) > 0
         poses, standing = moments[k].poses, moments[k].standing
         passing = any(line["type"] in ("appeared", "gone") for line in lines[k:])
-        for robot in poses if first and moments[k].resting and not passing else ():
+        resting = moments[k].resting and not _acts_next(mission, poses, standing)
+        for robot in poses if first and resting and not passing else ():
             rivals = lines[0]["scenario"]["robots"][robot]["conflicts"]
             taken = {poses[other][0] for other in rivals}
             for obstacle in standing:
@@ -90,6 +91,16 @@ def declared(data: Mapping[str, Any], lines: Sequence[Line]) -> Iterator[Passer]
                     if entry["name"] == name:
                         entry["blocks"] = [r for r in order if r in {*entry["blocks"], robot}]
                 yield Passer(changed, robot, name)
+
+
+def _acts_next(mission: Mission, poses: Mapping[str, Pose], standing: Mapping[str, Stage]) -> bool:
+    """Whether a robot stands where it fulfils the next need of an obstacle in its next turn."""
+    due = [mission.obstacles[name].needs[index] for name, (index, _) in standing.items()]
+    return any(
+        need.action in robot.capabilities and poses[robot.name][0] in need.at
+        for need in due
+        for robot in mission.robots
+    )
 
 
 def _excursion(
