@@ -63,6 +63,10 @@ class Progress:
             found._state = sum(1 << goal for goal in done.seen)
         return found
 
+    def leave(self) -> None:
+        """Note that the robot no longer holds its target: it meets the target when it returns."""
+        self._holding = False
+
     def begin_with(self, index: int) -> None:
         """Make target ``index`` the next one."""
         assert self.objective.strict

@@ -102,6 +102,8 @@ class Relocation(Struct, frozen=True):
         robot.planner.node = None
         if robot.pose.region in robot.progress.awaited():
             robot.begun = False
+        else:
+            robot.progress.leave()
 
     def find_a_way_back(self, robot: RobotState, broken: Sequence[Constraint]) -> Iterator[Event]:
         """Find another node of the robot's strategy, or a new one, as it has no successor."""
