@@ -106,6 +106,7 @@ class Ros1Transport(ros.RosTransport):
         self._drives: dict[str, Any] = {}
         self._services: dict[tuple[str, str], Any] = {}
         self._heard: list[Any] = []
+        self._reports: dict[str, Any] = {}
         self._references: dict[tuple[str, ros.Joints], Any] = {}
         self._ros: Any = None
 
@@ -125,7 +126,15 @@ class Ros1Transport(ros.RosTransport):
             self._join(name, station)
         kinds = {"Bool": Bool, "Odometry": Odometry, "LaserScan": LaserScan, "String": String}
         for topic, kind, take in self._topics():
-            self._heard.append(rospy.Subscriber(topic, kinds[kind], take, queue_size=5))
+            heard = rospy.Subscriber(topic, kinds[kind], take, queue_size=5)
+            self._heard.append(heard)
+            if kind == "String":
+                self._reports[topic] = heard
+
+    def missing(self) -> list[str]:
+        reports = self._reports.items()  # published once, perhaps, so not before a subscriber
+        unheard = [topic for topic, heard in reports if not heard.get_num_connections()]
+        return [*super().missing(), *unheard]
 
     def _join(self, name: str, station: Station) -> None:
         import actionlib
