@@ -10,8 +10,10 @@ from audit.trace_script import Line, text
 from runtime.played import play
 from safenav.audit.check import audit, check_trace
 from safenav.audit.judging import can_have_met
+from safenav.audit.lines import Made
 from safenav.audit.needs import Need
 from safenav.audit.rules.rule import Finding
+from safenav.audit.run.progress import Progress
 from safenav.trace.reading import read_lines
 
 SCENARIO = """
@@ -97,3 +99,15 @@ def test_enough_robots_have_met_the_first_needs(groups: list[list[str]], good: b
     here = frozenset([1])
     needs = [Need(every, here, 2), Need(pair, here, 2, same=True), Need(every, here)]
     assert can_have_met(needs, groups) is good
+
+
+@pytest.mark.parametrize(
+    ("targets", "awaited"),
+    [([{1}, {2}], 1), ([{2}, {1}], 0), ([{1, 2}, {1, 3}], None), ([{3}, {1, 3}], 0)],
+)
+def test_a_strategy_that_begins_on_both_targets_may_count_either_next(
+    targets: list[set[int]], awaited: int | None
+) -> None:
+    objective = Made(kind="visit", targets=tuple(map(frozenset, targets)))
+    synthesis = Made(objective=objective, memory={"goal": 0})
+    assert Progress().remembering(synthesis, 1).awaited == awaited

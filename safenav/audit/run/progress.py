@@ -89,7 +89,10 @@ class Progress(NamedTuple):
         memory = first_of(synthesis)
         if not shape.in_turn or shape.ends or memory >= len(targets):
             return self
-        return self._replace(awaited=(memory + (region in targets[memory])) % len(targets))
+        after = (memory + (region in targets[memory])) % len(targets)
+        if after != memory and region in targets[after]:
+            return self  # it meets both by staying; either may be next
+        return self._replace(awaited=after)
 
     def recounted(self, own: Objective) -> Progress:
         """Return the progress after a resolution: rounds are counted again, and a round in any
