@@ -181,6 +181,7 @@ def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
     assert run["robots"][0]["tasks"][0][2:] == [[8], [10]]  # targets, and regions to avoid
     still = drawing_of(ZONE, scenario.map, scenario.catalogue)["run"]
     assert still["exclusions"] == run["exclusions"] and still["obstacles"][0]["ordered"]
+    assert still["robots"][0]["tasks"][0][2:] == [[8], [10]]
 
 
 def test_a_scenario_as_text_shows_numbers_starts_targets_and_obstacles() -> None:

@@ -62,6 +62,11 @@ class _Placing:
         found = (self._reader.regions(item, "") or () for item in items)
         return [region for regions in found for region in sorted(regions)]
 
+    def zone(self, node: Node | None) -> frozenset[Region]:
+        """Return the regions of a target, or of a list of targets."""
+        listed = items_of(node) or [node]
+        return frozenset(region for one in listed for region in self.target(one))
+
 
 def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any] | None:
     """Return the drawing of a text on its map; None if it is not valid YAML."""
@@ -149,6 +154,7 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
             "targets": [placing.target(target) for target in nodes],
             "areas": [area if area in placing.world.areas else None for area in map(_text, nodes)],
             "literal": below(objective, "form") is not None,
+            "avoid": sorted(placing.zone(below(objective, "avoid"))),
             "line": key.place.line,
         }
 
@@ -182,9 +188,7 @@ def _obstacles(root: Node, placing: _Placing, key: str) -> list[dict[str, Any]]:
 def _exclusions(root: Node, placing: _Placing) -> Iterable[Exclusion]:
     for node in items_of(below(root, "never_together")):
         robots = frozenset(map(_text, items_of(below(node, "robots"))))
-        regions = below(node, "in")
-        listed = items_of(regions) or [regions]
-        yield Exclusion(robots, frozenset(r for one in listed for r in placing.target(one)))
+        yield Exclusion(robots, placing.zone(below(node, "in")))
 
 
 def _still(
@@ -217,7 +221,7 @@ def _still(
         ordered = obstacle["list"] == "orders"
         kept = (name, obstacle["type"], place, actions, (place,), ())
         hidden[name] = Hidden(*kept, ordered=ordered)
-    objectives = {robot["name"]: _objective(robot["kind"], robot["targets"]) for robot in robots}
+    objectives = {robot["name"]: _objective(robot) for robot in robots}
     return Replay(
         name=title,
         map=world,
@@ -233,12 +237,12 @@ def _still(
     )
 
 
-def _objective(kind: str | None, targets: list[list[Region]]) -> Objective | None:
-    sets = tuple(frozenset(target) for target in targets if target)
-    if not sets or kind is None:
+def _objective(robot: dict[str, Any]) -> Objective | None:
+    targets = tuple(frozenset(target) for target in robot["targets"] if target)
+    kind = KINDS.get(robot["kind"])
+    if not targets or kind is None or kind.wrong(targets):
         return None
-    found = KINDS.get(kind)
-    return None if found is None or found.wrong(sets) else found(sets)
+    return kind(targets, avoid=frozenset(robot["avoid"]))
 
 
 def _text(node: Node | None) -> str:
