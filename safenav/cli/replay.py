@@ -153,13 +153,15 @@ def _refuse_ending(output: Path | None, form: str) -> None:
 
 
 def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
-    """Return the 3D page, with the motion from a file or computed from the trace."""
+    """Return the 3D page, with the motion from a file or computed from the trace. Raises UsageError
+    for a trace that breaks a rule."""
     try:
         from safenav.motion.check.mismatch import read_motion_of
-        from safenav.motion.making import motion_of
+        from safenav.motion.making import motion_of, refuse_broken
         from safenav.report.view3d.html import page3d_of
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
+    refuse_broken(run)
     motion = motion_of(run) if file is None else read_motion_of(file, run, trace)
     return page3d_of(run, trace.name, motion)
 

@@ -18,12 +18,16 @@ from safenav.trace.setting import ObstacleHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
 
+MOTION = "motion"
+"""The clock of a run in lockstep whose lines have the seconds of its motion; the numbers in its
+lines still count ticks."""
 DECIMALS = 9
 """Decimals of seconds: an arrival and the departure after it must not differ by rounding."""
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
-    """Return the trace as that of a run with a clock; one with a clock stays unchanged."""
+    """Return the trace as that of a run with a clock, ``MOTION``; one with a clock stays
+    unchanged."""
     if trace.header.clock is not None:
         return trace
     lines: list[records.Record] = []
@@ -31,7 +35,7 @@ def in_time(trace: Trace, motion: Motion) -> Trace:
     for time, record in sorted(_walked(trace, motion).told, key=lambda line: line[0]):
         tick, now = tick + (time > now), time
         lines.append(replace(record, t=time, tick=tick))
-    return replace(trace, header=replace(trace.header, clock="live"), records=tuple(lines))
+    return replace(trace, header=replace(trace.header, clock=MOTION), records=tuple(lines))
 
 
 def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:

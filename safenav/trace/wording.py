@@ -80,7 +80,8 @@ class Wording(Struct, frozen=True):
     """The wording of a run. ``word``: a region's name in obstacles and objectives; ``place``: a
     region's name as the place of an event (default: the same); ``robot`` and ``strong`` mark up
     names of robots and what matters most; ``team``: number of robots; ``actions``: the action of
-    each need of an obstacle, ``skills``: the capabilities of each robot, if known."""
+    each need of an obstacle, ``skills``: the capabilities of each robot, if known. ``live``: the
+    scenario counts seconds (None: if the lines have them)."""
 
     word: Word = number_word
     place: Callable[[Region], str] | None = None
@@ -89,6 +90,10 @@ class Wording(Struct, frozen=True):
     team: int | None = None
     actions: Mapping[str, Sequence[str]] = field(default_factory=dict)
     skills: Mapping[str, Collection[str]] = field(default_factory=dict)
+    live: bool | None = None
+
+    def _is_live(self, line: records.Record) -> bool:
+        return line.t is not None if self.live is None else self.live
 
     def sentence(self, line: records.Record) -> str:
         """Return a line without its full stop. Raises TypeError for one that is not an event."""
@@ -195,7 +200,8 @@ class Wording(Struct, frozen=True):
                 what = f"{line.event} of {about}" if about else line.event
                 return f"a report is dropped ({what}): {line.reason}"
             case records.Waiting() if line.until is not None:
-                when = f"tick {line.until:.0f}" if line.t is None else seconds_words(line.until)
+                live, at = self._is_live(line), f"tick {line.until:.0f}"
+                when = seconds_words(line.until) if live else at
                 return (
                     f"the team waits for the change of the scenario at {when}: {line.explanation}"
                 )
@@ -308,7 +314,7 @@ class Wording(Struct, frozen=True):
         about = self.obstacle(line.obstacle)
         if line.need is not None:
             about += f" (need {line.need + 1})"
-        live = line.t is not None  # a bid counts ticks of the slowest step, whatever its seconds
+        live = self._is_live(line)  # a bid counts ticks of the slowest step, whatever its seconds
         bids = ", ".join(
             f"{name} cannot reach it"
             if bid is None

@@ -13,7 +13,10 @@ from safenav.cli import group
 from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
 from safenav.motion.file.records import Action
+from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
+from safenav.report.replay.reading import replay_of
+from safenav.report.replay.timeline import StoryKind
 from safenav.report.view3d.html import RATE, encoded_motion, packed
 from safenav.trace.reading import read_trace
 
@@ -119,6 +122,35 @@ def test_the_motion_of_another_trace_is_refused(trace: Path, tmp_path: Path) -> 
     with pytest.raises(UsageError, match="of another trace"):
         _safenav("replay", str(other), "--3d", "--motion", str(motion), "-o", str(page))
     assert not page.exists()
+
+
+def test_a_trace_that_breaks_a_rule_is_refused(trace: Path, tmp_path: Path) -> None:
+    late, page = tmp_path / "late.jsonl", tmp_path / "late.html"
+    late.write_text(trace.read_text().replace('"type":"goal","tick":', '"type":"goal","tick":9'))
+    with pytest.raises(UsageError, match=r"late\.jsonl breaks a rule"):
+        _safenav("replay", str(late), "--3d", "-o", str(page))
+    assert not page.exists()
+
+
+def test_it_has_the_words_of_the_flat_page(trace: Path) -> None:
+    """Bids of a run in lockstep are ticks, whatever its clock: one page had '17' without a unit."""
+    run = read_trace(trace)
+    flat, solid = (
+        [event.text for event in replay.events if event.kind is StoryKind.REQUEST]
+        for replay in (replay_of(run), replay_of(in_time(run, motion_of(run))))
+    )
+    assert flat == solid
+    assert re.search(r"digit needs \d+ ticks", flat[0])
+
+
+def test_its_legend_shows_solids(page: Path, browser: Browser) -> None:
+    browser.open(page)
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    browser.one(".legend summary").click()
+    words = browser.one(".legend ul").text
+    assert "footprints" in words and "region reserved by the robot" in words
+    assert "refused step" not in words  # the scene has no such arrow
+    assert len(browser.all(".legend svg.walls path")) == 3  # the visible faces of a block
 
 
 def test_a_value_that_the_page_cannot_hold_is_refused() -> None:

@@ -28,7 +28,7 @@ from safenav.report.replay.timeline import (
 )
 from safenav.runtime.energy.charges import TracedCharges
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
-from safenav.scenario.settings import Exclusion
+from safenav.scenario.settings import Clock, Exclusion
 from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
@@ -69,6 +69,7 @@ class ReplayBuilder:
 
     def __init__(self, trace: Trace) -> None:
         header = self.header = trace.header.scenario
+        self._live = trace.header.clock == Clock.LIVE
         try:
             world = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
         except ValueError as error:
@@ -112,8 +113,10 @@ class ReplayBuilder:
     def wording(self) -> Wording:
         actions = {name: found.actions for name, found in self.obstacles.hidden.items()}
         skills = {name: robot.capabilities for name, robot in self.header.robots.items()}
-        world = self.replay.map
-        return Wording(world.word, world.place, team=len(skills), actions=actions, skills=skills)
+        world, team = self.replay.map, len(skills)
+        return Wording(
+            world.word, world.place, team=team, actions=actions, skills=skills, live=self._live
+        )
 
     def tell(self, line: records.Record) -> None:
         """Add the next line. Raises ContradictionError if it does not fit those before."""

@@ -6,7 +6,8 @@ import { Button, Controls } from "./panels/controls";
 import { Events } from "./panels/events";
 import { Help, withKeys, type Keys } from "./panels/help";
 import { KEYS, listen } from "./keyboard";
-import { Legend, Obstacles, Robots, Stack } from "./panels/sidebar";
+import { Legend } from "./panels/legend";
+import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
 import { eventsAfter, when, type EventKind, type Run } from "./run/run";
 import { applyTheme, EVERYONE, nextTheme, storedTheme, useLow, type Shown } from "./settings";
@@ -24,6 +25,8 @@ const TOLD: ReadonlySet<EventKind> = new Set([
   "deadline",
   "waiting",
   "operator",
+  "plan",
+  "plan_end",
   "outcome",
 ]);
 
@@ -121,7 +124,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
           <Story run={run} tick={tick} playing={player.playing} />
           <div class="below">
             <Choices run={run} shown={shown} choices={stage.choices} onChange={setShown} />
-            <Legend run={run} />
+            <Legend run={run} Marks={stage.Marks} />
           </div>
         </section>
         {extras.controls ? extras.controls(tick) : <Controls run={run} player={player} tick={tick} />}

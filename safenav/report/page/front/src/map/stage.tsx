@@ -3,6 +3,7 @@
 import type { ComponentType } from "preact";
 import { Camera, type Eye } from "./camera";
 import type { Hand } from "./hand";
+import { FlatMarks } from "./legend";
 import { MapView } from "./map";
 import type { Player } from "../run/player";
 import type { Run } from "../run/run";
@@ -32,6 +33,8 @@ export interface Whereabouts {
 
 export interface Stage {
   View: ComponentType<StageProps>;
+  /** The rows of the legend for what it draws. */
+  Marks: ComponentType<{ run: Run }>;
   eye: Eye;
   choices: Choice[];
   /** Positions of robots between whole ticks. */
@@ -55,5 +58,5 @@ export function flatStage({ cols, rows }: { cols: number; rows: number }): Stage
       <Tools run={props.run} camera={camera} tick={props.tick} />
     </>
   );
-  return { View, eye: camera, choices: CHOICES };
+  return { View, Marks: FlatMarks, eye: camera, choices: CHOICES };
 }

@@ -4,7 +4,12 @@
  * rising order; each holds until the next.
  */
 
-export type Status = "hidden" | "found" | "requested" | "resolved" | "blocked";
+export const STATUSES = ["hidden", "found", "requested", "resolved", "blocked"] as const;
+
+export type Status = (typeof STATUSES)[number];
+
+/** The words for an obstacle that is not ordered yet. */
+export const UNORDERED = "not ordered yet";
 
 export type EventKind =
   | "synthesis"

@@ -5,6 +5,7 @@ import { moment, when, type Run } from "../run/run";
 import { calm } from "../settings";
 import type { Choice, Stage, StageProps, Whereabouts } from "../map/stage";
 import { OrbitEye } from "./eye";
+import { SolidMarks } from "./legend";
 import { sampleAt, type Motion, type Sampled } from "./motion";
 import { RunScene } from "./scene";
 
@@ -28,7 +29,8 @@ export function stage3d(run: Run, motion: Motion, robots: Sampled[]): Stage {
     const heading = run.robots[robot]!.headings === null ? null : "ENWS"[Math.round((yaw ?? 0) / (Math.PI / 2)) & 3]!;
     return { region: row * run.cols + col, heading };
   };
-  return { View, eye, choices: CHOICES, where };
+  const Marks = ({ run }: { run: Run }) => <SolidMarks run={run} robots={robots} />;
+  return { View, Marks, eye, choices: CHOICES, where };
 }
 
 interface SceneProps extends StageProps {
