@@ -1,0 +1,124 @@
+"""Facts about the run of a case file: the check that each key of its lines ``#:`` stands for."""
+
+from copy import deepcopy
+from typing import Any
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from certify.making import certified
+from runtime.played import Line, Run, loaded, play, whole
+from safenav.audit.check import audit
+from safenav.cli.check import command
+from safenav.errors import InputError
+from safenav.report.terminal.story import Story
+from safenav.runtime.analysis.resuming import resumed
+from safenav.runtime.mission import Mission
+from safenav.trace.reading import read_lines
+from safenav.trace.records import KINDS
+
+Facts = dict[str, Any]
+
+
+def hold(text: str, facts: Facts) -> None:
+    """Check the facts about a scenario and its run."""
+    facts = dict(facts)
+    if "refused" in facts:
+        with pytest.raises(InputError) as error:
+            loaded(text)
+        _has(str(error.value), facts["refused"])
+        return
+    run, damages, rests = play(text), facts.pop("damaged", ()), facts.pop("rests", ())
+    if said := facts.pop("certified", ()):
+        _has(certified(text), () if said is True else said)
+    _printed(text, facts)
+    _recorded(run, facts)
+    for damage in damages:
+        _refused(Run(deepcopy(run.records)), **damage)
+    for rest in rests:
+        _continued(run, text, dict(rest))
+
+
+def _has(text: str, words: list[str]) -> None:
+    assert all(each in text for each in words), text
+
+
+def _printed(text: str, facts: Facts) -> None:
+    """Check the story of the run, and what ``safenav check`` prints about the scenario."""
+    if "story" in facts or "no story" in facts:
+        lines, scenario = list[str](), loaded(text)
+        story = Story(scenario, lambda line: lines.append(click.unstyle(str(line))), maps=False)
+        Mission(scenario, listeners=[story]).run()
+        told = "\n".join(lines)
+        _has(told, facts.pop("story", ()))
+        assert not any(words in told for words in facts.pop("no story", ())), told
+    if said := facts.pop("check", ()):
+        _has(CliRunner().invoke(command, ["-"], input=whole(text)).output, said)
+
+
+def _recorded(run: Run, facts: Facts) -> None:
+    """Check the lines of the trace."""
+    _has(run.outcome["explanation"], facts.pop("explained", ()))
+    assert run.still_open == facts.pop("left_open", run.still_open)
+    places = [run.records.index(_found(run, *one)) for one in facts.pop("in order", ())]
+    assert places == sorted(places), places
+    for what, rows in ({"outcome": [{"outcome": "completed"}]} | facts).items():
+        some, _, kind = what.rpartition(" ")
+        fields = {*KINDS[kind].__struct_encode_fields__}
+        assert {key.partition(".")[0] for row in rows for key in row} <= fields, what
+        for row in rows if some else ():
+            assert bool(_all(run, kind, row)) == (some == "some"), (what, row)
+        if not some:
+            found = run.all(kind)
+            assert len(found) == len(rows), (what, found)
+            told = zip(rows, found, strict=True)
+            assert [{key: _value(line, key) for key in row} for row, line in told] == rows
+
+
+def _all(run: Run, kind: str, fields: Facts) -> list[Line]:
+    """The lines of a type with these fields; ``a.b`` is the field b of the field a."""
+    return [line for line in run.all(kind) if all(_value(line, k) == v for k, v in fields.items())]
+
+
+def _found(run: Run, kind: str, fields: Facts | None = None, nth: int = 0) -> Line:
+    """One of these lines, by default the first."""
+    return _all(run, kind, fields or {})[nth]
+
+
+def _value(line: Any, path: str) -> Any:
+    for key in path.split("."):
+        line = line[int(key)] if isinstance(line, list) else (line or {}).get(key)
+    return line
+
+
+def _refused(
+    run: Run,
+    line: list[Any],
+    found: str = "",
+    rule: str = "",
+    fields: Facts | None = None,
+    drop: str = "",
+) -> None:
+    """The audit refuses the trace with other fields of a line, without one, or without the line."""
+    damaged = _found(run, *line)
+    for path, value in (fields or {}).items():
+        parent, _, key = path.rpartition(".")
+        place = _value(damaged, parent) if parent else damaged
+        place[int(key) if isinstance(place, list) else key] = value
+    if drop:
+        parent, _, key = drop.rpartition(".")
+        del (_value(damaged, parent) if parent else damaged)[key]
+    elif not fields:
+        run.records.remove(damaged)
+    assert found in run.findings and (not rule or rule in run.broken), (found, run.findings)
+    assert found or rule
+
+
+def _continued(run: Run, text: str, rest: Facts) -> None:
+    """Check the rest of the run that is cut after a line."""
+    last = next(k for k, line in enumerate(run.records) if line is _found(run, *rest.pop("after")))
+    first = read_lines(run.lines[: last + 1])
+    continued = play(resumed(first, loaded(text)))
+    assert audit(read_lines(continued.lines), first).findings == ()
+    _recorded(continued, rest)
