@@ -193,12 +193,22 @@ def _may_owe_goal(robot: str, now: Situation) -> bool:
     )
 
 
+def _has_new_battery(robot: str, now: Situation) -> bool:
+    """Return whether a robot got a new battery in this turn, and is back in service in the next."""
+    resolved = (now.obstacles[line.obstacle] for line in now.turn.all("resolved"))
+    return any(
+        (each.type, each.region) == (now.header.flat, now.region[robot]) for each in resolved
+    )
+
+
 def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) -> Iterator[str]:
     at, way = now.region[name], now.heading[name]
     if (begins.start, begins.heading) != (at, way):
         yield f"{name} begins at {now.show(begins.start)}, but was at {now.show(at)}"
     if begins.battery is not None and name in now.charge:
         charge = now.charge_at(name, now.time) if now.live else now.charge[name]
+        if _has_new_battery(name, now):
+            charge = begins.battery.capacity
         if begins.battery.start != int(charge):
             yield f"{name} begins with a charge of {begins.battery.start:g}, but had {charge:g}"
     if begins.objective not in (now.own[name], now.base[name]):

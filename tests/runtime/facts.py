@@ -1,10 +1,12 @@
 """Facts about the run of a case file: the check that each key of its lines ``#:`` stands for."""
 
 from copy import deepcopy
+from pathlib import Path
 from typing import Any
 
 import click
 import pytest
+import yaml
 from click.testing import CliRunner
 
 from certify.making import certified
@@ -19,6 +21,19 @@ from safenav.trace.reading import read_lines
 from safenav.trace.records import KINDS
 
 Facts = dict[str, Any]
+CASES = Path(__file__).parent / "cases"
+
+
+def read_case(file: Path) -> tuple[str, Facts]:
+    """Return the scenario and the facts of a case file."""
+    lines = file.read_text().splitlines(keepends=True)
+    facts = yaml.safe_load("".join(line[3:] for line in lines if line.startswith("#:"))) or {}
+    return "".join(line for line in lines if not line.startswith("#:")), facts
+
+
+def case(name: str) -> str:
+    """Return the scenario of a case, ``FOLDER/STEM``."""
+    return read_case(CASES / f"{name}.yaml")[0]
 
 
 def hold(text: str, facts: Facts) -> None:
@@ -35,7 +50,7 @@ def hold(text: str, facts: Facts) -> None:
     _printed(text, facts)
     _recorded(run, facts)
     for damage in damages:
-        _refused(Run(deepcopy(run.records)), **damage)
+        _refused(Run(deepcopy(run.records)), damage)
     for rest in rests:
         _continued(run, text, dict(rest))
 
@@ -92,33 +107,34 @@ def _value(line: Any, path: str) -> Any:
     return line
 
 
-def _refused(
-    run: Run,
-    line: list[Any],
-    found: str = "",
-    rule: str = "",
-    fields: Facts | None = None,
-    drop: str = "",
-) -> None:
-    """The audit refuses the trace with other fields of a line, without one, or without the line."""
-    damaged = _found(run, *line)
-    for path, value in (fields or {}).items():
-        parent, _, key = path.rpartition(".")
-        place = _value(damaged, parent) if parent else damaged
-        place[int(key) if isinstance(place, list) else key] = value
-    if drop:
-        parent, _, key = drop.rpartition(".")
-        del (_value(damaged, parent) if parent else damaged)[key]
-    elif not fields:
-        run.records.remove(damaged)
-    assert found in run.findings and (not rule or rule in run.broken), (found, run.findings)
-    assert found or rule
+def _refused(run: Run, damage: Facts) -> None:
+    """The audit refuses the trace with other fields of lines, without some, or without lines."""
+    for edit in (damage, *damage.get("and", ())):
+        line, fields = _found(run, *edit["line"]), edit.get("fields", {})
+        for path, value in fields.items():
+            place, key = _place(line, path)
+            place[key] = value
+        if drop := edit.get("drop"):
+            place, key = _place(line, drop)
+            del place[key]
+        elif not fields:
+            run.records.remove(line)
+    words, rule = damage.get("found", ""), damage.get("rule")
+    assert run.findings and words in run.findings and (not rule or rule in run.broken), run.findings
+
+
+def _place(line: Line, path: str) -> tuple[Any, Any]:
+    """The container of a field and its key there."""
+    parent, _, key = path.rpartition(".")
+    place = _value(line, parent) if parent else line
+    return place, int(key) if isinstance(place, list) else key
 
 
 def _continued(run: Run, text: str, rest: Facts) -> None:
     """Check the rest of the run that is cut after a line."""
-    last = next(k for k, line in enumerate(run.records) if line is _found(run, *rest.pop("after")))
-    first = read_lines(run.lines[: last + 1])
+    last = _found(run, *rest.pop("after"))
+    first = read_lines(run.lines[: 1 + next(k for k, r in enumerate(run.records) if r is last)])
     continued = play(resumed(first, loaded(text)))
-    assert audit(read_lines(continued.lines), first).findings == ()
+    findings = audit(read_lines(continued.lines), first).findings
+    assert findings == (), [*map(str, findings)]
     _recorded(continued, rest)

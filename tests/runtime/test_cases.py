@@ -1,4 +1,4 @@
-"""Scenarios of which a run once went wrong, or that show a behaviour, each in a file with the facts.
+"""Scenarios of which a run once went wrong, or that show a behaviour, each with its facts.
 
 The first comment of a file is its story. Its lines ``#:`` are YAML:
 
@@ -9,8 +9,9 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``story``, ``no story``, ``check``: words that the story of the run has or has not, and that
   ``safenav check`` prints
 - ``certified``: a bundle of the run is accepted, with these words
-- ``damaged``: the audit refuses the trace without a ``line``, ``[TYPE, FIELDS, INDEX]``, with other
-  ``fields`` of it or without one (``drop``): the words ``found``, the ``rule`` that is broken
+- ``damaged``: the audit refuses the trace without a ``line`` (``[TYPE, FIELDS, INDEX]``), with
+  other ``fields`` of it or without one (``drop``), ``and`` more of these: the words ``found``, the
+  broken ``rule``
 - ``rests``: facts about the rest of the run that is cut after a line (``after``), and resumed
 - ``refused``: the scenario is not loaded; words of the message
 - ``clocks``: it is played on each of these
@@ -24,20 +25,16 @@ of ``orders`` can do.
 
 from collections.abc import Iterator
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
-from runtime.facts import Facts, hold
+from runtime.facts import CASES, Facts, hold, read_case
 
 
 def cases() -> Iterator[Any]:
-    for file in sorted((Path(__file__).parent / "cases").rglob("*.yaml")):
-        lines = file.read_text().splitlines(keepends=True)
-        said = yaml.safe_load("".join(line[3:] for line in lines if line.startswith("#:"))) or {}
-        text = "".join(line for line in lines if not line.startswith("#:"))
+    for file in sorted(CASES.rglob("*.yaml")):
+        text, said = read_case(file)
         clocks, others = said.pop("clocks", [""]), said.pop("but", [])
         variants = [(change, said) for change in [{}, *said.pop("or", [])]]
         variants += [(other.pop("with"), other) for other in others]
