@@ -56,6 +56,16 @@ PARCEL = GATE.replace("gate: {", "parcel: {needs: [{action: lift}], blocks: []}\
 BACK = PUSHER_OUT.replace("changes: [", "changes: [{at: 40, robot: bee, service: back}, ")
 BACK_AND_OUT = PUSHER_OUT.replace("out}]", "out}, {at: 30, robot: cart, service: back}]")
 
+HEAD_ON = """
+safenav: 1
+map: {grid: ["#########", "#.......#", "#########"]}
+catalogue: {robots: {free: {mobility: free, layer: ground}}}
+robots:
+  a: {model: free, start: 10, objective: {visit: [10, 16]}}
+  b: {model: free, start: 16, objective: {visit: [15, 10]}}
+clock: live
+"""
+
 
 def attended(text: str | Scenario, *waits: list[str]) -> Run:
     """Play a scenario with the interventions of each wait; its trace must pass the audit."""
@@ -240,6 +250,25 @@ def test_a_broken_trace_is_found(
     run = attended(GATE, *waits)
     change(run.records)
     assert rule in run.broken
+
+
+def test_a_proof_holds_after_moves_during_the_wait() -> None:
+    """Robots that pursue their own objective continue, and the run is given up: the poses with
+    which its proof begins are those at the begin of the wait."""
+    run = attended(HEAD_ON, ["give_up"])
+    wait, last = run.one("waiting"), run.all("arrive", robot="a")[-1]
+    leaves = {**run.all("depart", robot="a")[-1], "tick": wait["tick"], "t": wait["t"]}
+    leaves |= {"command": leaves["command"] + 9, "from": last["at"], "to": last["at"] - 1}
+    comes = {**last, "tick": wait["tick"] + 1, "t": wait["t"] + 1}
+    comes |= {"command": leaves["command"], "at": leaves["to"]}
+    end = run.records.index(run.one("operator"))
+    for line in run.records[end:]:
+        line |= {"tick": wait["tick"] + 2, "t": comes["t"]}
+    run.records[end:end] = [leaves, comes]
+    run.outcome["ticks"] += 1
+    assert "proof" not in run.broken
+    run.outcome["proof"] = {**wait["proof"], "states": 1}
+    assert "proof" in run.broken
 
 
 @pytest.mark.parametrize(

@@ -41,8 +41,13 @@ class ProofRule(Rule):
         """Memory of each synthesis, by its robot and specification."""
         self._waited: tuple[str, frozenset[str]] = "", frozenset()
         """The explanation of the last wait, and the robots that had no strategy then."""
+        self._judged: Mapping[str, Any] | None = None
+        """The proof of a wait since which robots have changed the state, and nothing else."""
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        gives_up = record.type == "operator" and record.intervention == "give_up"
+        if now.ends_wait(record) and not gives_up:
+            self._judged = None
         if record.type == "synthesis":
             self._memory[record.robot, record.spec] = record.memory
         elif record.type in ("appeared", "gone", "reopened"):
@@ -80,6 +85,10 @@ class ProofRule(Rule):
                 else:
                     yield None, "an operator is needed, but that is not proven"
                 return
+            if record.type == "waiting":
+                self._judged = proof
+            elif proof == self._judged:
+                return  # what robots have done since was possible before, so that it still holds
             stale = self._stale - now.permanent
             for name in sorted(n for n in stale if now.status[n] is Status.GIVEN_UP):
                 yield name, f"{name} is still given up, though an obstacle has disappeared since"
