@@ -22,6 +22,8 @@ from safenav.fleet.stations import (
     SimulationUse,
     Station,
     TransportKind,
+    default_tolerance,
+    side_of,
 )
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.regions import REGION, Reading
@@ -114,7 +116,7 @@ class ScanKeys(Table):
     made = ScanUse
     topic = Key(NAMED, "Default: scan.")
     obstacle = Key(TEXT, "The obstacle type at the end of a ray.", required="a type of obstacle")
-    beyond = Key(POSITIVE, "Distance beyond a region's centre that still counts, in metres.")
+    beyond = Key(POSITIVE, "Metres behind a region's centre that count. Default: 0.35 of its side.")
 
 
 class FollowKeys(Table):
@@ -131,7 +133,11 @@ class StationKeys(Table):
         Shape(matching(NAMESPACE), partial(_in_ros, NAMESPACE)),
         "Prefix of its topics. Default: / and its name.",
     )
-    tolerance = Key(POSITIVE, "Distance from a region's centre that counts as arrival, in metres.")
+    tolerance = Key(
+        POSITIVE,
+        "Distance from a region's centre that counts as arrival, in metres. "
+        "Default: 0.3 of its side, at most 0.3 m.",
+    )
     speed = Key(POSITIVE, "Metres per second, for time limits.")
     timeout = Key(POSITIVE, "Time limit of a goal, as a multiple of the expected time.")
     retries = Key(whole(0, MOST_RETRIES), "Number of times that a failed goal is sent again.")
@@ -287,6 +293,8 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
         if (found := StationKeys.read(node, what, findings)) is not None:
             entries += found.node.entries
     label, base = f"of robot '{name}'", Station(f"/{name}")
+    side = side_of(findings.world)
+    base = replace(base, tolerance=default_tolerance(side))
     item = StationKeys(MappingNode(Place(), tuple(entries)), label, findings)
     acts = read.mapping(item.act, f"'act' {label}", findings)
     act = {
@@ -294,12 +302,13 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
         for key, value in (acts.entries if acts else ())
         if (service := NAMED.read(value, f"'{key.text}' {label}", findings)) is not None
     }
+    _check_inside(item, StationKeys.tolerance, side, findings)
     numbers = (StationKeys.tolerance, StationKeys.speed, StationKeys.timeout, StationKeys.retries)
     return replace(
         base,
         **item.given(*numbers, StationKeys.report),
         namespace=_absolute(item.namespace or base.namespace),
-        scan=_scan(item.scan, label, findings),
+        scan=_scan(item.scan, label, side, findings),
         follow=_follow(item.follow, label, findings),
         act=act,
     )
@@ -310,10 +319,21 @@ def _absolute(namespace: str) -> str:
     return f"/{stripped}" if (stripped := namespace.strip("/")) else ""
 
 
-def _scan(node: Node | None, label: str, findings: Reading) -> ScanUse | None:
+def _check_inside(item: Table, key: Key[float], side: float, findings: Findings) -> None:
+    """Report a distance from the centre of a region that reaches its border."""
+    metres = item.given(key).get(key.name)
+    if metres is not None and metres >= side / 2:
+        found = f"'{key.name}' {item.of}: {metres:g} m reach into the next region"
+        findings.add(item.where(key), found, f"less than {side / 2:g} m: half a region's side")
+
+
+def _scan(node: Node | None, label: str, side: float, findings: Reading) -> ScanUse | None:
     item = ScanKeys.read(node, f"'scan' {label}", findings, f"of scan {label}")
-    kind = item and _kind(item, ScanKeys.obstacle, findings)
-    return item.over(ScanUse("scan", kind)) if item and kind else None
+    if item is None or (kind := _kind(item, ScanKeys.obstacle, findings)) is None:
+        return None
+    _check_inside(item, ScanKeys.beyond, side, findings)
+    use = ScanUse("scan", kind)
+    return item.over(replace(use, beyond=side * use.beyond))
 
 
 def _follow(node: Node | None, label: str, findings: Findings) -> FollowUse | None:

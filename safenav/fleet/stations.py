@@ -9,6 +9,7 @@ from pathlib import Path
 from msgspec import Struct, field
 
 from safenav.scenario.model import Obstacle
+from safenav.world.map import RegionMap
 
 
 class TransportKind(StrEnum):
@@ -25,7 +26,8 @@ ROS = (TransportKind.ROS1, TransportKind.ROS2)
 
 class ScanUse(Struct, frozen=True):
     """The meaning of a lidar's rays: a ray that ends less than ``beyond`` metres behind the centre
-    of an adjacent region has hit an obstacle of type ``obstacle`` there."""
+    of an adjacent region has hit an obstacle of type ``obstacle`` there. The default is for regions
+    of one metre; behind half a side a ray hits the wall of the next region."""
 
     topic: str
     obstacle: str
@@ -61,6 +63,17 @@ class Station(Struct, frozen=True):
         """Return the full name of a topic, service or action: below the namespace unless
         absolute."""
         return name if name.startswith("/") else f"{self.namespace}/{name}"
+
+
+def side_of(world: RegionMap | None) -> float:
+    """Return the side of a region in metres; 1 for a map without metres."""
+    return min(world.frame.resolution) if world is not None and world.frame is not None else 1.0
+
+
+def default_tolerance(side: float) -> float:
+    """Return the tolerance of a robot without a value of its own on regions with this side
+    (metres): on small regions, 0.3 m would accept an arrival in the next one."""
+    return min(1.0, side) * Station("/").tolerance
 
 
 class Network(Struct, frozen=True):

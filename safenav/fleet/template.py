@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import floor
 
-from safenav.fleet.stations import Station
+from safenav.fleet.stations import default_tolerance, side_of
 from safenav.scenario.lint import arrival_room
 from safenav.scenario.model import Scenario
 from safenav.trace.words import listed
@@ -54,4 +54,5 @@ def _tolerance(scenario: Scenario) -> float:
     """Return the default tolerance, or less if a robot that arrives so far from the centre of a
     region reaches into the next one."""
     rooms = (floor(100 * room) / 100 for _, _, _, room in arrival_room(scenario))
-    return min((Station("/").tolerance, *filter(None, rooms)))
+    default = default_tolerance(side_of(scenario.map))
+    return min((default, *filter(None, rooms)))

@@ -324,6 +324,25 @@ def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path)
     assert check_trace(trace.read_text().splitlines()).findings == ()
 
 
+def test_walls_are_not_obstacles_on_small_regions(tmp_path: Path) -> None:
+    """On regions of half a metre the wall behind the next one is 0.75 m away."""
+    scenario, fleet, trace = (tmp_path / name for name in ("ward.yaml", "fleet.yaml", "t.jsonl"))
+    scenario.write_text(
+        """\
+safenav: 1
+map: {resolution: 0.5, grid: ["######", "#....#", "#.##.#", "#....#", "######"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, size: 0.3, speed: 0.8}}}
+robots: {cart: {model: cart, start: [1, 1], objective: {visit: [[3, 4], [1, 1]]}}}
+until: {rounds: 1}
+"""
+    )
+    head = "safenav-fleet: 1\ntransport: simulation\nsimulation: {pace: 1000}\n"
+    fleet.write_text(head + "robots: {cart: {scan: {obstacle: door}}}\n")
+    done = safenav("drive", scenario, "--fleet", fleet, "--trace", trace, "--json")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert not [line for line in lines_of(trace) if line["type"] in ("discovered", "violation")]
+
+
 ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"
 BEE = "add bee {model: quadcopter, start: [1, 5], objective: {hold: [1, 5]}}\n"
 

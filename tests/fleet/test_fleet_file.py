@@ -93,7 +93,7 @@ def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
     assert loaded(HEAD, tmp_path).network == stations.Network(0, "lo", ("127.0.0.1",))
 
 
-@pytest.mark.parametrize(("side", "tolerance"), [(2.0, 0.3), (1.0, 0.2), (0.6, 0.3)])
+@pytest.mark.parametrize(("side", "tolerance"), [(2.0, 0.3), (1.0, 0.2), (0.6, 0.18)])
 def test_robots_arrive_within_their_regions_by_the_template(
     side: float, tolerance: float, tmp_path: Path
 ) -> None:
@@ -107,7 +107,7 @@ robots: {{a: {{model: cart, start: 5, objective: {{visit: [6, 5]}}}}}}
     path = tmp_path / "fleet.yaml"
     path.write_text(template_text(load_scenario_text(text)))
     station = fleet_file.load_fleet(path, load_scenario_text(text)).stations["a"]
-    assert station.tolerance == tolerance
+    assert station.tolerance == pytest.approx(tolerance)
     assert side == 0.6 or not list(imprecise(load_scenario_text(text), {"a": tolerance}))
 
 
@@ -127,7 +127,22 @@ def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> No
     assert scans == {expected.get(name)}
 
 
+@pytest.mark.parametrize("side", [0.4, 1.0, 2.0])
+def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) -> None:
+    """0.35 m behind the middle of a region of half a metre is the wall of the next one."""
+    path = tmp_path / "fleet.yaml"
+    path.write_text(HEAD + "defaults: {scan: {obstacle: door}}\n")
+    scenario = load_scenario_text(
+        CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
+    )
+    station = fleet_file.load_fleet(path, scenario).stations["quad"]
+    assert station.scan is not None and station.scan.beyond == pytest.approx(0.35 * side)
+    assert station.tolerance == pytest.approx(min(0.3, 0.3 * side))
+
+
 MISTAKES = [
+    (HEAD + "robots: {digit: {tolerance: 0.5}}\n", "0.5 m reach into the next region"),
+    (HEAD + "defaults: {scan: {obstacle: door, beyond: 0.6}}\n", "less than 0.5 m: half a"),
     ("transport: ros2\n", "the key 'safenav-fleet' is missing"),
     ("safenav-fleet: 2\ntransport: ros2\n", "found version 2, expected 1"),
     ("safenav-fleet: 1\ntransport: ros3\n", "'transport'"),
