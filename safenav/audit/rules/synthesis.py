@@ -71,7 +71,8 @@ class SynthesisRule(Rule):
             later = now.live and self._resumed >= 0
             if record.reason == "service" and (later or self._resumed == record.tick):
                 continue  # any change may have ended the wait
-            if record.reason == "request" and self._resumed == record.tick and turn.first("waiting"):
+            again = self._resumed == record.tick and turn.first("waiting")
+            if record.reason == "request" and again:
                 continue  # the team waits again: a decision without effect records no request
             if now.live and causes and self._happened & {*causes}:
                 continue  # its strategy may have come later
