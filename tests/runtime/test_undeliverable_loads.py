@@ -26,7 +26,7 @@ until: {rounds: 1}
 """
 OTHER = "  b: {model: truck, start: [2, 3], objective: {visit: [[2, 2], [2, 5]]}}\n"
 ALONE = DOCK.replace(OTHER, "")
-CUT_OFF = "no path leads it to where the load is put down"
+CUT_OFF = "no path leads to where the load is put down"
 
 
 def run_of(text: str, clock: Clock) -> Run:

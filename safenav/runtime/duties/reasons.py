@@ -21,13 +21,13 @@ class Hindrance(Enum):
     """Hindrance of a robot that has the action of a need."""
 
     NOTHING = "can reach it"
-    GATES = "obstacles are in its way"
-    INSIDE = "it cannot enter that region alone; 'at' of the need can name other regions"
+    GATES = "obstacles are in the way"
+    INSIDE = "one robot alone cannot enter that region; 'at' of the need can name other regions"
     WALLS = "no path leads there"
-    NO_STRATEGY = "no strategy takes it there"
-    CUT_OFF = "no path leads it to where the load is put down"
+    NO_STRATEGY = "no strategy leads there"
+    CUT_OFF = "no path leads to where the load is put down"
     OUT_OF_SERVICE = "it is out of service"
-    FAILED = "it has failed too often"
+    FAILED = "too many attempts have failed"
 
 
 class Helper(Struct, frozen=True):
@@ -120,7 +120,9 @@ def _helper(floor: Floor, closure: TeamClosure, number: int, robot: int) -> Help
     for other in closure.never:
         gate = problem.gates[other]
         opened = graph.poses_on(1 << gate.region)
-        if border >> gate.region & 1 and graph.closure(opened, beyond) & there:
+        keeps_out = robot in gate.closed_to[closure.left[other].need]
+        borders = keeps_out and border >> gate.region & 1
+        if borders and graph.closure(opened, beyond) & there:
             waits_for.append(gate.name)
     if waits_for == [its_own.name] and regions == 1 << its_own.region:
         return Helper(name, Hindrance.INSIDE, tuple(waits_for))
@@ -156,8 +158,12 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
         said.append(f"this team has {_NUMBERS.get(len(names), len(names))}: {listed(names)}")
     if found.done:
         said.append(f"{listed(found.done)} {'has' if len(found.done) == 1 else 'have'} done it")
-    hindered = [(each.name, _why(each, found.obstacle, word)) for each in found.helpers]
-    said += [f"{name} has it, but {why}" for name, why in hindered if why]
+    hindered: dict[str, list[str]] = {}
+    for each in found.helpers:
+        hindered.setdefault(_why(each, found.obstacle, word), []).append(each.name)
+    for why, robots in hindered.items():
+        has, there = ("has", "it is") if len(robots) == 1 else ("have", "they are")
+        said += [f"{listed(robots)} {has} it, but {why.replace('it is', there)}"] if why else []
     if not found.too_few:
         ready = [each.name for each in found.helpers if each.hindrance is Hindrance.NOTHING]
         said += [f"{listed(ready)} can reach it"] if ready else []
@@ -167,10 +173,10 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
 def _why(helper: Helper, obstacle: str, word: Word) -> str:
     match helper.hindrance:
         case Hindrance.GATES if helper.waits_for == (obstacle,):
-            return f"{obstacle_words(obstacle, word)} itself is in its way"
+            return f"{obstacle_words(obstacle, word)} itself is in the way"
         case Hindrance.GATES:
             are = "is" if len(helper.waits_for) == 1 else "are"
-            return f"{listed(obstacle_words(o, word) for o in helper.waits_for)} {are} in its way"
+            return f"{listed(obstacle_words(o, word) for o in helper.waits_for)} {are} in the way"
         case Hindrance.NOTHING:
             return ""
         case other:

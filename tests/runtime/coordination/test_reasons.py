@@ -19,10 +19,10 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
     ("hindrance", "but"),
     [
         (Hindrance.WALLS, "no path leads there"),
-        (Hindrance.GATES, "door@1 itself is in its way"),
+        (Hindrance.GATES, "door@1 itself is in the way"),
         (
             Hindrance.INSIDE,
-            "it cannot enter that region alone; 'at' of the need can name other regions",
+            "one robot alone cannot enter that region; 'at' of the need can name other regions",
         ),
         (Hindrance.OUT_OF_SERVICE, "it is out of service"),
     ],
@@ -42,8 +42,13 @@ TWO = (Helper("a", Hindrance.NOTHING), Helper("b", Hindrance.GATES, ("crate@2",)
         (lacks(), "door@1 needs a robot with 'push', and no robot of this team has it"),
         (
             lacks(*TWO, robots=2),
-            "door@1 needs two robots with 'push'; b has it, but crate@2 is in its way; "
+            "door@1 needs two robots with 'push'; b has it, but crate@2 is in the way; "
             "a can reach it",
+        ),
+        (
+            lacks(*(Helper(each, Hindrance.OUT_OF_SERVICE) for each in "ab"), TWO[1]),
+            "door@1 needs a robot with 'push'; a and b have it, but they are out of service; "
+            "b has it, but crate@2 is in the way",
         ),
         (
             Shortfall("door@1", "push", 2, False, (), ("sense",), ("a",)),
