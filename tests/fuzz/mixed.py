@@ -204,13 +204,14 @@ def formula_mission(seed: int, *, live: bool = False) -> Data:
     have rules beside them."""
     random, data = Random(f"formulas {seed}"), mixed_mission(seed, live=live)
     free = [k for k, cell in enumerate("".join(data["map"]["grid"])) if cell == "."]
+    heard, assigned = "inputs" in data, "coordination" in data
     for number, (_, robot) in enumerate(sorted(data["robots"].items())):
         if "when" in robot:
             continue
         model = data["catalogue"]["robots"][robot["model"]]
         if number == len(data["robots"]) - 1 or random.random() < 0.5:
             model.pop("battery", None)
-            robot["objective"] = {"ltl": _formulas(random, free, heard="inputs" in data)}
+            robot["objective"] = {"ltl": _formulas(random, free, heard=heard, assigned=assigned)}
         elif random.random() < 0.5:
             one = random.choice(free)
             step = random.choice([1, -1])
@@ -220,7 +221,7 @@ def formula_mission(seed: int, *, live: bool = False) -> Data:
     return data
 
 
-def _formulas(random: Random, free: list[int], *, heard: bool) -> Data:
+def _formulas(random: Random, free: list[int], *, heard: bool, assigned: bool) -> Data:
     x, y, z = random.sample(free, 3)
     made: Data = {}
     safety, liveness = list[str](), list[str]()
@@ -243,7 +244,8 @@ def _formulas(random: Random, free: list[int], *, heard: bool) -> Data:
         case _:
             liveness.append(f"region = {x}")
             liveness += [f"region = {y}"] if random.random() < 0.5 else []
-    safety += [f"region = {z} -> region' != {z}"] if random.random() < 0.3 else []
+    leaves = [f"region = {z} -> region' != {z}"] if random.random() < 0.3 else []
+    safety += [] if assigned else leaves  # docs/limits.md
     safety += [f"region' != {z}"] if random.random() < 0.3 else []
     if heard and random.random() < 0.6:
         match random.choice(["go", "stay", "avoid"]):

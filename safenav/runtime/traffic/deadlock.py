@@ -116,7 +116,8 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
     """Return the end of a run in which no order of moves of the robots of ``floor`` completes the
     mission."""
     label = state.scenario.map.label
-    robots = [state.robots[n] for n in floor.names if state.rivals(state.robots[n].robot)]
+    robots = [state.robots[name] for name in floor.names]
+    robots = [robot for robot in robots if state.rivals(robot.robot)] or robots
     words = (
         f"{robot.name} {'at' if robot.transit is None else 'on its way to'} "
         f"{label(robot.next_pose.region)}"

@@ -313,9 +313,7 @@ class Traffic:
         course = Course(floor.problem, wanted, any_first=True)
         problem = self.searches.problem(floor, course)
         search = self.searches.search(problem, work=Effort(budgets.MOST_WORK))
-        answer: Answer = BudgetExhausted()
-        if problem.start.stages == floor.stages:
-            answer = search.singles(budgets.PROOF_BUDGET)
+        answer = search.singles(budgets.PROOF_BUDGET)
         if not isinstance(answer, Exhausted):
             said = f"{end.explanation}; this does not prove that no order of moves helps"
             return Conclusion(Outcome.SEARCH_LIMIT, said)
