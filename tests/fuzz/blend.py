@@ -19,13 +19,12 @@ from typing import Any
 
 import pytest
 
-from campaigns.seeds import Judged, campaign
+from campaigns.seeds import Judged, SlowError, campaign, crash_of, limited
 from certify.making import checked
 from fuzz.continuing import LIMITS, Rest, rest_of, told
 from fuzz.mixed import formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
-from live.campaign import SlowError, crash_of, limited
 from safenav import Mission
 from safenav.audit.check import check_trace
 from safenav.certify import bundle as writing
@@ -76,7 +75,7 @@ def play(
     faults: Mapping[str, float] | None = None,
     operator: bool = False,
     certified: bool = True,
-    patience: int = 60,
+    patience: float = 60,
     words: list[tuple[int, str]] | None = None,
 ) -> Played:
     """One run, judged. Raises InputError for a scenario that is refused."""
@@ -151,7 +150,7 @@ def continued(
     times: int = 1,
     faults: Mapping[str, float] | None = None,
     operator: bool = False,
-    patience: int = 60,
+    patience: float = 60,
 ) -> Played:
     """A run that is killed after a random record, or after one (``at``), or each so many
     (``every``), within the line after that, and continued: its last rest, and what is wrong with

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from live.campaign import SlowError, crash_of, limited
+from campaigns.seeds import SlowError, crash_of, limited
 from safenav import Mission
 from safenav.audit.check import audit, check_trace
 from safenav.lines import json_line
@@ -41,7 +41,7 @@ def told(scenario: Scenario, patience: int) -> list[str]:
 
 
 def rest_of(
-    scenario: Scenario, whole: Sequence[str], end: int, patience: int, *, alone: bool
+    scenario: Scenario, whole: Sequence[str], end: int, patience: float, *, alone: bool
 ) -> Rest:
     """Continue a run from its first lines; the next one is incomplete. ``alone``: only the scenario
     has changed anything in the run."""

@@ -16,6 +16,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from campaigns.seeds import chances
 from safenav.runtime.worlds.protocol import (
     Acted,
     Blocked,
@@ -43,8 +44,7 @@ MOST = {
 
 def faults_of(seed: int) -> dict[str, float]:
     """Some kinds of faults, each with a chance of its own."""
-    random = Random(f"faults of {seed}")
-    return {kind: random.random() * most for kind, most in MOST.items() if random.random() < 0.6}
+    return chances(seed, MOST)
 
 
 class Troubled:

@@ -1,30 +1,25 @@
 """A campaign from the shell: ``python -m live.campaign --seeds 0:2000 --faults`` (in tests/).
 
-Plays the missions of the seeds in time, some of them with faults and some through a world in
-another process, and judges each by the world's log; its trace is audited. ``--both`` compares those
-without faults with lockstep.
+Plays the missions of the seeds in time, some of them with faults, and judges each by the world's
+log; its trace is audited. ``--both`` compares those without faults with lockstep.
 """
 
 import argparse
 import json
-import signal
 import sys
-import traceback
-from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager, nullcontext
+import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
-from random import Random
 from typing import Any
 
 import yaml
 from msgspec.structs import replace
 
-from campaigns.seeds import Judged, campaign
+from campaigns.seeds import Judged, SlowError, campaign, chances, crash_of, limited
 from live.floor import Floor
 from live.judge import Walk, verdict
 from live.missions import timed
-from live.wire import Wired
 from live.worlds import HangError, Live, Serial
 from safenav import Mission
 from safenav.audit.check import check_trace
@@ -56,21 +51,9 @@ MACHINE = ("seconds", "synthesis_seconds", "cached", "verified")
 """The fields of a trace that depend on the machine; ``seconds`` of ``depart`` on the world."""
 
 
-class SlowError(Exception):
-    pass
-
-
-def crash_of(error: Exception) -> str:
-    """Return a crash and its position in words."""
-    where = traceback.extract_tb(error.__traceback__)[-3:]
-    way = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
-    return f"{type(error).__name__}: {error} ({way})"
-
-
 def faults_of(seed: int) -> dict[str, float]:
     """Some kinds of faults, each with a chance of its own."""
-    random = Random(f"faults of {seed}")
-    return {kind: random.random() * most for kind, most in MOST.items() if random.random() < 0.6}
+    return chances(seed, MOST)
 
 
 def scenario_of(data: Mapping[str, Any], clock: Clock) -> Scenario:
@@ -78,40 +61,38 @@ def scenario_of(data: Mapping[str, Any], clock: Clock) -> Scenario:
     return replace(load_scenario_text(text), clock=clock)
 
 
-def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int = 120) -> Played:
-    """One live run, judged. ``patience``: limit in seconds of CPU time."""
-    data = timed(seed)
-    about: dict[str, Any] = {"seed": seed, "faults": faults_of(seed) if faults else {}}
-    place = closing(Wired(data, **about)) if wired else nullcontext(Floor(data, **about))
-    with place as floor:
-        lines: list[str] = []
-        outcome, found = "no outcome", ""
-        try:
-            scenario = scenario_of(data, Clock.LIVE)
-            world = Live(scenario, floor)
-            mission = Mission(
-                scenario, world=world, listeners=[lambda r: lines.append(json.dumps(as_data(r)))]
-            )
-            with limited(patience):
-                result = mission.run()
-            outcome = result.outcome.value
-            said = {"outcome": outcome, "explanation": result.explanation}
-        except HangError:
-            found = "hang: it waits, and nothing is under way"
-        except SlowError:
-            found = f"slow: no end after {patience} s"
-        except Exception as error:
-            found = f"crash: {crash_of(error)}"
-        cut = wired and found.startswith("slow")  # in a call
-        log, faults_so_far = ([], {}) if cut else (floor.records(), dict(floor.faults_so_far()))
-        walk = Walk(Floor(data).mission, log)
-        if found and walk.defects:
-            found = f"{walk.defects[0]}; {found}"
-        found = found or verdict(data, log, said)
-        if found in ("", "?") and (findings := check_trace(lines).findings):
-            found = f"audit: {findings[0]}"
-        told = tuple(json.dumps(same(json.loads(line))) for line in lines)
-        return Played(outcome, found, walk, faults_so_far, told)
+def play(seed: int, *, faults: bool = False, pause: float = 0.0, patience: float = 120) -> Played:
+    """One live run, judged. ``pause``: seconds for which it sleeps after each line of its trace;
+    ``patience``: limit in seconds of CPU time."""
+    data, lines = timed(seed), list[str]()
+    floor = Floor(data, seed, faults_of(seed) if faults else {})
+    outcome, found = "no outcome", ""
+
+    def hear(record: Any) -> None:
+        lines.append(json.dumps(as_data(record)))
+        time.sleep(pause)
+
+    try:
+        scenario = scenario_of(data, Clock.LIVE)
+        mission = Mission(scenario, world=Live(scenario, floor), listeners=[hear])
+        with limited(patience):
+            result = mission.run()
+        outcome = result.outcome.value
+        said = {"outcome": outcome, "explanation": result.explanation}
+    except HangError:
+        found = "hang: it waits, and nothing is under way"
+    except SlowError:
+        found = f"slow: no end after {patience} s"
+    except Exception as error:
+        found = f"crash: {crash_of(error)}"
+    walk = Walk(floor.mission, floor.log)
+    if found and walk.defects:
+        found = f"{walk.defects[0]}; {found}"
+    found = found or verdict(data, floor.log, said)
+    if found in ("", "?") and (findings := check_trace(lines).findings):
+        found = f"audit: {findings[0]}"
+    told = tuple(json.dumps(same(json.loads(line))) for line in lines)
+    return Played(outcome, found, walk, dict(floor.injected), told)
 
 
 def same(record: dict[str, Any]) -> dict[str, Any]:
@@ -119,14 +100,11 @@ def same(record: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in record.items() if key not in MACHINE}
 
 
-def repeated(seed: int, first: Played, *, faults: bool, wired: bool, patience: int) -> str:
-    """Play a run again, over a socket if it was not before and the other way round; the first
-    difference of the traces, empty if there is none."""
-    again = play(seed, faults=faults, wired=not wired, patience=patience)
-    told = first.trace
-    if again.found.startswith("slow"):
-        told = told[: len(again.trace)]  # it is the same so far
-    lines = zip_longest(told, again.trace)
+def repeated(seed: int, first: Played, *, faults: bool) -> str:
+    """Play a run again, as on a slower machine; the first difference of the traces, empty if there
+    is none."""
+    again = play(seed, faults=faults, pause=0.002)
+    lines = zip_longest(first.trace, again.trace)
     parted = next((pair for pair in lines if pair[0] != pair[1]), None)
     return "" if parted is None else f"another run when repeated: {parted[0]} / {parted[1]}"
 
@@ -141,29 +119,10 @@ def serially(seed: int) -> Played:
     return Played(said["outcome"], verdict(data, floor.log, said), walk, {})
 
 
-@contextmanager
-def limited(seconds: int) -> Iterator[None]:
-    """Raise SlowError after this many seconds of CPU time, or six times as many of wall time."""
-
-    def over(*_: object) -> None:
-        raise SlowError
-
-    former = {kind: signal.signal(kind, over) for kind in (signal.SIGALRM, signal.SIGPROF)}
-    signal.alarm(6 * seconds)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        for kind, handler in former.items():
-            signal.signal(kind, handler)
-
-
 def judged(seed: int, options: argparse.Namespace) -> Judged:
     """Judge the run of one seed: every fourth with faults, if faults are wanted."""
     faults = options.faults and seed % 4 == 3
-    one = play(seed, faults=faults, wired=seed % 10 == 7, patience=options.patience)
+    one = play(seed, faults=faults, patience=options.patience)
     counts = {one.outcome: 1, "with faults": faults, "undecided": one.found == "?"}
     counts |= {"moves": one.walk.moves, "stopped": one.walk.stopped, **one.injected}
     problem = one.found if one.found != "?" else ""

@@ -181,12 +181,6 @@ class Floor:
         region, heading = self.pose[name]
         return region, _spelt(heading)
 
-    def faults_so_far(self) -> dict[str, int]:
-        return dict(self.injected)
-
-    def records(self) -> list[Line]:
-        return self.log
-
     # -- nature ------------------------------------------------------------------------------
 
     def _write(self, kind: str, **more: Any) -> None:
