@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 import warm
-from campaigns.generate.narrow import narrow
+from campaigns.generate.families import mission
 from campaigns.judge.literal import lives
 from campaigns.judge.mission import read_mission
 from campaigns.verdict import read_lines
@@ -25,22 +25,17 @@ TOLD = ("verdict", "form", "allows", "assumptions")
 def expected_form(data: dict[str, Any], name: str) -> str | None:
     """The form of the patrol of a robot that shares its floor with no other; None: it has none
     by the letter. Raises KeyError for other robots."""
-    written = data["robots"][name]["objective"]
-    robots = {
-        one: {**entry, "objective": {k: v for k, v in entry["objective"].items() if k != "form"}}
-        for one, entry in data["robots"].items()
-    }
-    mission = read_mission({**data, "robots": robots})
-    robot = next(one for one in mission.robots if one.name == name)
-    alone = not mission.conflicts[name] and data.get("coordination") != "assignable"
+    written, read = data["robots"][name]["objective"], read_mission(data)
+    robot = next(one for one in read.robots if one.name == name)
+    alone = not read.conflicts[name] and data.get("coordination") != "assignable"
     if "patrol" not in written or not alone:
         raise KeyError(name)
     first = 1 if robot.start[0] in robot.targets[1] else 0
-    if lives(mission, robot, (robot.start, first)):
+    if lives(read, robot, (robot.start, first)):
         return "literal"
     if "form" in written:
         return None
-    other = lives(mission, robot, (robot.start, 1 - first))
+    other = lives(read, robot, (robot.start, 1 - first))
     return "other_memory" if other else "alternation"
 
 
@@ -49,7 +44,7 @@ def test_check_and_run_agree(tmp_path: Path) -> None:
     seen: Counter[str] = Counter()
     differ = []
     for seed in range(COUNT):
-        data = narrow(seed)
+        data = mission("narrow", seed)
         file, trace = tmp_path / f"{seed}.yaml", tmp_path / f"{seed}.jsonl"
         file.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")
         checked = warm.safenav("check", "--json", file)

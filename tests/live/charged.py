@@ -5,7 +5,7 @@ from random import Random
 import yaml
 
 from campaigns.generate.build import Data
-from live.missions import timed
+from live.missions import former, timed
 from runtime.energy.test_battery_runs import stop
 
 
@@ -17,6 +17,8 @@ def alone(seed: int) -> Data:
 
 def team(seed: int) -> Data:
     """A mission in time in which the robots of some models have batteries."""
+    if (found := former(f"charged_{seed}")) is not None:
+        return found
     for again in range(100):
         data, random = timed(7919 * again + seed), Random(f"charged {seed} {again}")
         models = (data.get("catalogue") or {}).get("robots") or {}

@@ -1,6 +1,9 @@
 """Random missions for runs in time: room crowds with doors, of 2 to 20 robots, and labs."""
 
+from pathlib import Path
 from random import Random
+
+import yaml
 
 from campaigns.generate.build import Data, Draft, rooms
 from campaigns.generate.families import mission
@@ -9,8 +12,16 @@ KINDS = ("visit", "visit", "cover", "patrol", "hold")
 SIZES = (2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6, 8, 8, 10, 12, 16, 20)
 
 
+def former(name: str) -> Data | None:
+    """A mission in which a defect was found, whatever its seed gives now."""
+    file = Path(__file__).parent / "cases" / f"{name}.yaml"
+    return yaml.safe_load(file.read_text()) if file.exists() else None
+
+
 def timed(seed: int) -> Data:
     """The mission with this seed: six of ten are crowds of a size that goes round."""
+    if (found := former(f"timed_{seed}")) is not None:
+        return found
     if seed % 5 < 3:
         return crowd(seed, SIZES[seed // 5 % len(SIZES)])
     family = "labs" if seed % 5 == 3 else "tight_hidden"

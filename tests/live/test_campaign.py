@@ -1,7 +1,7 @@
 """Campaigns in time: no overlap, no entry, no hang, each run completed or with a true statement.
 
-A sample by default; ``SAFENAV_FUZZ=5000`` plays 2,000 missions, with faults in 500 of them and 200
-through a world in another process, and compares 1,000 with lockstep.
+A sample by default; ``SAFENAV_FUZZ=5000`` plays 2,000 missions, with faults in 500 of them, and
+compares 1,000 with lockstep.
 """
 
 import os
@@ -25,10 +25,10 @@ PARTS = [f"{k}:{k + PART}" for k in range(0, LONG, PART)] or ["0:10"]
 FAILED = [
     (4246, True, "a plan lets a robot that is under way wait for another"),
     (10180, False, "the same, among robots that a door sweeps"),
-    (10568, False, "a robot that stays for a decision counts a target again"),
+    (10568, False, "see its file in cases"),
     (11047, True, "a report that comes after a robot was given up as lost"),
-    (10163, True, "an action that finds nothing where it was directed has met another need"),
-    (46123, True, "a robot stands where its actions have failed, and may stay"),
+    (10163, True, "see its file in cases"),
+    (46123, True, "see its file in cases"),
 ]
 """Runs that have failed: the seed, whether with faults, and why."""
 
@@ -44,11 +44,11 @@ def test_a_blocking_world_may_have_counted_a_need_before_the_mission() -> None:
 
 
 @pytest.mark.parametrize("seed", [31032, 31107, 31138])
-def test_a_run_with_faults_is_repeated_over_a_socket(seed: int) -> None:
+def test_a_run_with_faults_is_the_same_on_a_slower_machine(seed: int) -> None:
     """Whatever happens follows from the events: the same ones make the same trace."""
     first = play(seed, faults=True)
     assert first.found in ("", "?") and first.injected
-    assert repeated(seed, first, faults=True, wired=False, patience=120) == ""
+    assert repeated(seed, first, faults=True) == ""
 
 
 def run(*options: object) -> None:

@@ -30,11 +30,7 @@ from safenav.world.poses import region_mask
 
 LONG = "SAFENAV_FUZZ" in os.environ
 FAILED = (2129, 2139, 2303, 2399, 2184, 2113, 2283, 2012)
-"""Teams whose runs have failed: a robot at its stop with another heading at the end (2129),
-a stop decided after a robot's turn (2139), rounds completed before all turns (2303), a plan with a
-robot out of service (2399), a stop where another robot has its only target (2184), an empty plan
-for a robot on its way to a charger (2113), a helper sent back to its own target by each charger
-that it passes (2283), plans for a mission in which one stays at its charger (2012)."""
+"""Teams whose runs have failed; their files in ``cases`` say why."""
 
 Played = tuple[str, Charges, list[dict[str, Any]]]
 

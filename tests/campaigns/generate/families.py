@@ -1,199 +1,174 @@
 """Random missions by family and seed: the same seed always gives the same mission."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 from typing import Any
 
 from campaigns.generate.build import ACTIONS, Data, Draft, corridor, open_floor, rooms, scattered
-from campaigns.generate.labs import labs
 
 OBJECTIVES = ("patrol", "visit", "visit", "cover", "cover", "hold")
-WITH_FORMULAS = (*OBJECTIVES, "ltl")
+NAMES = ("button", "desk", "dock")
 
 
 def mission(family: str, seed: int) -> Data:
     """The mission of a family with this seed, as a scenario's data."""
-    random = Random(f"{family} {seed}")
-    for _ in range(50):
-        data = FAMILIES[family](random, f"{family} {seed}", seed)
+    random, kind = Random(f"{family} {seed}"), FAMILIES[family]
+    make = kind.drawn if isinstance(kind, Family) else kind
+    for _ in range(200):
+        data = make(random, f"{family} {seed}", seed)
         if data is not None:
             return data
     raise AssertionError(f"no mission of {family} with seed {seed}")
 
 
-def apart(random: Random, name: str, seed: int) -> Data | None:
-    """Robots that never hinder each other in rooms and corridors, obstacles of all types."""
-    return _apart(random, name, seed, needs=0.0, passing=0.0)
+def line(least: int, most: int) -> Callable[[Random], list[str]]:
+    return lambda random: open_floor(1, random.randint(least, most))
 
 
-def apart_needs(random: Random, name: str, seed: int) -> Data | None:
-    """The same with obstacles that need several actions or robots, that appear and go."""
-    return _apart(random, name, seed, needs=0.6, passing=0.25)
+def room(
+    rows: tuple[int, int], cols: tuple[int, int], walls: float
+) -> Callable[[Random], list[str]]:
+    return lambda random: scattered(random, random.randint(*rows), random.randint(*cols), walls)
 
 
-def _apart(random: Random, name: str, seed: int, needs: float, passing: float) -> Data | None:
-    draft = Draft(random, _floor(random), name)
-    if len(draft.free) < 5:
-        return None
-    layers = random.random() < 0.5
-    count = random.randint(1, 4)
-    taken: set[int] = set()
-    for k in range(count):
-        draft.models[f"m{k}"] = _model(random, draft, f"l{k}" if layers else "ground")
-        more: Data = {} if layers else {"avoids": []}
-        if not draft.place(f"r{k}", f"m{k}", WITH_FORMULAS, taken, **more):
+def bays(random: Random) -> list[str]:
+    return corridor(random, random.randint(3, 8))
+
+
+def small_rooms(random: Random) -> list[str]:
+    return rooms(random, 1, random.randint(2, 3), random.randint(1, 2), random.randint(1, 3))
+
+
+def large_rooms(random: Random) -> list[str]:
+    return rooms(random, random.randint(1, 2), random.randint(1, 4), 2, random.randint(2, 3))
+
+
+@dataclass(frozen=True)
+class Family:
+    """Random missions of a few robots in little space: the choices of floors, numbers of robots and
+    objectives, and the chances that robots never hinder each other (``apart``) and have a heading,
+    that an obstacle has several needs (``needs``), comes late and goes (``passing``), that regions
+    have names (``named``), and that a robot tracks the others otherwise or patrols by the letter
+    (``strict``). ``hidden``: the least and the most obstacles; ``rounds``: the most."""
+
+    floors: Sequence[Callable[[Random], list[str]]]
+    robots: Sequence[int] = (2, 2, 3)
+    kinds: tuple[str, ...] = OBJECTIVES
+    apart: float = 0.0
+    heading: float = 0.35
+    hidden: tuple[int, int] = (0, 0)
+    needs: float = 0.0
+    passing: float = 0.0
+    named: float = 0.0
+    strict: float = 0.0
+    rounds: int = 2
+    ticks: int = 3000
+
+    def drawn(self, random: Random, name: str, seed: int) -> Data | None:
+        """A mission; None if there is no room for its robots."""
+        draft = Draft(random, random.choice(self.floors)(random), name)
+        count = random.choice(self.robots)
+        if len(draft.free) < count + 2:
             return None
-    _hide(random, draft, random.randint(0, 5), needs, passing)
-    return draft.data(random.randint(1, 2), 3000, seed)
+        how = random.choice(["layers", "avoids"]) if random.random() < self.apart else "together"
+        taken: set[int] = set()
+        for k in range(count):
+            shared = "air" if k and random.random() < 0.2 else "ground"
+            draft.models[f"m{k}"] = self._model(draft, f"l{k}" if how == "layers" else shared)
+            more: Data = {"avoids": []} if how == "avoids" else {}
+            if random.random() < self.strict:
+                more["tracking"] = random.choice(["exact", "belief"])
+                more["vision"] = random.choice([1, 2, "unlimited"])
+            if not draft.place(f"r{k}", f"m{k}", self.kinds, taken, **more):
+                return None
+        for objective in (robot["objective"] for robot in draft.robots.values()):
+            if "patrol" in objective and random.random() < self.strict:
+                objective["form"] = "literal"
+        for k in range(random.randint(*self.hidden)):
+            self._hide(draft, k)
+        data = draft.data(random.randint(1, self.rounds), self.ticks, seed)
+        if random.random() < self.strict / 2:
+            data["coordination"] = "assignable"
+        return _with_names(data, draft) if random.random() < self.named else data
 
+    def _model(self, draft: Draft, layer: str) -> Data:
+        random = draft.random
+        return {
+            "mobility": "heading" if random.random() < self.heading else "free",
+            "layer": layer,
+            "capabilities": [action for action in ACTIONS if random.random() < 0.35],
+            "timing": draft.timing(),
+        }
 
-def _floor(random: Random) -> list[str]:
-    kind = random.randrange(4)
-    if kind == 0:
-        return open_floor(1, random.randint(4, 12))
-    if kind == 1:
-        return scattered(random, random.randint(2, 6), random.randint(3, 8), 0.3)
-    if kind == 2:
-        return rooms(random, random.randint(1, 2), random.randint(1, 3), 2, random.randint(2, 3))
-    return rooms(random, 1, random.randint(2, 4), 1, random.randint(1, 3))
-
-
-def _model(random: Random, draft: Draft, layer: str, heading: float = 0.35) -> Data:
-    return {
-        "mobility": "heading" if random.random() < heading else "free",
-        "layer": layer,
-        "capabilities": [action for action in ACTIONS if random.random() < 0.35],
-        "timing": draft.timing(),
-    }
-
-
-def _hide(random: Random, draft: Draft, count: int, needs: float, passing: float) -> None:
-    """Hidden obstacles, most of them in narrow places."""
-    narrow = draft.narrow()
-    for k in range(count):
+    def _hide(self, draft: Draft, k: int) -> None:
+        """A hidden obstacle, most often in a narrow place."""
+        random, narrow = draft.random, draft.narrow()
         region = random.choice(narrow if narrow and random.random() < 0.7 else draft.free)
         more: Data = {}
-        if random.random() < passing:
+        if random.random() < self.passing:
             more["from"] = random.randint(1, 40)
-        if random.random() < passing:
+        if random.random() < self.passing:
             more["until"] = more.get("from", 0) + random.randint(5, 60)
-        kind = random.choice(["door", "uncertainty", "own", "own"])
+        kind = random.choice(["door", "uncertainty", "own", "own", "own"])
         if kind == "uncertainty":
             truth = random.choice([True, True, False, {"probability": 0.5}])
             draft.obstacle(kind, region, traversable=truth, **more)
-        elif kind == "door" and random.random() >= needs:
+        elif kind == "door":
             draft.obstacle(kind, region, **more)
         elif draft.obstacle(f"o{k}", region, **more):
-            draft.types[f"o{k}"] = _type(random, draft, region, needs)
+            draft.types[f"o{k}"] = self._type(draft, region)
+
+    def _type(self, draft: Draft, region: int) -> Data:
+        random, models = draft.random, draft.models
+        able = sorted({action for model in models.values() for action in model["capabilities"]})
+        actions = able if able and random.random() < 0.6 else list(ACTIONS)
+        found: Data = {"action": random.choice(actions), "resolve_at": _where(draft, region)}
+        if random.random() < self.needs:
+            count = random.choice([1, 1, 2, 2, 3])
+            found = {"needs": [_need(draft, region, actions) for _ in range(count)]}
+        if random.random() < 0.3:
+            layers = sorted({model["layer"] for model in models.values()})
+            stopped = [*layers, *layers, *models, *draft.robots]
+            found["blocks"] = sorted({*random.sample(stopped, random.choice([0, 1, 1, 2]))})
+        return found
 
 
-def _type(random: Random, draft: Draft, region: int, needs: float) -> Data:
-    found: Data = {}
-    if random.random() < needs:
-        found["needs"] = [_need(random, draft, region) for _ in range(random.randint(1, 2))]
-    else:
-        found = {"action": random.choice(ACTIONS), "resolve_at": _where(random, draft, region)}
-    if random.random() < 0.25:
-        layers = sorted({model["layer"] for model in draft.models.values()})
-        found["blocks"] = random.sample(layers, random.randint(1, len(layers)))
-    return found
+def _need(draft: Draft, region: int, actions: list[str]) -> Data:
+    """Most often elsewhere: only robots that fulfil all remaining needs may enter the region."""
+    random = draft.random
+    need: Data = {"action": random.choice(actions), "at": _where(draft, region)}
+    if need["at"] == "self" and random.random() < 0.7:
+        need["at"] = "neighbours"
+    if random.random() < 0.33:
+        need |= {"robots": 2, "together": random.random() < 0.7}
+    return need
 
 
-def _need(random: Random, draft: Draft, region: int) -> Data:
-    robots = random.choice([1, 1, 2])
-    found = {
-        "action": random.choice(ACTIONS[:3]),
-        "robots": robots,
-        "at": _where(random, draft, region, apart=True),
+def _where(draft: Draft, region: int) -> Any:
+    """Where an action is performed."""
+    random, others = draft.random, [r for r in draft.free if r != region]
+    there = sorted(random.sample(others, min(len(others), random.randint(1, 3))))
+    return random.choice(["self", "neighbours", there])
+
+
+def _with_names(data: Data, draft: Draft) -> Data:
+    """With names for some regions, others as row and column."""
+    names = dict(zip(draft.random.sample(draft.free, 3), NAMES, strict=True))
+
+    def written(region: int) -> Any:
+        return names.get(region, list(divmod(region, draft.cols)))
+
+    found = dict(data)
+    listed = {name: list(divmod(region, draft.cols)) for region, name in names.items()}
+    found["map"] = {**data["map"], "names": listed}
+    found["robots"] = {
+        name: {**robot, "start": written(robot["start"])} for name, robot in data["robots"].items()
     }
-    if robots > 1:
-        found["together"] = random.random() < 0.7
+    obstacles = data.get("obstacles", [])
+    found["obstacles"] = [{**one, "region": written(one["region"])} for one in obstacles]
     return found
-
-
-def _where(random: Random, draft: Draft, region: int, apart: bool = False) -> Any:
-    """Where an action is performed; ``apart``: not in the region itself, which only robots that can
-    fulfil all remaining needs may enter."""
-    kinds = ["neighbours", "list"] if apart else ["self", "neighbours", "list"]
-    kind = random.choice(kinds)
-    if kind != "list":
-        return kind
-    others = [r for r in draft.free if r != region]
-    return sorted(random.sample(others, min(len(others), random.randint(1, 3))))
-
-
-def tight(random: Random, name: str, seed: int) -> Data | None:
-    """Two or three robots with headings in little space, without hidden obstacles."""
-    return _tight(random, name, seed, obstacles=0, needs=0.0)
-
-
-def tight_hidden(random: Random, name: str, seed: int) -> Data | None:
-    """The same with hidden obstacles of one action."""
-    return _tight(random, name, seed, obstacles=2, needs=0.0)
-
-
-def tight_needs(random: Random, name: str, seed: int) -> Data | None:
-    """The same with obstacles that need several actions or robots."""
-    return _tight(random, name, seed, obstacles=2, needs=0.7)
-
-
-def _tight(random: Random, name: str, seed: int, obstacles: int, needs: float) -> Data | None:
-    if random.random() < 0.25:
-        grid = open_floor(1, random.randint(4, 8))
-    else:
-        grid = scattered(random, random.randint(1, 3), random.randint(3, 4), 0.15)
-    draft = Draft(random, grid, name)
-    count = random.choice([2, 2, 3])
-    if len(draft.free) <= count:
-        return None
-    taken: set[int] = set()
-    for k in range(count):
-        layer = "a" if k == 0 or random.random() < 0.8 else "b"
-        draft.models[f"m{k}"] = _model(random, draft, layer, heading=0.75)
-        if not draft.place(f"r{k}", f"m{k}", OBJECTIVES, taken):
-            return None
-    if obstacles:
-        _hide(random, draft, random.randint(1, obstacles), needs, 0.0)
-    return draft.data(random.randint(1, 2), 3000, seed)
-
-
-def traps(random: Random, name: str, seed: int) -> Data | None:
-    """One-way choices: robots with headings that do not hinder each other, and obstacles that
-    they resolve from places from which not all of them can come back."""
-    draft = Draft(random, scattered(random, random.randint(3, 4), random.randint(3, 5), 0.3), name)
-    if len(draft.free) < 6:
-        return None
-    taken: set[int] = set()
-    for k in range(2):
-        draft.models[f"m{k}"] = _model(random, draft, f"l{k}", heading=0.9)
-        if not draft.place(f"r{k}", f"m{k}", OBJECTIVES, taken):
-            return None
-    _hide(random, draft, random.randint(2, 4), 0.3, 0.0)
-    return draft.data(1, 3000, seed)
-
-
-def formulas(random: Random, name: str, seed: int) -> Data | None:
-    """Robots with formulas, some about single steps, in corridors with bays and on tight floors;
-    in every other mission something is hidden."""
-    if random.random() < 0.5:
-        grid = corridor(random, random.randint(3, 8))
-    else:
-        grid = scattered(random, random.randint(1, 4), random.randint(3, 5), 0.25)
-    draft = Draft(random, grid, name)
-    count = random.choice([2, 2, 3])
-    if len(draft.free) <= count + 1:
-        return None
-    taken: set[int] = set()
-    for k in range(count):
-        layer = "a" if k == 0 or random.random() < 0.8 else "b"
-        draft.models[f"m{k}"] = _model(random, draft, layer, heading=0.3)
-        kinds = ("ltl", "ltl_steps", "ltl_steps") if k < 2 else (*OBJECTIVES, "ltl_steps")
-        if not draft.place(f"r{k}", f"m{k}", kinds, taken):
-            return None
-    if random.random() < 0.5:
-        _hide(random, draft, random.randint(1, 2), 0.2, 0.0)
-    return draft.data(random.randint(1, 2), 1000, seed)
 
 
 def crowd(random: Random, name: str, seed: int) -> Data | None:
@@ -302,15 +277,58 @@ def big(random: Random, name: str, seed: int) -> Data | None:  # noqa: ARG001
     return benchmark(20, 2, 5, seed)
 
 
-FAMILIES: dict[str, Callable[[Random, str, int], Data | None]] = {
-    "apart": apart,
-    "apart_needs": apart_needs,
-    "traps": traps,
-    "labs": labs,
-    "tight": tight,
-    "tight_hidden": tight_hidden,
-    "tight_needs": tight_needs,
-    "formulas": formulas,
+APART = Family(
+    (line(4, 12), room((2, 6), (3, 8), 0.3), large_rooms, small_rooms),
+    robots=(1, 2, 3, 4),
+    kinds=(*OBJECTIVES, "ltl"),
+    apart=1.0,
+    hidden=(0, 5),
+)
+"""Robots that never hinder each other in rooms and corridors, obstacles of all types."""
+TIGHT = Family((line(4, 8), *[room((1, 3), (3, 4), 0.15)] * 3), heading=0.75)
+"""Robots with headings in little space, without hidden obstacles."""
+FAMILIES: dict[str, Family | Callable[[Random, str, int], Data | None]] = {
+    "apart": APART,
+    "apart_needs": replace(APART, needs=0.6, passing=0.25),
+    # One-way choices: obstacles that are resolved from where not all robots can come back.
+    "traps": Family(
+        (room((3, 4), (3, 5), 0.3),), (2,), apart=1.0, heading=0.9, hidden=(2, 4), needs=0.3
+    ),
+    # As users write them: names, needs performed elsewhere, obstacles that come and go.
+    "labs": Family(
+        (line(5, 9), bays, small_rooms, room((3, 3), (3, 4), 0.2)),
+        (1, 2, 2, 3),
+        apart=0.4,
+        heading=0.15,
+        hidden=(1, 3),
+        needs=0.55,
+        passing=0.15,
+        named=0.6,
+        ticks=600,
+    ),
+    "tight": TIGHT,
+    "tight_hidden": replace(TIGHT, hidden=(1, 2)),
+    "tight_needs": replace(TIGHT, hidden=(1, 2), needs=0.7),
+    # Formulas, some about single steps.
+    "formulas": Family(
+        (bays, room((1, 4), (3, 5), 0.25)),
+        kinds=("ltl", "ltl_steps", "ltl_steps", "visit"),
+        heading=0.3,
+        hidden=(0, 2),
+        needs=0.2,
+        ticks=1000,
+    ),
+    # Where patrols by the letter and objectives among others often fail.
+    "narrow": Family(
+        (line(3, 7), bays, small_rooms, room((2, 4), (2, 5), 0.3)),
+        (1, 1, 2, 2, 3),
+        ("patrol", "patrol", "patrol", "visit", "cover", "hold", "ltl_steps"),
+        apart=0.2,
+        heading=0.3,
+        strict=0.3,
+        rounds=1,
+        ticks=3,
+    ),
     "crowd": crowd,
     "crowd_hidden": crowd_hidden,
     "mirrored": mirrored,

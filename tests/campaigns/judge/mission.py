@@ -203,7 +203,7 @@ def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: _
     model = models[entry["model"]]
     has_heading = model["mobility"] == "heading"
     heading = HEADINGS.index(entry["heading"]) if has_heading else NO_HEADING
-    ((kind, written),) = entry["objective"].items()
+    ((kind, written),) = ((k, v) for k, v in entry["objective"].items() if k != "form")
     in_order, formulas = True, False
     forbidden, closed = frozenset[int](), frozenset[tuple[int, int]]()
     match kind:
