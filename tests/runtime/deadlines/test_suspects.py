@@ -1,4 +1,4 @@
-"""Suspects on shared floors: a joint plan around all of them, in time whatever of them is there."""
+"""A joint plan around all suspects of a random floor is in time, whichever of them exist."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -8,7 +8,7 @@ import pytest
 
 from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.deadlines.instances import FUZZ
-from runtime.deadlines.test_choice import SUSPECT
+from runtime.facts import case
 from runtime.played import Run, play
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle
@@ -16,30 +16,11 @@ from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, region_mask
 
-HALL = (
-    SUSPECT.replace("layer: air", "layer: ground")
-    .replace("blocks: [ground]", "blocks: [walker]")
-    .replace("obstacles: [{type: gate, region: [1, 7]}]", "obstacles: [GATE]")
-    .replace("resolve_within: 12", "resolve_within: LIMIT")
-)
 CAREFUL = "whichever suspects exist"
 
 
-@pytest.mark.parametrize("gate", ["", "{type: gate, region: [1, 7]}"], ids=["absent", "there"])
-@pytest.mark.parametrize(("limit", "careful"), [(16, True), (13, True), (12, False)])
-def test_a_joint_plan_leads_around_suspects_if_that_is_in_time(
-    gate: str, limit: int, careful: bool
-) -> None:
-    played = play(HALL.replace("GATE", gate).replace("LIMIT", str(limit)))
-    first = played.all("plan")[0]
-    assert (CAREFUL in first["reason"]) == careful
-    if careful:
-        assert played.one("resolved", obstacle="parcel@42")["tick"] == 14
-    assert played.outcome["late"] == (["parcel@42"] if gate and not careful else [])
-
-
 @pytest.mark.parametrize("seed", range(FUZZ // 10 or 3))
-def test_a_careful_plan_is_in_time_whatever_is_there(seed: int) -> None:
+def test_a_plan_around_all_suspects_is_in_time_whichever_exist(seed: int) -> None:
     """One run for each set of suspects; the oracle knows every behaviour with all of them there."""
     floor = Floor(Random(f"suspects {seed}"))
     for limit in (floor.truth - 1, floor.truth + 2):
@@ -99,8 +80,8 @@ class Floor:
 
     def text(self, limit: int, there: tuple[int, ...]) -> str:
         grid = "".join(f'    - "{row}"\n' for row in self.grid)
-        head, _ = HALL.split("robots:\n  a:")
-        catalogue = head[head.index("catalogue:") :]
+        text = case("deadlines/joint_plan_around_suspects")
+        catalogue = text[text.index("catalogue:") : text.index("robots:\n  a:")]
         gates = ", ".join(f"{{type: gate, region: {at}}}" for at in there)
         suspects = ", ".join(f"{{type: gate, region: {at}}}" for at in self.suspects)
         return (
@@ -111,51 +92,3 @@ class Floor:
             f"orders: [{{at: 1, type: parcel, region: {self.parcel}, resolve_within: {limit}}}]\n"
             "until: {rounds: 1}\nlimits: {ticks: 60}\n"
         )
-
-
-ALONE = """
-map: {{grid: {grid}}}
-catalogue:
-  robots: {{walker: {{mobility: {mobility}, layer: ground, capabilities: [fetch]}}}}
-  obstacles:
-    parcel: {{action: fetch, blocks: []}}
-    debris: {{action: clear, resolve_at: neighbours}}
-robots:
-  a: {{model: walker, start: {start}, heading: south, objective: {{visit: [{start}]}}}}
-obstacles: {there}
-suspects: [{{type: debris, region: {suspect}}}]
-orders: [{{at: 1, type: parcel, region: {parcel}, resolve_within: {limit}}}]
-until: {{rounds: 1}}
-"""
-RING = ["#######", "#.....#", "#.###.#", "#.....#", "#######"]
-BENT = ["########", "#......#", "#..#...#", "#..##..#", "##.....#", "########"]
-
-
-@pytest.mark.parametrize("stands", [False, True], ids=["absent", "there"])
-@pytest.mark.parametrize(
-    ("grid", "mobility", "start", "suspect", "parcel", "limit"),
-    [
-        (RING, "free", 8, 10, 26, 5),  # both ways take six steps
-        (BENT, "heading", 36, 18, 17, 4),  # it may arrive facing west, or as soon facing north
-    ],
-    ids=["two ways", "two headings"],
-)
-def test_of_two_fastest_ways_a_robot_takes_that_without_suspects(
-    grid: list[str], mobility: str, start: int, suspect: int, parcel: int, limit: int, stands: bool
-) -> None:
-    there = f"[{{type: debris, region: {suspect}}}]" if stands else "[]"
-    text = ALONE.format(
-        grid=grid,
-        mobility=mobility,
-        start=start,
-        suspect=suspect,
-        parcel=parcel,
-        limit=limit,
-        there=there,
-    )
-    played = play(text)
-    assert played.outcome["late"] == []
-    resolved = played.one("resolved")["tick"]
-    assert resolved == limit + 1
-    assert suspect not in played.path("a")[:resolved]
-    assert played.all("acts")[0]["around"] == {"a": [suspect]}

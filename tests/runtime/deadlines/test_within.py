@@ -8,7 +8,6 @@ import pytest
 from msgspec.structs import replace
 
 from campaigns.generate.build import walled
-from runtime.played import Run, play
 from safenav.runtime.deadlines.round_deadlines import Walk, best_places, least_within, next_places
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -182,77 +181,3 @@ def test_a_target_is_met_where_it_is_entered_first() -> None:
     assert keeps(asked, 24)
     assert not keeps(asked, 23)
     assert next_places(asked.walk, 24) is not None
-
-
-NO_FIXED_CYCLE = """
-map:
-  grid: ["######", "#....#", "#....#", "######"]
-robots:
-  r:
-    model: digit
-    start: [2, 2]
-    heading: south
-    objective: {visit: [[1, 3], [1, 4], [2, 1]], within: 8}
-until: {rounds: 6}
-"""
-
-
-def test_a_round_has_places_of_its_own_where_none_serve_forever() -> None:
-    played = play(NO_FIXED_CYCLE)
-    assert (played.outcome["outcome"], played.outcome["late"]) == ("completed", [])
-    assert played.all("synthesis", reason="round")
-
-
-def test_the_tick_before_the_first_move_may_complete_a_round() -> None:
-    text = NO_FIXED_CYCLE.replace("[[1, 3], [1, 4], [2, 1]], within: 8", "[[2, 2]], within: 1")
-    played = play(text)
-    kept = played.all("deadline", verdict="kept")
-    assert [(line["tick"], line["due"]) for line in kept[:2]] == [(0, 1), (1, 1)]
-    assert played.outcome["late"] == []
-
-
-AVOIDING = """
-map:
-  grid: {grid}
-catalogue: {{robots: {{cart: {{mobility: {mobility}, layer: ground, capabilities: []}}}}}}
-robots:
-  r: {{model: cart, start: {start}, heading: south, objective: {{{objective}, within: {within}}}}}
-until: {{rounds: 4}}
-"""
-SQUARE, HALL = ["#####", "#...#", "#...#", "#####"], ["########", *["#......#"] * 4, "########"]
-
-
-@pytest.mark.parametrize(
-    ("grid", "mobility", "start", "objective", "least"),
-    [
-        # both ways around the region that it avoids
-        (SQUARE, "free", 6, "visit: [8, 6], avoid: [7]", 8),
-        # there along the upper row only, back along the lower one
-        (SQUARE, "free", 6, "visit: [8, 6], always: region = 8 -> region' != 7", 6),
-        # it turns where the avoided regions leave room
-        (HALL, "heading", 19, "visit: [20, 17], avoid: [12, 22]", 8),
-    ],
-    ids=["avoid", "always", "heading"],
-)
-def test_rounds_are_promised_by_the_rules_beside_an_objective(
-    grid: list[str], mobility: str, start: int, objective: str, least: int
-) -> None:
-    def run(within: int) -> Run:
-        text = AVOIDING.format(
-            grid=grid, mobility=mobility, start=start, objective=objective, within=within
-        )
-        return play(text)
-
-    kept = run(least).outcome
-    assert (kept["outcome"], kept["late"]) == ("completed", [])
-    refused = run(least - 1).outcome
-    assert (refused["outcome"], refused["refused"]) == ("unrealizable", {"r": least})
-
-
-def test_the_audit_finds_the_least_rounds_by_the_rules_itself() -> None:
-    text = AVOIDING.format(
-        grid=SQUARE, mobility="free", start=6, objective="visit: [8, 6], avoid: [7]", within=7
-    )
-    run = play(text)
-    run.outcome["refused"]["r"] = 9
-    assert run.broken == {"deadline"}
