@@ -2,7 +2,8 @@
 
 The first comment of a file is its story. Its lines ``#:`` are YAML:
 
-- ``TYPE``: fields of all lines of this type, in their order; ``a.b`` is the field b of the field a
+- ``TYPE``: fields of all lines of this type, in their order; ``a.b`` is the field b of the field
+  a, and ``...WORDS`` are words of a text
 - ``some TYPE``, ``no TYPE``: fields of lines that the trace has, or does not have
 - ``in order``: the first lines with these fields, ``[TYPE, FIELDS]``, come in this order
 - ``explained``, ``left_open``: words of the outcome's explanation, and the orders left open there
