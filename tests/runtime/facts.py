@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from certify.making import certified
 from runtime.played import Line, Run, loaded, play, whole
-from safenav.audit.check import audit
+from safenav.audit.check import audit, check_trace
 from safenav.cli.check import command
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
@@ -47,6 +47,8 @@ def hold(text: str, facts: Facts) -> None:
     run, damages, rests = play(text), facts.pop("damaged", ()), facts.pop("rests", ())
     if said := facts.pop("certified", ()):
         _has(certified(text), () if said is True else said)
+    if said := facts.pop("notes", ()):
+        _has("\n".join(map(str, check_trace(run.lines).notes)), said)
     _printed(text, facts)
     _recorded(run, facts)
     for damage in damages:
@@ -68,8 +70,10 @@ def _printed(text: str, facts: Facts) -> None:
         told = "\n".join(lines)
         _has(told, facts.pop("story", ()))
         assert not any(words in told for words in facts.pop("no story", ())), told
-    if said := facts.pop("check", ()):
-        _has(CliRunner().invoke(command, ["-"], input=whole(text)).output, said)
+    if "check" in facts or "no check" in facts:
+        output = CliRunner().invoke(command, ["-"], input=whole(text)).output
+        _has(output, facts.pop("check", ()))
+        assert not any(words in output for words in facts.pop("no check", ())), output
 
 
 def _recorded(run: Run, facts: Facts) -> None:
@@ -80,7 +84,7 @@ def _recorded(run: Run, facts: Facts) -> None:
     assert places == sorted(places), places
     for what, rows in ({"outcome": [{"outcome": "completed"}]} | facts).items():
         some, _, kind = what.rpartition(" ")
-        fields = {*KINDS[kind].__struct_encode_fields__}
+        fields = {name.rstrip("_") for name in KINDS[kind].__struct_fields__}
         assert {key.partition(".")[0] for row in rows for key in row} <= fields, what
         for row in rows if some else ():
             assert bool(_all(run, kind, row)) == (some == "some"), (what, row)

@@ -7,8 +7,9 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``some TYPE``, ``no TYPE``: fields of lines that the trace has, or does not have
 - ``in order``: the first lines with these fields, ``[TYPE, FIELDS]``, come in this order
 - ``explained``, ``left_open``: words of the outcome's explanation, and the orders left open there
-- ``story``, ``no story``, ``check``: words that the story of the run has or has not, and that
-  ``safenav check`` prints
+- ``story``, ``no story``, ``check``, ``no check``: words that the story of the run has or has not,
+  and that ``safenav check`` prints or does not print
+- ``notes``: words of the claims that the audit could not judge
 - ``certified``: a bundle of the run is accepted, with these words
 - ``damaged``: the audit refuses the trace without a ``line`` (``[TYPE, FIELDS, INDEX]``), with
   other ``fields`` of it or without one (``drop``), ``and`` more of these: the words ``found``, the
@@ -17,7 +18,7 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``refused``: the scenario is not loaded; words of the message
 - ``clocks``: it is played on each of these
 - ``or``: it is also played with these words replaced
-- ``but``: it is also played with the words ``with`` replaced, where other facts hold
+- ``but``: it is also played with the words ``with`` replaced, where other facts hold; ``clocks``
 
 Unless it has another ``outcome``, the mission is completed. Each trace must pass the audit. An
 exhaustive search over joint states, which shares no code with safenav, has decided what the teams
@@ -25,7 +26,6 @@ of ``orders`` can do.
 """
 
 from collections.abc import Iterator
-from itertools import product
 from typing import Any
 
 import pytest
@@ -37,15 +37,16 @@ def cases() -> Iterator[Any]:
     for file in sorted(CASES.rglob("*.yaml")):
         text, said = read_case(file)
         clocks, others = said.pop("clocks", [""]), said.pop("but", [])
-        variants = [(change, said) for change in [{}, *said.pop("or", [])]]
-        variants += [(other.pop("with"), other) for other in others]
-        for (change, facts), clock in product(variants, clocks):
-            changed = f"{text}clock: {clock}\n" if clock else text
-            for was, now in change.items():
-                assert was in changed, (file, was)
-                changed = changed.replace(was, now)
-            name = " ".join(filter(None, [file.stem, clock, *change.values()]))
-            yield pytest.param(changed, facts, id=name)
+        variants = [(change, clocks, said) for change in [{}, *said.pop("or", [])]]
+        variants += [(each.pop("with"), each.pop("clocks", clocks), each) for each in others]
+        for change, played, facts in variants:
+            for clock in played:
+                changed = f"{text}clock: {clock}\n" if clock else text
+                for was, now in change.items():
+                    assert was in changed, (file, was)
+                    changed = changed.replace(was, now)
+                name = " ".join(filter(None, [file.stem, clock, *change.values()]))
+                yield pytest.param(changed, facts, id=name)
 
 
 @pytest.mark.parametrize(("text", "facts"), [*cases()])

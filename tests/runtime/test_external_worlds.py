@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from runtime.facts import case
 from runtime.played import Run, begin, completed, loaded, play
 from runtime.worlds import Bare
 from safenav import Mission
@@ -329,3 +330,65 @@ def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second() ->
     world = Sudden()
     run = completed(BUILDING + "clock: live\n", world=world)
     assert world.steps > 14 and not run.all("arrive", result="lost")
+
+
+class Flickering(SimulatedWorld):
+    """A camera that sees the door once, and then not any more while it is closed."""
+
+    looks = 0
+
+    def sense(self, robot: Robot, region: int) -> Obstacle | None:
+        found = super().sense(robot, region)
+        self.looks += found is not None
+        return found if self.looks < 2 else None
+
+
+def test_a_known_door_stays_closed_when_its_sensor_no_longer_reports_it() -> None:
+    text = case("buttons/pressed_before_it_passes")
+    scenario = loaded(text.replace("visit: [[2, 2], [2, 6]]", "visit: [[2, 6], [2, 2]]"))
+    completed(scenario, world=Flickering(scenario))
+
+
+STARTS = """
+map: {grid: ["#######", "#.....#", "#######"]}
+catalogue:
+  robots: {presser: {mobility: free, layer: ground, capabilities: [press]}}
+  obstacles:
+    button_door: {action: press, resolve_at: [[1, 1]], blocks: BLOCKS}
+    plate: {action: press}
+robots:
+  a: {model: presser, start: [1, 3], objective: {visit: [[1, 5], [1, 1]]}, avoids: AVOIDS}
+  b: {model: presser, start: START, objective: {visit: [[1, 1], [1, 5]]}, avoids: AVOIDS}
+obstacles: [{type: TYPE, region: [1, 3]}]
+until: {rounds: 1}
+"""
+
+
+def starts(type_: str, start: str = "[1, 4]", avoids: str = "[]", blocks: str = "[ground]") -> str:
+    given = {"TYPE": type_, "START": start, "AVOIDS": avoids, "BLOCKS": blocks}
+    text = STARTS
+    for word, value in given.items():
+        text = text.replace(word, value)
+    return text
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (starts("plate"), None),
+        (starts("button_door"), "button_door@10 is where a starts, and blocks it"),
+        (starts("button_door", blocks="[b]"), None),
+        (starts("button_door", blocks="[a]"), "button_door@10 is where a starts, and blocks it"),
+        (starts("plate", start="[1, 3]"), None),
+        (starts("plate", start="[1, 3]", avoids="[a]").replace("[a]", "[b]", 1), "also starts"),
+        (starts("plate", blocks="[c]"), "'c' is not a layer, a robot model or a robot"),
+    ],
+)
+def test_who_may_start_where(text: str, found: str | None) -> None:
+    """Inside an obstacle only a robot that resolves it by entering; together those that do not
+    avoid each other. What the loader accepts runs, and its trace breaks no rule."""
+    if found is None:
+        completed(text)
+        return
+    with pytest.raises(InputError, match=found):
+        loaded(text)

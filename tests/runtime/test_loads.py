@@ -1,5 +1,4 @@
-"""Loads: how many a robot carries at one time; and orders, drawn at random. Judged by a walk over
-the trace of this file's own."""
+"""Random loads and orders, judged by this file's own walk over the trace; ``cases/loads``."""
 
 import os
 from collections import Counter
@@ -14,6 +13,7 @@ from msgspec.structs import replace
 from campaigns.judge.mission import read_mission
 from campaigns.judge.poses import Poses
 from certify.making import certified
+from runtime.facts import case
 from runtime.played import Run, completed, play
 from runtime.worlds import Clocked
 from safenav.errors import InputError
@@ -26,24 +26,6 @@ from safenav.trace.vocabulary import ActResult
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 12
 ROWS, COLS = 3, 5
 BUNDLED = 5
-
-HALL = """\
-safenav: 1
-map:
-  grid: ["##########", "#........#", "#........#", "##########"]
-  names: {shelf: [1, 6], dock: [1, 1], rack: [2, 8]}
-catalogue:
-  robots:
-    truck: {mobility: free, layer: ground, capabilities: [lift, drop], carries: 1}
-  obstacles:
-    pallet:
-      needs: [{action: lift, at: [shelf]}, {action: drop, at: [dock], same: true}]
-      blocks: []
-robots:
-  a: {model: truck, start: [2, 3], objective: {visit: [[2, 2], [2, 5]]}}
-orders: [{at: 1, type: pallet, region: shelf}, {at: 1, type: pallet, region: shelf}]
-until: {rounds: 1}
-"""
 
 
 def played(text: str, clock: Clock = Clock.LOCKSTEP) -> Run:
@@ -73,138 +55,6 @@ def hands(run: Run) -> list[Counter[str]]:
             held.pop(line["obstacle"], None)
         found.append(Counter(robot for group in held.values() for robot in group))
     return found
-
-
-def test_a_robot_carries_one_load_after_the_other(clock: Clock) -> None:
-    run = played(HALL, clock)
-    met = [(line["obstacle"][-2:], line["need"]) for line in run.all("met")]
-    assert run.outcome["outcome"] == "completed"
-    assert met == [("#2", 0), ("#2", 1), ("16", 0), ("16", 1)]  # the newest request first
-
-
-def test_a_request_says_that_the_only_robot_for_it_carries_another_load() -> None:
-    later = HALL.replace("shelf}, {at: 1", "shelf}, {at: 3").replace("start: [2, 3]", "start: 16")
-    requests = played(later).all("request", obstacle="pallet@16#2")
-    assert requests[0]["helper"] is None and requests[0]["because"] == "a carries pallet@shelf"
-    assert requests[-1]["helper"] == "a"
-
-
-def test_a_robot_takes_the_load_that_is_due_first() -> None:
-    """Of three at one place: what it is sent for, not the first of the list."""
-    text = HALL.replace("orders: [", "orders: [{at: 1, type: pallet, region: shelf}, ").replace(
-        "region: shelf}]", "region: shelf, resolve_within: 16}]"
-    )
-    run = played(text)
-    assert next(line["obstacle"] for line in run.all("met", need=0)) == "pallet@16#3"
-    assert run.one("deadline", verdict="kept")["of"] == "pallet@16#3"
-
-
-def test_a_robot_that_is_sent_for_a_load_leaves_others() -> None:
-    """It passes the rack on its way to the shelf, where something is due."""
-    text = HALL.replace("start: [2, 3]", "start: [1, 8]").replace("rack: [2, 8]", "rack: [1, 7]")
-    text = text.replace("orders: [{at: 1, type: pallet, region: shelf}", ORDERS).replace(
-        "  obstacles:\n",
-        "  obstacles:\n    box: {needs: [{action: lift, at: [rack]}, "
-        "{action: drop, at: [dock], same: true}], blocks: []}\n",
-    )
-    run = played(text)
-    assert run.all("met")[0]["obstacle"].startswith("pallet")
-    assert run.one("deadline", verdict="kept")
-
-
-ORDERS = (
-    "orders: [{at: 1, type: box, region: rack}, "
-    "{at: 1, type: pallet, region: shelf, resolve_within: 12}"
-)
-
-
-def test_a_robot_for_two_takes_both(clock: Clock) -> None:
-    run = played(HALL.replace("carries: 1", "carries: 2"), clock)
-    assert [line["need"] for line in run.all("met")] == [0, 0, 1, 1]
-
-
-def test_one_load_is_the_default() -> None:
-    run = played(HALL.replace(", carries: 1", ""))
-    assert [line["need"] for line in run.all("met")] == [0, 1, 0, 1]
-    assert run.records[0]["scenario"]["robots"]["a"]["carries"] == 1
-
-
-SHUT = """\
-safenav: 1
-map: {grid: ["########", "#......#", "#.######", "########"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [lift]}
-    van: {mobility: free, layer: ground, capabilities: []}
-  obstacles:
-    crate: {needs: [{action: lift, at: [12]}, {action: lift, at: [14], same: true}], blocks: []}
-    parcel: {needs: [{action: lift, at: [10]}, {action: lift, at: [17], same: true}], blocks: []}
-robots:
-  cart: {model: cart, start: 11, objective: {visit: [11]}}
-  van: {model: van, start: 14, objective: {visit: [13, 14]}}
-orders: [{at: 1, type: crate, region: 12}, {at: 6, type: parcel, region: 10}]
-changes: [{at: 1, robot: van, service: out}]
-until: {rounds: 1}
-limits: {ticks: 60, seconds: 60}
-"""
-ANOTHER = SHUT.replace(
-    "  van: {model", "  other: {model: cart, start: 17, objective: {hold: 17}}\n  van: {model"
-)
-
-
-@pytest.mark.parametrize(("text", "helper"), [(SHUT, None), (ANOTHER, "other")])
-def test_a_load_that_cannot_be_put_down_keeps_its_robot_from_others(
-    text: str, helper: str | None, clock: Clock
-) -> None:
-    """The van stands out of service where the crate is due."""
-    run = played(text, clock)
-    assert run.outcome["cause"] == "out_of_service"
-    assert {line["helper"] for line in run.all("request", obstacle="parcel@10")} == {helper}
-    assert bool(run.all("resolved", obstacle="parcel@10")) is bool(helper)
-
-
-def test_the_audit_refuses_a_helper_with_another_load() -> None:
-    run = played(SHUT)
-    asked = run.one("request", obstacle="parcel@10", aside=True)
-    asked.update(helper="cart")
-    del asked["aside"]
-    assert "cart helps with parcel@10, but the rules choose no robot" in run.findings
-
-
-def test_robots_with_loads_open_doors() -> None:
-    """Only other loads have to wait."""
-    text = HALL.replace("[lift, drop]", "[lift, drop, push]").replace(
-        '"#........#", "#........#"', '"#...#....#", "#........#"'
-    )
-    text += "obstacles: [{type: door, region: [2, 4]}]\n"
-    run = played(text.replace("start: [2, 3]", "start: [2, 6]").replace("[2, 2]", "[2, 7]"))
-    first, then, *_ = run.order("met", "resolved")
-    assert (first[0], first[1][:9], then) == ("met", "pallet@16", ("resolved", "door@24"))
-
-
-@pytest.mark.parametrize("need", [0, 1])
-def test_the_audit_refuses_a_second_load(need: int) -> None:
-    """One order's lines are told of the other."""
-    run = played(HALL)
-    run.all("met", need=need)[0]["obstacle"] = "pallet@16"
-    assert "need" in run.broken
-
-
-def test_the_checkers_refuse_two_loads_in_two_hands() -> None:
-    """The run of a robot that carries two, told of one that carries one."""
-    run = played(HALL.replace("carries: 1", "carries: 2"))
-    run.records[0]["scenario"]["robots"]["a"]["carries"] = 1
-    assert "a carries pallet@16, and takes pallet@16#2 as well" in run.findings
-
-
-def test_a_checker_of_bundles_follows_it() -> None:
-    certified(HALL)
-
-
-@pytest.mark.parametrize("carries", ["0", "-1", "two", "1000000"])
-def test_what_cannot_be_carried_is_refused(carries: str) -> None:
-    with pytest.raises(InputError, match="carries"):
-        load_scenario_text(HALL.replace("carries: 1", f"carries: {carries}"))
 
 
 def drawn(seed: int) -> dict[str, Any]:
@@ -283,7 +133,7 @@ def possible(data: dict[str, Any], kind: str) -> bool:
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_what_can_be_done_is_and_nothing_else(seed: int, clock: Clock) -> None:
+def test_random_orders_are_resolved_exactly_where_robots_can(seed: int, clock: Clock) -> None:
     data = drawn(seed)
     text = yaml.safe_dump(data)
     try:
@@ -330,9 +180,9 @@ class Hasty(Clocked):
         ]
 
 
-def test_a_load_is_not_delivered_where_it_is_taken() -> None:
+def test_a_world_that_reports_more_than_was_commanded_delivers_no_load() -> None:
     """The run said that all was done when a robot had taken the load."""
-    run = completed(HALL + "clock: live\n", world=Hasty)
+    run = completed(case("loads/one_after_the_other") + "clock: live\n", world=Hasty)
     assert [line["at"] for line in run.all("resolved")] == [11, 11]
     late = [line["reason"] for line in run.all("late")]
     assert {*late} == {f"other needs are still open (pallet@16{n}: done)" for n in ("", "#2")}

@@ -106,28 +106,3 @@ def test_a_need_is_news_although_another_obstacle_has_come_as_far() -> None:
         cleared = {obstacle.name}
         further, met = knowledge.perform(scenario.robot(robot), {robot: shelf}, cleared)
         assert further and [(one.obstacle, one.group) for one in met] == [(obstacle, (robot,))]
-
-
-GATED = """
-map: {grid: ["########", "#......#", "########"]}
-catalogue:
-  robots: {cart: {mobility: free, layer: ground, capabilities: [lift]}}
-  obstacles:
-    gate: {action: lift, resolve_at: [13, 14]}
-    box: {needs: [{action: lift, at: [13]}, {action: lift, at: [14], same: true}], blocks: []}
-    bag: {needs: [{action: lift, at: [10]}, {action: lift, at: [12], same: true}], blocks: []}
-robots:
-  a: {model: cart, start: 10, objective: {visit: [13, 11, 9]}}
-  b: {model: cart, start: 11, objective: {visit: [9, 11]}}
-obstacles: [{type: gate, region: 12, until: 16}]
-orders: [{at: 6, type: box, region: 13}, {at: 10, type: bag, region: 10}]
-until: {rounds: 1}
-clock: CLOCK
-"""
-
-
-def test_a_helper_keeps_its_duty_while_the_team_waits(clock: str) -> None:
-    """The requests without a helper are those of decisions that could not take effect."""
-    run = play(GATED.replace("CLOCK", clock))
-    gone = run.one("gone")["tick"]
-    assert [r["helper"] for r in run.all("request", tick=gone)] == ["b", "a"]

@@ -11,7 +11,6 @@ from live.missions import crowd
 from runtime.played import Line, Run, play
 from runtime.test_live import Faulty, play_faulty
 from safenav import Arrived, Lost, WorldEvent
-from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.studio.editing.operations import edited
 
@@ -76,7 +75,9 @@ def test_no_other_robot_is_where_a_resolution_sweeps(clock: str, text: str, kind
 
 
 @pytest.mark.parametrize("kind", ["leaf", "bar"])
-def test_without_the_key_they_meet_and_the_audit_would_say_so(clock: str, kind: str) -> None:
+def test_without_the_key_robots_enter_the_regions_and_the_audit_reports_that(
+    clock: str, kind: str
+) -> None:
     text = HALL.replace(", sweeps: neighbours", "").replace("type: leaf", f"type: {kind}")
     run = played(text, clock)
     assert meetings(run.records, GATE, SWEPT, "digit") > 0
@@ -89,7 +90,7 @@ HINGED = (seed for seed in count(1, 3) if crowd(seed, 2 + seed % 4).get("obstacl
 
 
 @pytest.mark.parametrize("seed", [*islice(HINGED, MISSIONS)])
-def test_random_missions_with_swept_regions_end_as_without(seed: int, clock: str) -> None:
+def test_random_missions_with_swept_regions_end_as_those_without(seed: int, clock: str) -> None:
     data = json.dumps(crowd(seed, 2 + seed % 4) | {"limits": {"ticks": 400}, "clock": clock})
     outcome = play(data).outcome["outcome"]
     if outcome != "completed":
@@ -97,28 +98,7 @@ def test_random_missions_with_swept_regions_end_as_without(seed: int, clock: str
         assert play(without).outcome["outcome"] == outcome
 
 
-WRONG = {
-    "sweeps: self": ("sweeps: neighbours}", "sweeps: self}", "its own region is always included"),
-    "sweeps: []": ("sweeps: neighbours}", "sweeps: []}", "is empty"),
-    "sweeps: wall": ("region: [2, 4]}", "region: [2, 4], sweeps: [99]}", "99"),
-    "needs": (
-        "leaf: {action: push,",
-        "leaf: {needs: [{action: push}, {action: push}],",
-        "it has several needs",
-    ),
-    "deadline": ("until: {rounds: 2}", "until: {rounds: 2, by: 90}", "has deadlines"),
-}
-
-
-@pytest.mark.parametrize("case", WRONG)
-def test_regions_that_cannot_be_swept_are_refused(case: str) -> None:
-    old, new, told = WRONG[case]
-    with pytest.raises(InputError, match="sweeps") as error:
-        load_scenario_text(HALL.replace(old, new, 1), "swept.yaml")
-    assert told in str(error.value)
-
-
-def test_an_obstacle_has_regions_of_its_own_and_keeps_them_in_the_studio() -> None:
+def test_the_studio_keeps_the_swept_regions_of_an_obstacle_that_it_moves() -> None:
     text = HALL.replace("region: [2, 4]}", "region: [2, 4], sweeps: [[2, 3]]}")
     moved = edited(text, {"op": "move_obstacle", "index": 0, "region": 21})
     (obstacle,) = load_scenario_text(moved, "swept.yaml").obstacles
@@ -127,47 +107,15 @@ def test_an_obstacle_has_regions_of_its_own_and_keeps_them_in_the_studio() -> No
     assert before.swept(load_scenario_text(text, "swept.yaml").map) == {21}
 
 
-CORRIDOR = """\
-safenav: 1
-map: {grid: ["######", "#....#", "######"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [push]}
-    plain: {mobility: free, layer: ground, capabilities: []}
-  obstacles: {leaf: {action: push, blocks: [a], sweeps: [7, 9]}}
-robots:
-  a: {model: cart, start: 10, objective: {visit: [8, 10]}}
-  b: {model: plain, start: 7, objective: {hold: 8}}
-obstacles: [{type: leaf, region: 8}]
-until: {rounds: 1}
-"""
-
-
-def test_a_deadlock_in_swept_regions_is_proven(clock: str) -> None:
-    """One has the right of a corridor of four regions, the other one the left: there are six ways
-    to stand in it. Both sides of the door are swept, so the right one enters it in none of them."""
-    outcome = played(CORRIDOR, clock).outcome
-    assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "deadlock")
-    assert 0 < outcome["proof"]["states"] <= 6
-
-
-@pytest.mark.parametrize(
-    "change",
-    [("sweeps: [7, 9]", "sweeps: [9]"), ("b: {model: plain", "b: {model: cart")],
-    ids=["the left is free", "the left one can push"],
-)
-def test_it_is_none_where_there_is_room(clock: str, change: tuple[str, str]) -> None:
-    """The left one passes the door unaware before that, since it does not stop it."""
-    assert played(CORRIDOR.replace(*change), clock).outcome["outcome"] == "completed"
-
-
 def lost_beside_the_gate(world: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
     if isinstance(event, Arrived) and event.robot == "quad" and world.count["quad"] == 2:
         return [Lost(event.at, "quad", frozenset({20, 21}), command=event.command)]
     return [event]
 
 
-def test_nothing_sweeps_where_a_robot_may_be_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_robot_resolves_an_obstacle_that_sweeps_where_another_may_be_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     text = HALL.replace("[1, 5], [3, 7]]", "[1, 1], [3, 7]]") + "clock: live\n"
     run = play_faulty(lost_beside_the_gate, text)
     assert run.outcome["cause"] == "out_of_service"

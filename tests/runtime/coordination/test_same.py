@@ -1,5 +1,4 @@
-"""Needs that the same robots fulfil, one after the other: SOLVE against every order of acts, and a
-run that a checker of bundles follows. Random runs: ``test_loads``."""
+"""Needs that the same robots fulfil one after the other: SOLVE against every order of acts."""
 
 import os
 from collections import deque
@@ -12,15 +11,13 @@ import pytest
 from msgspec.structs import replace
 
 from campaigns.generate.build import walled
-from certify.making import certified
 from runtime.coordination.floors import Bot, Floor
-from runtime.played import completed, play, prepared
-from safenav.errors import InputError
+from runtime.facts import case
+from runtime.played import prepared
 from safenav.runtime.resolution import solve
 from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Problem
 from safenav.runtime.resolution.proofs import TeamClosure, closure_of, refute
 from safenav.runtime.resolution.solve import PoseSets, RankedStep, Solver
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.poses import bits, region_mask
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 24
@@ -151,7 +148,7 @@ def goes_on(problem: Problem, moment: Moment, robot: int) -> bool:
 
 
 @pytest.mark.parametrize("seed", [*range(COUNT), 2136])
-def test_solve_finds_exactly_what_some_order_of_acts_does(seed: int) -> None:
+def test_solver_finds_exactly_the_resolutions_that_some_order_of_acts_achieves(seed: int) -> None:
     made = floor(seed)
     problem, stages = made.problem, made.problem.nothing_done
     moments = orders(problem, made.poses)
@@ -175,95 +172,15 @@ def test_solve_finds_exactly_what_some_order_of_acts_does(seed: int) -> None:
         assert {m[0][robot] for m in moments} <= {*bits(poses)}
 
 
-DELIVERY = """\
-safenav: 1
-map:
-  grid: |
-    #############
-    #...........#
-    #...........#
-    #...........#
-    #...........#
-    #############
-  names: {depot: [4, 11]}
-catalogue:
-  robots:
-    drone: {mobility: free, layer: air, capabilities: [fetch, swap]}
-    clerk: {mobility: free, layer: ground, capabilities: [fetch]}
-    carrier: {mobility: heading, layer: ground, capabilities: [push]}
-  obstacles:
-    flat: {needs: [{action: fetch, at: [depot]}, {action: swap, at: neighbours, same: true}],
-           blocks: [carrier]}
-robots:
-  digit: {model: carrier, start: [2, 1], heading: east, objective: {visit: [[2, 11], [3, 1]]}}
-  north: {model: drone, start: [1, 8], objective: {hold: [1, 8]}}
-  south: {model: drone, start: [4, 9], objective: {visit: [[4, 9], [4, 10]]}}
-  clerk: {model: clerk, start: depot, objective: {hold: depot}}
-obstacles: [{type: flat, region: [2, 8]}]
-until: {rounds: 1}
-"""
-
-
-def test_who_fetched_it_swaps_it() -> None:
-    """The clerk at the depot cannot swap, so it does not fetch; north could, but has no battery."""
-    met = [(r["need"], r["robot"]) for r in play(DELIVERY).all("met")]
-    assert met == [(0, "south"), (1, "south")]
-
-
-def test_a_checker_of_bundles_follows_it() -> None:
-    certified(DELIVERY)
-
-
-TAG = """\
-safenav: 1
-map: {grid: ["###########", "#.........#", "####.######", "####.######", "###########"]}
-catalogue:
-  robots:
-    truck: {mobility: heading, layer: ground, capabilities: [scan, push]}
-    bee: {mobility: free, layer: air, capabilities: [scan]}
-    fly: {mobility: free, layer: low, capabilities: []}
-  obstacles:
-    tag: {needs: [{action: scan, robots: 2, at: [15]}], blocks: [bee, fly]}
-    gate: {action: push, resolve_at: [20], blocks: [bee]}
-robots:
-  truck: {model: truck, start: 12, heading: east, objective: {hold: 20}}
-  fly: {model: fly, start: 13, objective: {visit: [15, 13]}}
-  bee: {model: bee, start: 37, objective: {visit: [12, 37]}}
-obstacles: [{type: gate, region: 26}, {type: tag, region: 14}]
-until: {rounds: 1}
-"""
-"""The truck cannot turn: it has its part in the need of the tag on its way to the gate, which lets
-the bee in that has the other one."""
-
-
-@pytest.mark.parametrize("clock", ["lockstep", "live"])
-def test_one_has_its_part_before_another_can_get_there(clock: str) -> None:
-    run = completed(TAG + f"clock: {clock}\n")
-    resolved = [(r["obstacle"], r.get("robots", [r["robot"]])) for r in run.all("resolved")]
-    assert resolved == [("gate@26", ["truck"]), ("tag@14", ["truck", "bee"])]
-
-
-def test_a_proof_without_the_part_of_one_robot_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_refuses_a_proof_that_ignores_partial_actions(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def whole(*given: Any) -> Iterator[RankedStep]:
         return (option for option in for_gate(*given) if not option.partial)
 
     for_gate = solve._for_gate
     monkeypatch.setattr(solve, "_for_gate", whole)
-    mission, run = prepared(TAG)
+    mission, run = prepared(case("needs/part_before_another_gets_there"))
     mission.run()
     assert run.outcome["outcome"] == "operator_needed"
     assert "truck at tag@14 is not refuted" in run.findings
-
-
-@pytest.mark.parametrize(
-    ("needs", "found"),
-    [
-        ("[{action: fetch, same: true}]", "no previous need"),
-        ("[{action: fetch, at: [depot]}, {action: swap, robots: 2, same: true}]", "needs 2 robots"),
-        ("[{action: fetch, at: [depot]}, {action: swap, same: true}]", "may not enter"),
-    ],
-)
-def test_what_cannot_be_is_refused(needs: str, found: str) -> None:
-    was = DELIVERY[DELIVERY.index("needs: ") + 7 : DELIVERY.index(",\n           blocks")]
-    with pytest.raises(InputError, match=found):
-        load_scenario_text(DELIVERY.replace(was, needs))

@@ -1,8 +1,6 @@
-"""Strict ordered patrolling: the targets in order, forever, and none touched out of its turn."""
+"""Targets in strict order, forever or once; others are ``cases/objectives``."""
 
-import json
 import re
-import textwrap
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -10,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from certify.making import CIRCUIT, bundle_at, certified, files_of, judged, rewrite, shipped
+from once import SCENARIOS
+from runtime.facts import case
 from runtime.played import Line, Run, completed, play
-from safenav.audit.check import check_trace
+from safenav.runtime.traffic import budgets
 
 SHARED = """
 map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}
@@ -41,7 +41,7 @@ def strict(path: list[int], targets: list[int]) -> bool:
     return all(after[1] == (before[1] + 1) % len(targets) for before, after in pairwise(met))
 
 
-def test_targets_are_met_in_strict_order_also_after_helping() -> None:
+def test_targets_of_a_circuit_are_met_in_strict_order_also_after_helping() -> None:
     trace = completed(CIRCUIT)
     begun = {name: trace.all("synthesis", robot=name)[-1]["tick"] for name in ("quad", "digit")}
     for robot, targets in (("quad", [54, 49, 37]), ("digit", [58, 28, 20])):
@@ -65,58 +65,13 @@ def met_in_order(trace: Run, robot: str, count: int) -> bool:
     ],
     ids=["shared", "live", "assignable", "energy and deadlines"],
 )
-def test_it_is_met_in_order_under_other_demands(text: str, more: str) -> None:
+def test_targets_are_met_in_order_among_others_live_and_with_deadlines(
+    text: str, more: str
+) -> None:
     trace = completed(text + more)
     assert met_in_order(trace, "a", 3)
     if text == SHARED:
         assert {s["form"] for s in trace.all("synthesis", robot="a")} == {"alternation"}
-
-
-HALL = """
-map: {{grid: ["######", "#...##", "#....#", "#....#", "#..###", "#..#.#", "#....#", "######"]}}
-robots:
-  r:
-    model: digit
-    start: [5, 1]
-    heading: north
-    objective: {{circuit: {targets}, form: literal, within: {within}}}
-"""
-
-
-@pytest.mark.parametrize(
-    ("targets", "within", "says"),
-    [
-        ("[[4, 2], [3, 1], [4, 1], [1, 2]]", 17, "'form: literal' forbids crossing"),
-        ("[[3, 1], [1, 2], [3, 4]]", 9, "the fastest round takes 10"),
-        ("[[3, 1], [1, 2], [3, 4]]", 10, "every robot has met its objective"),
-    ],
-)
-def test_rounds_in_strict_order_are_promised_or_refused(
-    targets: str, within: int, says: str
-) -> None:
-    """The audit agrees on the least number of ticks."""
-    assert says in play(HALL.format(targets=targets, within=within)).outcome["explanation"]
-
-
-BEYOND = """
-map: {grid: ["########", "#......#", "########"]}
-catalogue:
-  robots:
-    rover: {mobility: free, layer: ground, capabilities: [], battery: {capacity: 14, charge: 5}}
-robots:
-  r: {model: rover, start: [1, 3], objective: {patrol: [[1, 6], [1, 3]], form: literal}}
-chargers: [[1, 1]]
-until: {rounds: 4}
-"""
-
-
-def test_a_literal_form_that_is_lost_beyond_a_target_is_proven_lost() -> None:
-    """The robot went to charge across the target that is not next, and cannot come back."""
-    run = play(BEYOND)
-    lines = run.records
-    assert (lines[-1]["outcome"], lines[-1]["cause"]) == ("operator_needed", "unrealizable")
-    lines[-2]["memory"] = {"scout": 1}  # from there it could
-    assert run.broken == {"proof"}
 
 
 def _move(lines: list[Line], robot: str, tick: int) -> Line:
@@ -147,13 +102,13 @@ def wait_at_a_target(lines: list[Line]) -> None:
 @pytest.mark.parametrize(
     "alter", [skip_a_target, swap_two_goals, touch_one_out_of_turn, wait_at_a_target]
 )
-def test_a_trace_that_does_it_otherwise_is_refused(alter: Callable[[list[Line]], None]) -> None:
+def test_the_audit_refuses_targets_met_out_of_order(alter: Callable[[list[Line]], None]) -> None:
     run = play(SHARED[: SHARED.index("  b:")] + "until: {rounds: 2}\n")
     alter(run.records)
     assert run.findings
 
 
-def test_a_bundle_proves_it() -> None:
+def test_a_bundle_proves_that_no_target_is_crossed_out_of_turn() -> None:
     status, said = judged(shipped("circuit"))
     assert status == 0, said
     claims = re.findall(r"form-\d+: (.*)", said)
@@ -169,7 +124,7 @@ def test_a_bundle_proves_it() -> None:
     ],
     ids=["another order", "strategies that may cross", "an unknown kind"],
 )
-def test_a_bundle_is_refused_whose_strategies_keep_less(
+def test_a_bundle_whose_strategies_guarantee_less_is_refused(
     kind: str, before: str, after: str, tmp_path: Path
 ) -> None:
     text = CIRCUIT.replace("circuit: [54", f"{kind}: [54")
@@ -182,21 +137,26 @@ def test_a_bundle_is_refused_whose_strategies_keep_less(
     assert judged(rewrite(bundle, files, tmp_path))[0] == 1
 
 
-def test_a_literal_objective_lost_among_others_is_noted_and_certified(clock: str) -> None:
-    text = f"""
-        clock: {clock}
-        map: {{grid: ["######", "#....#", "#....#", "######"], resolution: 1}}
-        robots:
-          a: {{model: quadcopter, start: 7, objective: {{patrol: [7, 10], form: literal}}}}
-          b: {{model: quadcopter, start: 13, objective: {{visit: [13, 16]}}}}
-        obstacles: [{{type: door, region: 9}}]
-        """
-    run = play(text)
-    assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "unrealizable")
-    (note,) = check_trace(map(json.dumps, run.records)).notes
-    assert note.explanation.startswith("not judged: whether others or inputs can keep a")
-    said = certified(textwrap.dedent(text))
-    assert "there is no strategy for a" in said
-    assert "Not judged: whether others or inputs can keep a" in said
-    run.records[:] = [line for line in run.records if line.get("verdict") != "unrealizable"]
-    assert "but that is not proven" in run.findings
+CASE_STUDY_1 = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
+ROOMS = CASE_STUDY_1.replace("patrol: [54, 49]", "once: [54, 49, 37]").replace("patrol", "once")
+
+
+@pytest.mark.parametrize("coordination", ["resynthesis", "assignable"])
+def test_targets_are_met_once_in_order_also_after_helping(coordination: str) -> None:
+    trace = completed(f"{ROOMS}coordination: {coordination}\n")
+    for robot, targets in (("quad", [54, 49, 37]), ("digit", [58, 28])):
+        path = trace.path(robot)
+        assert path[-1] == targets[-1]
+        met = [path.index(target) for target in targets[:-1]]
+        assert met == sorted(met)
+    assert [g["goal"] for g in trace.all("goal", robot="quad") if g["region"] != 46] == [0, 1, 2]
+
+
+def test_a_bundle_proves_that_targets_are_met_once_in_order() -> None:
+    (*_, said) = re.findall(r"form-\d+: (.*)", certified(ROOMS))
+    assert said.endswith("once, in this order, and stay at the last.")
+
+
+def test_a_proof_that_exceeds_its_budget_is_not_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(budgets, "PROOF_BUDGET", 1)
+    assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"
