@@ -20,7 +20,7 @@ from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.joint_search import execution
 from safenav.runtime.traffic.searches import Searches
-from safenav.world.poses import FAR
+from safenav.world.poses import FAR, Mask
 
 
 class PlanTrigger(Struct, frozen=True):
@@ -139,7 +139,8 @@ class PlanTriggers:
             hasty = distance < FAR and self._runs_low(robot, distance)
             if robot.robot.objective is not self._objectives[name]:
                 self.watch.forget(name)
-            if self.watch.look(name, told, distance, self._clock(), hasty) and found is None:
+            each = self._to_each(floor, robot, goal, distance)
+            if self.watch.look(name, told, each, self._clock(), hasty) and found is None:
                 found = PlanTrigger(f"{name} makes no progress towards its target", name)
         return found
 
@@ -157,6 +158,21 @@ class PlanTriggers:
                 1  # it stands where it must act, but others are in regions that the action sweeps
             )
         return far
+
+    def _to_each(
+        self, floor: Floor, robot: RobotState, goal: Mask, distance: int
+    ) -> tuple[int, ...]:
+        """Return the steps of a robot to each target that may be its next one: with targets in any
+        order, its strategy may go to a farther one first. ``distance``: the steps to the nearest
+        pose of ``goal``."""
+        index = floor.index(robot.name)
+        member = floor.problem.members[index]
+        own = robot.assignment.role is Role.OWN and not member.in_turn and 0 < distance < FAR
+        parts = [target & goal for target in member.targets if own and target & goal]
+        if len(parts) < 2:
+            return (distance,)
+        allowed = floor.problem.allowed(index, floor.stages)
+        return tuple(member.graph.distances(each, allowed)[floor.poses[index]] for each in parts)
 
     def _runs_low(self, robot: RobotState, distance: int) -> bool:
         """Return whether a waiting robot uses charge that it needs, with a small reserve, for its
@@ -191,7 +207,7 @@ class PlanTriggers:
 
 class _Wait(Struct):
     told: Hashable
-    nearest: int
+    nearest: tuple[int, ...]
     since: float
 
 
@@ -206,19 +222,29 @@ class StarvationMonitor:
         self._waited = dict(waited or {})
 
     def look(
-        self, robot: str, told: Hashable, distance: int, tick: float, hasty: bool = False
+        self,
+        robot: str,
+        told: Hashable,
+        distances: tuple[int, ...],
+        tick: float,
+        hasty: bool = False,
     ) -> bool:
-        """Whether a robot with the assignment ``told`` and ``distance`` remaining steps (FAR: no
-        path, or no goal; its wait continues) starves. Call once per tick (in a live run, a tick is
-        the duration of a step). ``hasty``: it cannot wait for long."""
+        """Whether a robot with the assignment ``told`` starves: it has not come nearer to any of
+        its targets. ``distances``: remaining steps to each (FAR: no path, or no goal; its wait
+        continues). Call once per tick (in a live run, a tick is the duration of a step).
+        ``hasty``: it cannot wait for long."""
         wait, before = self._waits.get(robot), self._waited.pop(robot, 0)
-        if distance == 0:
+        if min(distances) == 0:
             self._waits.pop(robot, None)
-        if distance >= FAR or distance == 0:
+        if min(distances) >= FAR or min(distances) == 0:
             return False
-        if wait is None or wait.told != told or distance < wait.nearest:
-            self._waits[robot] = _Wait(told, distance, tick - before)
+        if wait is None or wait.told != told:
+            self._waits[robot] = _Wait(told, distances, tick - before)
             return before >= self.patience
+        nearest = tuple(map(min, distances, wait.nearest))
+        if nearest != wait.nearest:
+            self._waits[robot] = _Wait(told, nearest, tick)
+            return False
         return tick - wait.since >= (self.slowest if hasty else self.patience)
 
     def ages(self, tick: float) -> Hashable:
