@@ -22,8 +22,7 @@ from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario
 from safenav.scenario.motion import resolved
 from safenav.scenario.reading.catalogue import built_in
-from safenav.trace.header import scenario_header
-from safenav.trace.records import VERSION, Header
+from safenav.trace.header import unstarted
 from safenav.trace.setting import RobotHeader
 from safenav.trace.trace import Trace
 
@@ -100,8 +99,7 @@ def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
 
 def check_movable(scenario: Scenario) -> None:
     """Raise UsageError or InputError if a robot cannot move so on the floor of a scenario."""
-    header = Header(0, VERSION, safenav.__version__, scenario_header(scenario, None))
-    trace = Trace(scenario.name, header, (), cut_off=False, ignored=0)
+    trace = unstarted(scenario)
     movers_of(trace, floor_of(trace))
 
 

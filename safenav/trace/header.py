@@ -6,11 +6,14 @@ from collections.abc import Mapping
 
 from msgspec import convert
 
+import safenav
 from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.motion import resolved
 from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace import setting
+from safenav.trace.records import VERSION, Header
 from safenav.trace.told_objective import objective_in_trace
+from safenav.trace.trace import Trace
 from safenav.world.map import RegionMap
 from safenav.world.partition import rooms
 
@@ -55,6 +58,12 @@ def scenario_header(
         flat=None if scenario.flat is None else scenario.flat.name,
         begun=scenario.begun,
     )
+
+
+def unstarted(scenario: Scenario) -> Trace:
+    """Return the trace of a run of the scenario that has not begun."""
+    header = Header(0, VERSION, safenav.__version__, scenario_header(scenario, None))
+    return Trace(scenario.name, header, (), cut_off=False, ignored=0)
 
 
 def _promises(scenario: Scenario) -> setting.PromisesHeader | None:

@@ -14,7 +14,7 @@ from report import made_traces
 from safenav.cli.draw import command as draw_command
 from safenav.cli.replay import command as replay_command
 from safenav.errors import InputError, UsageError
-from safenav.report.page.encode import NewPage, encoded, written
+from safenav.report.page.encode import PageKnowledge, encoded, written
 from safenav.report.page.html import page_of
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.perception import SightCache, shading_lines, shading_of, viewers
@@ -99,7 +99,7 @@ def test_written_sets_of_regions_can_be_read_again(regions: set[int]) -> None:
 
 
 def test_equal_sets_are_written_once(meeting: Replay) -> None:
-    sets = NewPage(meeting.map)
+    sets = PageKnowledge(meeting.map, numbered=True)
     assert sets.placed([3, 4, 7]) == sets.placed([3, 4, 7]) == 0
     assert sets.placed([]) == 1
     data = encoded(meeting, "t.jsonl")

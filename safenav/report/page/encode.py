@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from msgspec.structs import asdict, astuple
 
@@ -28,45 +28,45 @@ from safenav.world.map import Region, RegionMap
 T = TypeVar("T")
 
 
-class PageKnowledge(Protocol):
-    """The entries that a page already has."""
+class PageKnowledge:
+    """The entries that pages have; at first none. ``numbered``: sets of regions are numbers in
+    ``texts``, else their texts."""
 
-    def new(self, entries: Sequence[T], *key: str) -> Sequence[T]:
-        """Return the entries of a series that it lacks; ``key`` identifies the series."""
-
-    def steps(self, track: timeline.RobotTrack) -> Any:
-        """Return the steps of a robot that it lacks."""
-
-    def sight(self, replay: timeline.Replay, viewer: str) -> Iterable[tuple[int, list[Region]]]:
-        """Return the changes of a robot's sight that it lacks: the tick, and the regions seen."""
-
-    def placed(self, regions: Iterable[Region]) -> int | str:
-        """Return the reference to, or the text of, a set of regions (ascending)."""
-
-
-class NewPage(PageKnowledge):
-    """A page that opens with this data, which includes the sets that it refers to."""
-
-    def __init__(self, world: RegionMap) -> None:
+    def __init__(self, world: RegionMap, *, numbered: bool) -> None:
         self.texts: dict[str, int] = {}
+        self._numbered = numbered
+        self._counts: dict[tuple[str, ...], int] = {}
+        self._views: dict[str, list[Region]] = {}
         self._sight = SightCache(world)
 
-    def new(self, entries: Sequence[T], *_: str) -> Sequence[T]:
-        return entries
+    def new(self, entries: Sequence[T], *key: str) -> Sequence[T]:
+        """Return the entries of a series that pages lack; ``key`` identifies the series."""
+        begin = self._counts.get(key, 0)
+        self._counts[key] = len(entries)
+        return entries[begin:]
 
-    def steps(self, track: timeline.RobotTrack) -> Any:
-        return steps_data(track.steps)
+    def steps(self, track: timeline.RobotTrack) -> list[Any]:
+        """Return the number of the first step that pages lack, and the steps from it on; the last
+        one may still continue."""
+        begin = max(0, self._counts.get(("steps", track.name), 0) - 1)
+        self._counts["steps", track.name] = len(track.steps)
+        new = track.steps[begin:]
+        times = [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in new]
+        return [begin, times]
 
     def sight(self, replay: timeline.Replay, viewer: str) -> Iterable[tuple[int, list[Region]]]:
-        before = None
-        for tick in range(replay.last + 1):
+        """Yield the changes of a robot's sight that pages lack: the tick, and the regions seen."""
+        for tick in range(self._counts.get(("sight", viewer), 0), replay.last + 1):
             view = self._sight.after(replay, viewer, tick)
-            if view is not None and view != before:
+            if view is not None and view != self._views.get(viewer):
+                self._views[viewer] = view
                 yield tick, view
-            before = view
+        self._counts["sight", viewer] = replay.last  # more lines of this tick may follow
 
-    def placed(self, regions: Iterable[Region]) -> int:
-        return self.texts.setdefault(written(regions), len(self.texts))
+    def placed(self, regions: Iterable[Region]) -> int | str:
+        """Return the number or the text of a set of regions (ascending)."""
+        text = written(regions)
+        return self.texts.setdefault(text, len(self.texts)) if self._numbered else text
 
 
 def written(regions: Iterable[Region]) -> str:
@@ -84,12 +84,12 @@ def written(regions: Iterable[Region]) -> str:
 
 def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
     """Return the data of the page. ``source``: the name of the trace."""
-    ending, known = replay.ending, NewPage(replay.map)
+    ending, known = replay.ending, PageKnowledge(replay.map, numbered=True)
     now = grown(replay, known)
     style = looks([track.name for track in replay.robots])
     now["robots"] = [
-        {**_robot(track), **told, "look": asdict(look)}
-        for track, told, look in zip(replay.robots, now["robots"], style, strict=True)
+        {**_robot(track), **new, "steps": new["steps"][1], "look": asdict(look)}
+        for track, new, look in zip(replay.robots, now["robots"], style, strict=True)
     ]
     return {
         "name": replay.name,
@@ -233,10 +233,6 @@ def _robot(track: timeline.RobotTrack) -> dict[str, Any]:
         "shape": robot_pictogram(track.model),
         "can": track.capabilities,
     }
-
-
-def steps_data(steps: Sequence[timeline.LongStep]) -> list[list[Any]]:
-    return [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in steps]
 
 
 def progress_data(done: timeline.RobotProgress) -> list[Any]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from msgspec.structs import replace
+
 from safenav.report.replay.perception import Shading
-from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene
+from safenav.report.replay.reading import replay_of
+from safenav.report.replay.timeline import ObstacleStatus, Scene
 from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_names
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import target_regions
 from safenav.scenario.objective_text import describe
+from safenav.trace.header import unstarted
 from safenav.trace.looks import labels
 from safenav.trace.words import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
@@ -17,34 +21,9 @@ from safenav.world.sight import visible_from
 
 def scene_of(scenario: Scenario) -> Scene:
     """Return the scene of starts, objectives and hidden obstacles."""
-    robots = []
-    for robot in scenario.robots:
-        row, col = scenario.map.position(robot.start.region)
-        heading = robot.start.heading
-        degrees = None if heading is None else heading * 90.0
-        model = robot.model
-        told = (robot.name, model.name, model.layer)
-        doing = describe(robot.objective, scenario.map.word)
-        robots.append(Placed(*told, row, col, degrees, robot.objective, doing=doing))
-    obstacles = tuple(
-        (
-            Hidden(
-                obstacle.name,
-                obstacle.type.name,
-                obstacle.region,
-                tuple(need.action for need in obstacle.needs),
-                obstacle.resolution_regions(scenario.map),
-                tuple(robot.name for robot in scenario.robots if obstacle.blocks(robot)),
-                ordered=obstacle.ordered,
-            ),
-            ObstacleStatus.HIDDEN,
-            0,
-        )
-        for obstacle in scenario.obstacles
-    )
-    marks = (tuple(sorted(scenario.chargers)), scenario.never_together)
-    shown = (scenario.map, tuple(robots), obstacles, (), (), *marks)
-    return Scene(scenario.name, "before the run", *shown)
+    replay = replace(replay_of(unstarted(scenario)), charges={})
+    obstacles = tuple((hidden, ObstacleStatus.HIDDEN, 0) for hidden in replay.hidden.values())
+    return replace(replay.scene(0), moment="before the run", obstacles=obstacles)
 
 
 def sight_of(scenario: Scenario, robot: str) -> Shading:
