@@ -69,9 +69,9 @@ def frames(trace: bytes, name: str) -> bytes:
 
             canvas = Canvas(960)
             for tick in range(replay.last + 1):
-                canvas.show(layers_of(replay.scene(tick), options))
+                image = canvas.show(layers_of(replay.scene(tick), options))
                 with files.open(f"tick-{tick:04}.png", "w") as file:
-                    canvas.image.save(file, "PNG")
+                    image.save(file, "PNG")
         except (ModuleNotFoundError, UsageError):  # the extra ``pictures`` is missing
             for tick in range(replay.last + 1):
                 files.writestr(f"tick-{tick:04}.svg", svg_of(replay.scene(tick), options))

@@ -207,7 +207,7 @@ def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
         page.text(_MARGIN, _MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
     figures = f"{len(strategy.states)} states, {strategy.edges} transitions"
     page.text(_MARGIN, top - 12, figures, 13, fill=MUTED)
-    page.open_group(transform=f"translate({number(_MARGIN)} {number(top)})")
+    page.open_map(_MARGIN, top)
     for node in initial:
         _draw_start(page, layout.centres[node], (width, height))
     for arrow in layout.arrows:

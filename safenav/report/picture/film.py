@@ -102,8 +102,7 @@ def _frames(
     palette, canvas = _palette(replay, film), Canvas(film.width)
     held: tuple[Image.Image, tuple[int, int], int] | None = None
     for number, (layers, milliseconds) in enumerate(_moments(replay, film), start=1):
-        boxes = canvas.show(layers)
-        found = palette.difference(canvas.image, boxes)
+        found = palette.difference(canvas.show(layers))
         if held is not None and found is None:
             held = (held[0], held[1], held[2] + milliseconds)
         elif found is not None:
@@ -144,8 +143,5 @@ def _palette(replay: Replay, film: Film) -> Palette:
     ticks = {film.first, film.last}
     ticks |= {e.tick for e in replay.events if e.kind in _HALTS and e.tick in film.ticks}
     chosen = sorted(ticks)[:: max(1, len(ticks) // 8)]
-    canvas, images = Canvas(film.width), []
-    for tick in chosen:
-        canvas.show(film.layers(replay, tick, 0.0, "-"))
-        images.append(canvas.image.copy())
-    return Palette(images)
+    canvas = Canvas(film.width)
+    return Palette([canvas.show(film.layers(replay, tick, 0.0, "-")) for tick in chosen])

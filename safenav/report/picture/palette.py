@@ -29,28 +29,17 @@ class Palette:
         self._colours = colours[np.argsort(-counts, kind="stable")[:CLEAR]].astype(np.int64)
         self._numbers = np.zeros(1 << 24, dtype=np.uint16)
         """The number, from 1 on, of the colour nearest to each RGB colour; 0 until computed."""
-        self._shown = np.empty((0, 0), dtype=np.uint8)
+        self._shown: Numbers | None = None
 
-    def applied(self, image: Image.Image) -> Image.Image:
-        return self._image(self._of(image))
-
-    def difference(
-        self, image: Image.Image, boxes: Sequence[tuple[int, int, int, int]]
-    ) -> tuple[Image.Image, tuple[int, int]] | None:
+    def difference(self, image: Image.Image) -> tuple[Image.Image, tuple[int, int]] | None:
         """Return the part that differs from the previous image, and its corner (left, top); None if
-        there is none. Only ``boxes`` are compared."""
-        if self._shown.shape != (image.height, image.width):
-            self._shown = np.full((image.height, image.width), CLEAR, dtype=np.uint8)
-        frame = np.full_like(self._shown, CLEAR)
-        for box in boxes:
-            left, top, right, bottom = box
-            part, shown = self._of(image.crop(box)), self._shown[top:bottom, left:right]
-            frame[top:bottom, left:right] = np.where(part == shown, CLEAR, part)
-            shown[:] = part
-        rows, cols = (
-            np.flatnonzero((frame != CLEAR).any(1)),
-            np.flatnonzero((frame != CLEAR).any(0)),
-        )
+        there is none."""
+        numbers, shown = self._of(image), self._shown
+        self._shown = numbers
+        frame = numbers if shown is None else np.where(numbers == shown, CLEAR, numbers)
+        frame = frame.astype(np.uint8)
+        changed = frame != CLEAR
+        rows, cols = np.flatnonzero(changed.any(1)), np.flatnonzero(changed.any(0))
         if rows.size == 0:
             return None
         corner = int(cols[0]), int(rows[0])
@@ -74,10 +63,10 @@ class Palette:
 
 def _packed(image: Image.Image) -> npt.NDArray[np.uint32]:
     """Return each pixel as one number."""
-    pixels = np.asarray(image.convert("RGB"), dtype=np.uint32)
-    return pixels @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
+    pixels = np.frombuffer(image.convert("RGBX").tobytes(), dtype="<u4")
+    return pixels.reshape(image.height, image.width) & 0xFFFFFF
 
 
 def _parts(colours: Ints) -> Ints:
     """Return red, green and blue of packed colours, one row per colour."""
-    return np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1)
+    return np.stack([colours & 255, colours >> 8 & 255, colours >> 16], axis=1)

@@ -50,7 +50,7 @@ def svg_of_summary(strategy: Strategy, task: Task, world: RegionMap) -> str:
     page.rect(0, 0, inner + 2 * _MARGIN, below + _MARGIN, fill="#FFFFFF")
     for i, line in enumerate(title):
         page.text(_MARGIN, _MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
-    page.open_group(transform=f"translate({number(_MARGIN)} {number(top)})")
+    page.open_map(_MARGIN, top)
     draw_floor(page, world, cell)
     _draw_states(page, Counter(regions), world, cell)
     _draw_moves(page, moves, world, cell)

@@ -5,7 +5,7 @@ fallback fonts of other renderers: text that fits here fits everywhere."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
@@ -66,16 +66,13 @@ def polyline(*points: tuple[float, float]) -> str:
 
 
 class Layers(Struct, frozen=True):
-    """A picture as elements: the ground, and on it the moving elements, which differ between two
-    moments of a run. ``corner``: the origin of the moving elements. ``texts``: their lines of text,
-    with boxes (left, top, right, bottom) around them."""
+    """A picture as two documents of the same size: the ground, and on it the moving elements, which
+    differ between two moments of a run."""
 
     width: float
     height: float
-    corner: tuple[float, float]
-    ground: tuple[str, ...]
-    moving: tuple[str, ...]
-    texts: Mapping[str, tuple[float, float, float, float]]
+    ground: str
+    moving: str
 
 
 class SvgWriter:
@@ -83,9 +80,7 @@ class SvgWriter:
 
     def __init__(self) -> None:
         self._parts: list[str] = []
-        self._texts: dict[str, tuple[float, float, float, float]] = {}
         self._ground = 0
-        self._corner = (0.0, 0.0)
 
     def element(self, tag: str, content: str | None = None, /, **attributes: object) -> None:
         """Add one element with escaped content; ``_`` in attribute names means ``-``, and an
@@ -111,8 +106,6 @@ class SvgWriter:
         """Add one line of text with the baseline ``y``."""
         font = {"font_size": size, "font_weight": "bold" if bold else None}
         self.element("text", escape(words), **{"x": x, "y": y, **font, **attributes})
-        across = text_width(words, size, bold) + size
-        self._texts[self._parts[-1]] = (x - across, y - 1.5 * size, x + across, y + size)
 
     def glyph(
         self, path: str, x: float, y: float, radius: float, turn: float = 0, **attributes: object
@@ -132,25 +125,28 @@ class SvgWriter:
 
     def open_map(self, x: float, y: float) -> None:
         """Open the group of a map with its origin at (x, y)."""
-        self._corner = (x, y)
         self.open_group(transform=f"translate({number(x)} {number(y)})")
 
     def rise(self) -> None:
-        """End the ground; the group of a map follows."""
+        """End the ground; the moving elements follow."""
         self._ground = len(self._parts)
-        self._texts.clear()
 
     def layers(self, width: float, height: float) -> Layers:
-        """Return the picture, which ends with the group of a map, in layers."""
-        ground, moving = self._parts[: self._ground], self._parts[self._ground + 1 : -1]
-        return Layers(width, height, self._corner, tuple(ground), tuple(moving), self._texts)
+        """Return the picture in layers."""
+        ground, moving = self._parts[: self._ground], self._parts[self._ground :]
+        documents = (_document(parts, width, height) for parts in (ground, moving))
+        return Layers(width, height, *documents)
 
     def document(self, width: float, height: float, title: str, description: str) -> str:
         """Return the finished picture; title and description are for screen readers."""
-        w, h = number(width), number(height)
-        head = (
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" '
-            f'viewBox="0 0 {w} {h}" role="img" font-family={quoteattr(FAMILY)}>\n'
-            f"<title>{escape(title)}</title>\n<desc>{escape(description)}</desc>\n"
-        )
-        return head + "\n".join(self._parts) + "\n</svg>\n"
+        titles = (f"<title>{escape(title)}</title>", f"<desc>{escape(description)}</desc>")
+        return _document([*titles, *self._parts], width, height)
+
+
+def _document(parts: Sequence[str], width: float, height: float) -> str:
+    w, h = number(width), number(height)
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" '
+        f'viewBox="0 0 {w} {h}" role="img" font-family={quoteattr(FAMILY)}>'
+    )
+    return "\n".join((head, *parts, "</svg>\n"))
