@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 _FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
@@ -26,6 +27,22 @@ def printable(text: str) -> str:
 def json_line(data: Any) -> str:
     """Return data as a line of JSON, compact and in ASCII."""
     return json.dumps(data, separators=(",", ":")) + "\n"
+
+
+def line_output() -> Callable[[Any], None]:
+    """Return a writer of JSON lines, for any thread, to the present standard output; all other
+    output then goes to standard error."""
+    from threading import Lock  # only needed in child processes
+
+    out, lock = os.fdopen(os.dup(1), "w", encoding="utf-8"), Lock()
+    os.dup2(2, 1)
+
+    def write(data: Any) -> None:
+        with lock:
+            out.write(json_line(data))
+            out.flush()
+
+    return write
 
 
 def json_flaw(error: Exception) -> str:

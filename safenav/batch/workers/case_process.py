@@ -19,14 +19,14 @@ import threading
 from pathlib import Path
 from typing import Any
 
-READY = b"ready\n"
+from safenav.lines import line_output
+
+READY = "ready"
 
 
 def main() -> None:
     """Serve until standard input ends."""
-    answers = os.dup(sys.stdout.fileno())
-    os.set_inheritable(answers, False)
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    answer = line_output()
     faulthandler.enable()  # prints the stack at a crash, and at the SIGABRT for a hung case
     _forbid_core_dumps()
     from safenav.batch.cases.case import Case, Conditions
@@ -34,15 +34,18 @@ def main() -> None:
 
     tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(tasks,), daemon=True).start()
-    _send(answers, READY)
-    while task := tasks.get():
-        given: dict[str, Any] = json.loads(task)
-        if given["directory"] is not None:
-            with contextlib.suppress(OSError):  # if missing, only its files are not found
-                os.chdir(given["directory"])
-        trace = Path(given["trace"]) if given["trace"] is not None else None
-        result = execute(Case(**given["case"]), Conditions(**given["conditions"]), trace)
-        _send(answers, json.dumps(result.record()).encode() + b"\n")
+    try:
+        answer(READY)
+        while task := tasks.get():
+            given: dict[str, Any] = json.loads(task)
+            if given["directory"] is not None:
+                with contextlib.suppress(OSError):  # if missing, only its files are not found
+                    os.chdir(given["directory"])
+            trace = Path(given["trace"]) if given["trace"] is not None else None
+            result = execute(Case(**given["case"]), Conditions(**given["conditions"]), trace)
+            answer(result.record())
+    except BrokenPipeError:
+        os._exit(0)  # the reader has gone
 
 
 def _listen(tasks: queue.SimpleQueue[bytes]) -> None:
@@ -51,14 +54,6 @@ def _listen(tasks: queue.SimpleQueue[bytes]) -> None:
     tasks.put(b"")
     # During a synthesis, SIGTERM first kills that; otherwise it ends this process immediately.
     os.kill(os.getpid(), signal.SIGTERM)
-
-
-def _send(channel: int, data: bytes) -> None:
-    try:
-        while data:
-            data = data[os.write(channel, data) :]
-    except BrokenPipeError:
-        os._exit(0)  # the reader has gone
 
 
 def _forbid_core_dumps() -> None:

@@ -227,9 +227,10 @@ class Worker:
         if not data:
             return self._crashed()
         self._heard += data
-        if not self._ready and self._heard.startswith(READY):
+        ready = json_line(READY).encode()
+        if not self._ready and self._heard.startswith(ready):
             self._ready = True
-            self._heard = self._heard[len(READY) :]
+            self._heard = self._heard[len(ready) :]
             self._since = time.monotonic()
         if not self._heard.endswith(b"\n"):
             return None

@@ -12,12 +12,14 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Callable
 from math import atan2, inf, tau
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
 from safenav.fleet.place import turned
+from safenav.lines import line_output
 
 RATE = 50.0
 """Odometry and reports per second; scans only while a robot stands."""
@@ -27,26 +29,11 @@ HERE = 0.005
 Line = dict[str, Any]
 
 
-class LineWriter:
-    """Writer of JSON lines to the original standard output; output of pyrobosim goes to standard
-    error."""
-
-    def __init__(self) -> None:
-        self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-        self._lock = threading.Lock()
-        os.dup2(2, 1)
-
-    def tell(self, **line: Any) -> None:
-        with self._lock:
-            self._out.write(json.dumps(line) + "\n")
-            self._out.flush()
-
-
 class HostedRobot:
     """A robot and the thread that carries out its commands one after another."""
 
-    def __init__(self, robot: Any, world: Any, pace: float, teller: LineWriter) -> None:
-        self.robot, self._world, self._pace, self._teller = robot, world, pace, teller
+    def __init__(self, robot: Any, world: Any, pace: float, write: Callable[[Line], None]) -> None:
+        self.robot, self._world, self._pace, self._write = robot, world, pace, write
         self._commands: SimpleQueue[Line] = SimpleQueue()
         self._open_lines: list[Line] = []  # the command under way first
         threading.Thread(target=self._work, daemon=True).start()
@@ -72,19 +59,20 @@ class HostedRobot:
             self.robot.path_executor.cancel_execution = True
         name, at, now = self.robot.name, self.robot.get_pose(), time.monotonic()
         yaw = at.get_yaw()
-        self._teller.tell(at=name, t=now, x=at.x, y=at.y, yaw=yaw)
-        self.tell_closed()
+        self._write({"at": name, "t": now, "x": at.x, "y": at.y, "yaw": yaw})
+        self._report_closed()
         if self._open_lines:
             return
         lidar = self.robot.sensors.get(sensor)
         if lidar is not None:
             lidar.update()
-            self._teller.tell(scan=name, t=now, step=tau / 360, ranges=_rays(lidar, at, yaw))
+            ranges = _rays(lidar, at, yaw)
+            self._write({"scan": name, "t": now, "step": tau / 360, "ranges": ranges})
 
-    def tell_closed(self) -> None:
+    def _report_closed(self) -> None:
         """Send the hallways that the robot knows to be closed."""
         closed = {hallway.name for hallway in self.robot.get_known_closed_hallways()}
-        self._teller.tell(closed=sorted(closed), by=self.robot.name)
+        self._write({"closed": sorted(closed), "by": self.robot.name})
 
     def _work(self) -> None:
         while True:
@@ -93,12 +81,11 @@ class HostedRobot:
                 answer = self._open(line) if line["do"] == "open" else self._go(line)
             except Exception as error:  # an error of the planner fails the goal
                 answer = ("failed" if line["do"] == "open" else "aborted", str(error))
-            self.tell_closed()  # first, since a closed hallway may be the reason of the failure
+            self._report_closed()  # first, since a closed hallway may be the reason of the failure
             self._open_lines.remove(line)
             done = "acted" if line["do"] == "open" else "end"
-            self._teller.tell(
-                **{done: self.robot.name}, number=line["number"], result=answer[0], reason=answer[1]
-            )
+            ended = {"number": line["number"], "result": answer[0], "reason": answer[1]}
+            self._write({done: self.robot.name, **ended})
 
     def _go(self, line: Line) -> tuple[str, str]:
         from pyrobosim.utils.pose import Pose
@@ -178,17 +165,17 @@ def _rays(lidar: Any, at: Any, yaw: float) -> list[float | None]:
 
 
 def main(world_file: Path, pace: float) -> None:
-    teller = LineWriter()
+    write = line_output()
     try:
         from pyrobosim.core.yaml_utils import WorldYamlLoader
 
         world = WorldYamlLoader().from_file(world_file)
     except Exception as error:  # its loader may raise anything
-        teller.tell(error=f"{type(error).__name__}: {error}")
+        write({"error": f"{type(error).__name__}: {error}"})
         return
-    robots = {robot.name: HostedRobot(robot, world, pace, teller) for robot in world.robots}
+    robots = {robot.name: HostedRobot(robot, world, pace, write) for robot in world.robots}
     halls = {hall.name: hall.closed_polygon.centroid.coords[0] for hall in world.hallways}
-    teller.tell(ready=sorted(robots), hallways=halls)
+    write({"ready": sorted(robots), "hallways": halls})
     commands: SimpleQueue[Line] = SimpleQueue()
     threading.Thread(target=_listen, args=(commands,), daemon=True).start()
     sensors: dict[str, str] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from msgspec import Struct, field
 
@@ -222,11 +223,7 @@ def _obstacles(scene: Scene, hidden: bool) -> Block:
 
 
 def _status(status: ObstacleStatus) -> Icon:
-    def draw(page: SvgWriter, x: float, y: float) -> None:
-        mark = STATUS_MARKS[status]
-        page.glyph(mark.path, x, y, 8, fill=mark.colour)
-
-    return draw
+    return glyph(STATUS_MARKS[status].path, 8, fill=STATUS_MARKS[status].colour)
 
 
 def _stack(stack: tuple[StackRow, ...], world: RegionMap) -> Block:
@@ -239,49 +236,61 @@ def _stack(stack: tuple[StackRow, ...], world: RegionMap) -> Block:
     return Block("Objective stack, top first", tuple(rows))
 
 
+def square(half: float, **style: Any) -> Icon:
+    """Return the sign of a square with sides of twice ``half``."""
+    return lambda page, x, y: page.rect(x - half, y - half, 2 * half, 2 * half, **style)
+
+
+def glyph(path: str, radius: float, down: float = 0.0, **style: Any) -> Icon:
+    """Return the sign of a glyph, ``down`` below the point."""
+    return lambda page, x, y: page.glyph(path, x, y + down, radius, **style)
+
+
 def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
-    def wall(page: SvgWriter, x: float, y: float) -> None:
-        page.rect(x - 8, y - 8, 16, 16, fill="#3B4048")
+    colour = style[0].colour if style else INK
+    frame = {"fill": "none", "stroke": colour, "stroke_width": 2}
 
     def target(page: SvgWriter, x: float, y: float) -> None:
+        square(9, **frame)(page, x, y)
         look = style[0]
-        page.rect(x - 9, y - 9, 18, 18, fill="none", stroke=look.colour, stroke_width=2)
         page.glyph(look.path, x + 4, y + 4, 3.4, fill=look.colour, stroke=INK, stroke_width=0.22)
 
     def trail(page: SvgWriter, x: float, y: float) -> None:
         for i, opacity in enumerate((0.25, 0.45, 0.7)):
-            start = x - 11 + 7 * i
-            line = f"M{start:.0f},{y:.0f}h7"
-            page.path(line, stroke=style[0].colour, stroke_width=2.6, opacity=opacity)
-
-    def nose(page: SvgWriter, x: float, y: float) -> None:
-        page.glyph(NOSE, x, y + 15, 11, fill=INK)
+            line = f"M{x - 11 + 7 * i:.0f},{y:.0f}h7"
+            page.path(line, stroke=colour, stroke_width=2.6, opacity=opacity)
 
     def refused(page: SvgWriter, x: float, y: float) -> None:
-        colour = STATUS_MARKS[ObstacleStatus.FOUND].colour
         arrow = f"M{x - 9:.0f},{y:.0f}h17m-5,-4.5l5,4.5l-5,4.5"
-        page.path(arrow, stroke=colour, stroke_width=2.6, fill="none")
+        found = STATUS_MARKS[ObstacleStatus.FOUND].colour
+        page.path(arrow, stroke=found, stroke_width=2.6, fill="none")
 
-    def area(page: SvgWriter, x: float, y: float) -> None:
-        page.rect(x - 8, y - 8, 16, 16, fill="none", stroke=AREA, stroke_dasharray="4 2")
-
-    def shunned(page: SvgWriter, x: float, y: float) -> None:
-        line = {"stroke": style[0].colour, "stroke_width": 2, "fill": "none"}
-        page.rect(x - 9, y - 9, 18, 18, stroke_dasharray="2 4", **line)
-
-    rows = []
-    if scene.map.walls:
-        rows.append(Row(wall, lines_of("wall", 12)))
-    if scene.map.areas:
-        rows.append(Row(area, lines_of("area", 12)))
-    if style:
-        rows.append(Row(target, lines_of("target of the robot with this shape and colour", 12)))
-    if any(robot.objective and robot.objective.avoid for robot in scene.robots):
-        rows.append(Row(shunned, lines_of("regions that the robot of this colour avoids", 12)))
-    if any(len({*robot.trail}) > 1 for robot in scene.robots):
-        rows.append(Row(trail, lines_of("path of a robot, newest part strongest", 12)))
-    if any(robot.heading is not None for robot in scene.robots):
-        rows.append(Row(nose, lines_of("where a robot faces", 12)))
-    if any(event.kind is StoryKind.VIOLATION for event in scene.happened):
-        rows.append(Row(refused, lines_of("refused step", 12)))
+    robots, objectives = scene.robots, [r.objective for r in scene.robots if r.objective]
+    dashed = {"fill": "none", "stroke": AREA, "stroke_dasharray": "4 2"}
+    table: tuple[tuple[object, Icon, str], ...] = (
+        (scene.map.walls, square(8, fill="#3B4048"), "wall"),
+        (scene.map.areas, square(8, **dashed), "area"),
+        (style, target, "target of the robot with this shape and colour"),
+        (
+            any(objective.avoid for objective in objectives),
+            square(9, stroke_dasharray="2 4", stroke=colour, stroke_width=2, fill="none"),
+            "regions that the robot of this colour avoids",
+        ),
+        (
+            any(len({*robot.trail}) > 1 for robot in robots),
+            trail,
+            "path of a robot, newest part strongest",
+        ),
+        (
+            any(robot.heading is not None for robot in robots),
+            glyph(NOSE, 11, 15, fill=INK),
+            "where a robot faces",
+        ),
+        (
+            any(event.kind is StoryKind.VIOLATION for event in scene.happened),
+            refused,
+            "refused step",
+        ),
+    )
+    rows = (Row(icon, lines_of(words, 12)) for drawn, icon, words in table if drawn)
     return Block("Marks", (*rows, *more))

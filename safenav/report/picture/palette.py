@@ -63,8 +63,9 @@ class Palette:
 
 def _packed(image: Image.Image) -> npt.NDArray[np.uint32]:
     """Return each pixel as one number."""
-    pixels = np.frombuffer(image.convert("RGBX").tobytes(), dtype="<u4")
-    return pixels.reshape(image.height, image.width) & 0xFFFFFF
+    pixels = np.frombuffer(image.convert("RGBX").tobytes(), dtype=np.dtype("<u4"))
+    packed: npt.NDArray[np.uint32] = pixels.reshape(image.height, image.width) & np.uint32(0xFFFFFF)
+    return packed
 
 
 def _parts(colours: Ints) -> Ints:

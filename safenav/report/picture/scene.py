@@ -18,7 +18,7 @@ from safenav.report.picture.floor import (
     number_size,
 )
 from safenav.report.picture.glyphs import NOSE, STATUS_MARKS, separated
-from safenav.report.picture.legend import Row, key_row, legend_of, lines_of
+from safenav.report.picture.legend import Row, glyph, key_row, legend_of, lines_of, square
 from safenav.report.picture.names import PlacedName, draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.pictograms import (
     CHARGER,
@@ -131,26 +131,18 @@ def _more(scene: Scene, options: Options) -> list[Row]:
     if any(robot.loads for robot in scene.robots):
         rows.append(Row(_load_sign, lines_of("load that the robot carries", 12)))
     if scene.chargers:
-        rows.append(Row(_charger_sign, lines_of("charger", 12)))
+        rows.append(Row(glyph(CHARGER, 7, fill="#B87900"), lines_of("charger", 12)))
     for each in scene.exclusions:
         words = f"at most one of {listed(sorted(each.robots))} at a time"
-        rows.append(Row(_exclusion_sign, lines_of(words, 12)))
+        rows.append(Row(square(9, fill="none", **EXCLUSION), lines_of(words, 12)))
     if options.shading is not None:
         rows += shading_rows(options.shading, dict(zip(names, style, strict=True)))
     return rows
 
 
 def _load_sign(page: SvgWriter, x: float, y: float) -> None:
-    page.rect(x - 8, y - 8, 16, 16, rx=1.5, fill="#FFFFFF", stroke=INK, stroke_width=0.8)
+    square(8, rx=1.5, fill="#FFFFFF", stroke=INK, stroke_width=0.8)(page, x, y)
     page.glyph(OBSTACLES["crate"], x, y, 6, fill=INK)
-
-
-def _charger_sign(page: SvgWriter, x: float, y: float) -> None:
-    page.glyph(CHARGER, x, y, 7, fill="#B87900")
-
-
-def _exclusion_sign(page: SvgWriter, x: float, y: float) -> None:
-    page.rect(x - 9, y - 9, 18, 18, fill="none", **EXCLUSION)
 
 
 def _described(scene: Scene) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 from safenav.report.picture.floor import INK, cell_size, draw_floor, number_size
 from safenav.report.picture.glyphs import EVENT_MARKS
-from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
+from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of, square
 from safenav.report.picture.svg import SvgWriter, number, polyline, wrapped
 from safenav.report.replay.timeline import StoryKind
 from safenav.scenario.objective import target_regions
@@ -154,7 +154,7 @@ def _legend(
     rows = tuple(Row(None, lines_of(words, 12, WIDTH)) for words in figures)
 
     def states(page: SvgWriter, x: float, y: float) -> None:
-        page.rect(x - 9, y - 9, 18, 18, fill=BLUE, fill_opacity=0.3)
+        square(9, fill=BLUE, fill_opacity=0.3)(page, x, y)
         page.text(x, y + 4, "9", 11, bold=True, text_anchor="middle", fill=INK)
 
     def move(page: SvgWriter, x: float, y: float) -> None:
@@ -162,13 +162,10 @@ def _legend(
         page.path(f"M{number(x + 9)},{number(y)}l-9,-5v10z", fill=INK)
 
     def target(page: SvgWriter, x: float, y: float) -> None:
-        page.rect(x - 9, y - 9, 18, 18, fill="none", stroke=INK, stroke_width=2)
+        square(9, fill="none", stroke=INK, stroke_width=2)(page, x, y)
         page.glyph(_TARGET, x, y, 6, fill=VERMILLION)
 
-    def start(page: SvgWriter, x: float, y: float) -> None:
-        box = {"fill": "none", "stroke": VERMILLION, "stroke_width": 2}
-        page.rect(x - 8, y - 8, 16, 16, rx=2, **box)
-
+    start = square(8, rx=2, fill="none", stroke=VERMILLION, stroke_width=2)
     wide = f"moves; width tells how many transitions, the widest {_busiest(moves)}"
     marks = (
         Row(states, lines_of("states of the automaton in that region, above its number", 12)),

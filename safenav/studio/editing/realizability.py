@@ -14,12 +14,13 @@ from contextlib import suppress
 from typing import Any
 
 from safenav.errors import ResourceLimitError, SafenavError
+from safenav.lines import line_output
 from safenav.report.terminal.explanation_text import explanation_data
 from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft
-from safenav.studio.run.orders import RunOrder, kill, speaker, started
+from safenav.studio.run.orders import RunOrder, kill, started
 
 CALM = 0.25
 """Seconds without a change before the robots are checked."""
@@ -65,7 +66,7 @@ class RealizabilityQueue:
 
 def main() -> None:
     """Check the robots of one text."""
-    say = speaker()
+    say = line_output()
     order = RunOrder.read(sys.stdin.readline())
     scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
     if scenario is None:

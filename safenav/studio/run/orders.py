@@ -13,10 +13,8 @@ import os
 import signal
 import sys
 from asyncio.subprocess import DEVNULL, PIPE, Process
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from msgspec import Struct, convert, to_builtins
 
@@ -78,15 +76,3 @@ def kill(process: Process) -> None:
     """Kill a process and its children."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
-
-
-def speaker() -> Callable[[dict[str, Any]], None]:
-    """Return the writer of the process's lines; other output does not mix with them."""
-    out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-
-    def say(data: dict[str, Any]) -> None:
-        out.write(json_line(data))
-        out.flush()
-
-    return say

@@ -17,20 +17,21 @@ from typing import IO, Any
 from msgspec.structs import replace
 
 from safenav.errors import SafenavError, UsageError
+from safenav.lines import line_output
 from safenav.runtime.analysis.resuming import joins_words, rest_with
 from safenav.runtime.intervention.reading import intervention
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
-from safenav.studio.run.orders import ADD, DONE, FAILED, REFUSED, RunOrder, speaker
+from safenav.studio.run.orders import ADD, DONE, FAILED, REFUSED, RunOrder
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
 
 
 def main() -> None:
     """Serve one run over standard input and output."""
-    say = speaker()
+    say = line_output()
     try:
         _serve(sys.stdin, say)
     except SafenavError as error:
