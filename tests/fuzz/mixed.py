@@ -199,6 +199,21 @@ def _add_promises(random: Random, data: Data) -> None:
             obstacle["resolve_within"] = random.randint(3, 20)
 
 
+def tracked_mission(seed: int, *, live: bool = False) -> Data:
+    """A mixed mission whose robots track each other in any way, in every other one without the
+    proofs of deadlocks."""
+    random, data = Random(f"tracked {seed}"), mixed_mission(seed, live=live)
+    ways = random.choice(
+        [["nearby"], ["exact"], ["belief"], ["nearby", "nearby", "exact", "belief"]]
+    )
+    for robot in data["robots"].values():
+        slow = "timing" in data["catalogue"]["robots"][robot["model"]]
+        robot["tracking"] = "nearby" if slow else random.choice(ways)
+        if robot["tracking"] == "belief":
+            robot["vision"] = random.randint(1, 4)
+    return data | {"deadlock": random.random() < 0.5}
+
+
 def formula_mission(seed: int, *, live: bool = False) -> Data:
     """A mixed mission in which some objectives are formulas, most of them with memory, and others
     have rules beside them."""
