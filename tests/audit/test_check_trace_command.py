@@ -4,10 +4,19 @@ import json
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import warm
 from audit.good_traces import GOOD
 from audit.trace_script import edit, text
+from runtime.facts import case
+from runtime.played import play
+from safenav.audit.check import check_trace
+from safenav.audit.rules import proofs
+from safenav.certify.checker.check import open_bundle
+from safenav.certify.checker.check_run import Evidence
+from safenav.certify.record import bundle_of_trace
+from safenav.cli.check_trace import command
 
 
 def run(*arguments: str, stdin: str = "") -> warm.Done:
@@ -79,3 +88,25 @@ def test_a_trace_without_outcome_takes_partial(good: Path, cut: int) -> None:
     assert "ends before its outcome" in result.stdout
     assert "--partial" in result.stdout
     assert run("--partial", str(good)).returncode == 0
+
+
+def test_a_request_that_is_too_large_to_judge_is_noted_and_certified(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "trace.jsonl"
+    path.write_text(play(case("requests/set_aside")).text)
+    assert check_trace(path).notes == ()
+    monkeypatch.setattr(proofs, "MOST_SERVED", 5)
+    found = check_trace(path)
+    (note,) = found.notes
+    assert found.ok
+    assert (note.rule, note.robot) == ("proof", "c1")
+    said = "whether shutter@11 can be resolved and the mission completed (more than 5 joint states)"
+    assert note.explanation == f"not judged: {said}"
+    printed = CliRunner().invoke(command, [str(path)])
+    assert (printed.exit_code, str(note) in printed.output) == (0, True)
+    bundle_of_trace(path, tmp_path / "bundle")
+    evidence = Evidence(open_bundle(tmp_path / "bundle")[0])
+    evidence.replay()
+    claims = [claim["text"] for claim in evidence.claims if claim["kind"] == "unjudged"]
+    assert claims == [f"Tick {note.tick}: Not judged: {said}."]

@@ -1,67 +1,24 @@
-"""Robots that wait for each other: each case ends well, and does not with resolution off."""
+"""Joint plans of robots that wait for each other; others are ``cases/shared_floor``."""
 
 import re
-import textwrap
-
-import pytest
 
 from once import SCENARIOS
 from runtime.played import completed, play
 
-ROVER = "catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}"
 
-CASES = {
-    "corridor swap": (SCENARIOS / "corridor_swap.yaml").read_text(),
-    "parked in a doorway": f"""
-        map: {{grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}}
-        {ROVER}
-        robots:
-          parked: {{model: rover, start: [2, 4], objective: {{hold: [2, 4]}}}}
-          mover: {{model: rover, start: [2, 1], objective: {{visit: [[2, 7], [2, 1]]}}}}
-        until: {{rounds: 1}}
-        """,
-    "three in a T junction": f"""
-        map: {{grid: ["#########", "#.......#", "####.####", "####.####", "#########"]}}
-        {ROVER}
-        robots:
-          west: {{model: rover, start: [1, 1], objective: {{visit: [[1, 7], [1, 1]]}}}}
-          east: {{model: rover, start: [1, 7], objective: {{visit: [[3, 4], [1, 7]]}}}}
-          south: {{model: rover, start: [3, 4], objective: {{visit: [[1, 1], [3, 4]]}}}}
-        until: {{rounds: 1}}
-        """,
-    "a goal about a step": f"""
-        map: {{grid: ["......"]}}
-        {ROVER}
-        robots:
-          a: {{model: rover, start: 1, objective: {{ltl: {{liveness: [region = 3, region = 4]}}}}}}
-          b:
-            model: rover
-            start: 5
-            objective: {{ltl: {{liveness: [region = 2, "region = 1 & region' != 1"]}}}}
-        until: {{rounds: 1}}
-        """,
-}
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_a_robot_gives_way_without_a_synthesis(name: str) -> None:
-    trace = completed(CASES[name])
+def test_robots_swap_in_a_corridor_by_joint_plans_and_not_with_resolution_off() -> None:
+    text = (SCENARIOS / "corridor_swap.yaml").read_text()
+    trace = completed(text)
     plans = trace.all("plan")
-    assert plans
-    assert [end["reason"] for end in trace.all("plan_end")] == ["reached"] * len(plans)
-    assert any(len(places) > 1 for plan in plans for places in plan["robots"].values())
-    assert {synthesis["reason"] for synthesis in trace.all("synthesis")} <= {"initial", "plan"}
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_no_robot_does_with_resolution_off(name: str) -> None:
-    text = re.sub("limits: .*\n", "", textwrap.dedent(CASES[name]))
+    assert plans and [end["reason"] for end in trace.all("plan_end")] == ["reached"] * len(plans)
+    assert all(any(len(way) > 1 for way in plan["robots"].values()) for plan in plans)
+    assert {synthesis["reason"] for synthesis in trace.all("synthesis")} == {"initial"}
+    text = re.sub("limits: .*\n", "", text)
     trace = play(f"{text}deadlock: off\nlimits: {{ticks: 100}}\n")
-    assert trace.outcome["outcome"] == "tick_limit"
-    assert trace.all("plan") == []
+    assert (trace.outcome["outcome"], trace.all("plan")) == ("tick_limit", [])
 
 
-def test_corridor_is_used_in_one_direction_at_a_time() -> None:
+def test_robots_with_headings_enter_a_corridor_in_one_direction_at_a_time() -> None:
     # Robots with heading mobility could not back out of it.
     trace = completed("""
         map:
@@ -87,7 +44,7 @@ def test_corridor_is_used_in_one_direction_at_a_time() -> None:
             assert len(headings) == 1
 
 
-def test_formulas_that_remember_get_what_they_wait_for() -> None:
+def test_joint_plans_respect_the_memory_of_formulas() -> None:
     """To be back at the west end after having been further east: places alone do not say whether
     that is met, so a plan takes the robot where its strategy is going."""
     trace = completed("""

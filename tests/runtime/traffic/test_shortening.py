@@ -6,9 +6,7 @@ from itertools import pairwise
 import pytest
 from msgspec.structs import replace
 
-from runtime import played
 from runtime.coordination.floors import Block, Bot, Floor
-from runtime.test_paper_coordination import WAITING
 from runtime.traffic.test_joint_search import SWAP, play, search
 from safenav.runtime.traffic.joint_search.execution import schedule
 from safenav.runtime.traffic.joint_search.shortening import shortened
@@ -107,7 +105,7 @@ def stopping() -> None:
     raise InterruptedError
 
 
-def test_detours_of_a_plan_disappear() -> None:
+def test_shortening_removes_detours() -> None:
     """One robot walks round the ring before it enters the niche; nobody needs that."""
     floor = Floor(SWAP, {"a": Bot("6", [8]), "b": Bot("8", [6])})
     course = Course(floor.problem, 1)
@@ -120,24 +118,3 @@ def test_detours_of_a_plan_disappear() -> None:
         shortened(course, states, (), stopping)
     new = list(shortened(course, states, ()))
     assert (ticks(floor, states), ticks(floor, new), steps(new)) == (10, 6, 6)
-
-
-def test_the_requester_clears_the_way_of_its_helper() -> None:
-    """A walker that cannot turn round comes to a doorway where the robot that asked waits. It lets
-    the walker pass and follows it. When the door is found, in tick 5, an exhaustive search finds
-    that the mission takes 25 more ticks at least."""
-    run = played.play(WAITING)
-    assert run.outcome["outcome"] == "completed"
-    assert run.one("resolved")["tick"] == 11
-    assert run.outcome["ticks"] == 30
-
-
-def test_live_the_requester_stays_behind_a_helper_that_acts() -> None:
-    """It does not go back to where it waits before the door is open."""
-    run = played.play(WAITING + "clock: live\n")
-    opened = run.one("resolved")["t"]
-    first = run.all("plan")[0]["t"]
-    way = [step for step in run.all("depart") if step["robot"] == "cart"]
-    meanwhile = [step for step in way if first <= step["t"] < opened]
-    assert {step["by"] for step in meanwhile} == {"plan"} and meanwhile[-1]["to"] == 34
-    assert next(step for step in way if step["t"] >= opened)["from"] == 34
