@@ -7,20 +7,27 @@ objective.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+from sys import maxsize
 from typing import Any
 
 from safenav.audit.judging import findings, findings_before
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.lines import Line, Made
 from safenav.audit.rules.deadlines import DeadlineRule
-from safenav.audit.rules.plans import FollowsPlanRule, Left
+from safenav.audit.rules.plans import FollowsPlanRule
 from safenav.audit.rules.rule import Rule
+from safenav.audit.run.remembering import remembered, row_of
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status
 
 NAME = "continuation"
 """Name of this rule."""
+
+Fact = tuple[str, Any, Sequence[Any]]
+"""A statement of a header: its subject, its value, and the values that the first run allows, the
+likeliest first."""
 
 
 class _Standing(Rule):
@@ -61,95 +68,40 @@ def continuation_problems(
 ) -> Iterator[str]:
     """Yield how the header ``rest`` contradicts the trace that it continues, which has the header
     ``first``, the lines ``records`` and the sha256 ``digest``."""
-    begun, robots = rest.scenario.begun, rest.scenario.robots
+    begun = rest.scenario.begun
     if begun is None:
         yield "its header does not record that it continues another run"
         return
     if begun.trace is not None and begun.trace != digest:
         yield "it continues another trace than this one"
         return
-    now, deadlines = Situation(first, records), DeadlineRule()
+    now, rules = Situation(first, records), (DeadlineRule(), FollowsPlanRule(), _Standing())
     if any(findings_before(now)):
         yield "the header of the first run breaks a rule"
         return
-    plan, standing = FollowsPlanRule(), _Standing()
-    for _ in findings(now, records, [deadlines, plan, standing]):
+    for _ in findings(now, records, rules):
         pass
+    deadlines, plan, standing = rules
     tick, had = _last_tick(now, records, {*(begun.had or ())})
-    yield from _others(begun.had, had, "robot", "moved in tick 1; in the first run:")
-    earlier = begun.robots or {}
-    for name in now.header.robots:
-        if name not in robots:
-            yield f"{name} is missing"
-        else:
-            done = earlier.get(name)
-            yield from _robot_problems(name, robots[name], now, done)
-            timed = not now.live and now.header.promises is not None
-            if timed and done is not None and not now.is_away(name):
-                yield from _clock_problems(name, done.clock or Made(), deadlines, tick, now)
-    for name in now.memories.possible:
-        if name in earlier and now.own[name].kind == "ltl":
-            told = earlier[name].memory or {}
-            begins = not told and name not in now.memories.begun
-            if not begins and not now.memories.may_be(name, told, now):
-                yield f"{name} begins with the memory {told or 'of no step'}, which it cannot have"
-    yield from _obstacle_problems(rest, now)
-    follows = any(record.type in ("plan", "move", "depart") for record in records)
-    left, before = plan.left(), now.begun.plan
-    if before is not None and not follows:
-        left = before.robots, {*before.orders}
-    if robots.keys() == now.header.robots.keys():
-        yield from _plan_problems(begun.plan, left)
-    waited = {} if now.live else standing.waited(tick, now)
-    if dict(begun.waited or {}) != waited:
-        yield f"the waiting times {begun.waited or 'none'}; in the first run: {waited or 'none'}"
-    charging = {name for name in now.header.robots if name in robots and _charges(name, now)}
-    yield from _others(begun.charging, charging, "robot", "charges at first; in the first run")
-    known = {obstacle.name for obstacle in rest.scenario.obstacles}  # some go with the next lines
-    known |= {name for name, one in now.obstacles.items() if one.type == now.header.flat}
-    due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of in known}
-    told = dict(begun.due or {})
-    if not now.live and told != due:
-        yield f"{told or 'nothing'} is due, but the first run leaves {due or 'nothing'}"
-    late = deadlines.late() & known if not now.live else set[str]()
-    yield from _others(begun.late, late, "obstacle", "is late; in the first run:")
+    missing = sorted(now.header.robots.keys() - rest.scenario.robots.keys())
+    facts: Iterable[Fact] = chain(
+        [("missing robots", missing, [[]])],
+        [("robots that moved in tick 1", {*(begun.had or ())}, [had])],
+        *(_robot(name, rest, now) for name in now.header.robots if name not in missing),
+        *(_clock(n, rest, deadlines, tick, now) for n in now.header.robots if n not in missing),
+        _plan(begun.plan, plan, records, now) if {*rest.scenario.robots} == {*now.region} else (),
+        _obstacles(rest, now),
+        _times(rest, deadlines, standing, tick, now),
+    )
+    for subject, value, allowed in facts:
+        if value not in allowed:
+            yield f"{subject}: {_shown(value)}; in the first run: {_shown(allowed[0])}"
 
 
-def _others(told: Sequence[str] | None, truth: set[str], kind: str, claim: str) -> Iterator[str]:
-    """Yield the claim about the names in a header, if they differ from the true ones."""
-    if {*(told or ())} != truth:
-        said = ", ".join(told or ()) or f"no {kind}"
-        yield f"{said} {claim} {', '.join(sorted(truth)) or 'none'}"
-
-
-def _clock_problems(
-    name: str, told: Line, deadlines: DeadlineRule, tick: int, now: Situation
-) -> Iterator[str]:
-    within, (begun, away, *rest) = deadlines.within(name), deadlines.clock(name)
-    since, ways = tick - begun, {away, away or now.objectives[name] != now.own[name]}
-    if name in now.out:
-        ways.add(True)
-    if now.is_to_return(name):
-        since, ways, rest = -1, {False}, [False, False]
-    if told.since not in (since, since if within is None else min(since, within)):
-        yield f"the round of {name} began {since} ticks earlier, not {told.since}"
-    flags = bool(told.disturbed), bool(told.before), bool(told.over)
-    if flags not in [(way, *rest) for way in ways]:
-        facts = zip(("disturbed", "disturbed before", "judged"), flags, strict=True)
-        said = ", ".join(f"is {'' if holds else 'not '}{fact}" for fact, holds in facts)
-        yield f"the round of {name} {said}; in the first run it is otherwise"
-
-
-def _plan_problems(told: Line | None, left: Left | None) -> Iterator[str]:
-    ways, orders = left or ({}, set())
-    if (told is None) is not (left is None):
-        yield f"{'no' if told is None else 'a'} joint plan must be continued"
-    elif told is not None:
-        for robot, way in ways.items():
-            if len(way) > 1 and told.robots.get(robot) != way:
-                yield f"{robot} has a joint plan other than the rest of that of the first run"
-        if {*told.orders} != orders:
-            yield "the orders of the joint plan differ from those of the first run"
+def _shown(value: Any) -> str:
+    if isinstance(value, set | frozenset | list):
+        value = ", ".join(map(str, sorted(value)))
+    return "none" if value in (None, "", {}) else str(value)
 
 
 def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple[int, set[str]]:
@@ -201,31 +153,107 @@ def _has_new_battery(robot: str, now: Situation) -> bool:
     )
 
 
-def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) -> Iterator[str]:
-    at, way = now.region[name], now.heading[name]
-    if (begins.start, begins.heading) != (at, way):
-        yield f"{name} begins at {now.show(begins.start)}, but was at {now.show(at)}"
+def _robot(name: str, rest: Line, now: Situation) -> Iterator[Fact]:
+    """Yield the pose, the charge and the progress with which a robot begins."""
+    begins, done = rest.scenario.robots[name], (rest.scenario.begun.robots or {}).get(name)
+    own, progress, told = now.own[name], now.progress[name], done or Made()
+    yield f"pose of {name}", (begins.start, begins.heading), [(now.region[name], now.heading[name])]
     if begins.battery is not None and name in now.charge:
         charge = now.charge_at(name, now.time) if now.live else now.charge[name]
-        if _has_new_battery(name, now):
-            charge = begins.battery.capacity
-        if begins.battery.start != int(charge):
-            yield f"{name} begins with a charge of {begins.battery.start:g}, but had {charge:g}"
-    if begins.objective not in (now.own[name], now.base[name]):
-        yield f"{name} has the objective '{begins.objective}', but had '{now.own[name]}'"
+        charge = begins.battery.capacity if _has_new_battery(name, now) else charge
+        yield f"charge of {name}", begins.battery.start, [int(charge)]
+    yield f"objective of {name}", begins.objective, [own, now.base[name]]
+    if not now.is_away(name) and begins.objective == own:  # otherwise its rounds restart later
+        shape, rounds = shape_of(own.kind), progress.rounds
+        most = rounds if shape.recurs else maxsize - 1
+        yield f"rounds of {name}", told.rounds or 0, range(rounds, most + 1)
+        yield f"targets that {name} has met", {*(told.seen or ())}, [_seen(name, now)]
+        if shape.in_turn:
+            yield f"next target of {name}", told.turn or 0, _turn(name, now)
+    if done is not None and own.kind == "ltl" and name in now.memories.possible:
+        names, rows = remembered(name, now) or (), [*now.memories.possible[name]]
+        rows += [] if name in now.memories.begun else [row_of({}, names)]
+        yield f"memory of {name}", row_of(told.memory or {}, names), rows
+
+
+def _clock(
+    name: str, rest: Line, deadlines: DeadlineRule, tick: int, now: Situation
+) -> Iterator[Fact]:
+    """Yield the time of a robot's present round."""
+    done = (rest.scenario.begun.robots or {}).get(name)
+    if now.live or now.header.promises is None or done is None or now.is_away(name):
         return
-    if now.is_away(name) or begins.objective != now.own[name]:
-        return  # its rounds restart when it resumes its own objective
-    shape, rounds = shape_of(now.own[name].kind), now.progress[name].rounds
-    told = 0 if done is None else done.rounds or 0
-    if told < rounds or (told > rounds and shape.recurs):
-        yield f"{name} begins with {told} rounds, but had {rounds}"
-    seen = set() if done is None else {*(done.seen or ())}
-    if seen != _seen(name, now):
-        yield f"{name} begins with the targets {sorted(seen)}, but had {sorted(_seen(name, now))}"
-    turn = 0 if done is None else done.turn or 0
-    if shape.in_turn and turn not in _turn(name, now):
-        yield f"{name} begins with target {turn}, but {_turn(name, now)[0]} was next"
+    told, within, (begun, away, *before) = done.clock or Made(), *deadlines.round(name)
+    since, disturbed = tick - begun, {away, away or now.objectives[name] != now.own[name]}
+    if name in now.out:
+        disturbed.add(True)
+    if now.is_to_return(name):
+        since, disturbed, before = -1, {False}, [False, False]
+    ticks = [since, since if within is None else min(since, within)]
+    yield f"ticks of {name} in its round", told.since, ticks
+    flags = bool(told.disturbed), bool(told.before), bool(told.over)
+    subject = f"round of {name} (disturbed, disturbed before, judged)"
+    yield subject, flags, [(each, *before) for each in disturbed]
+
+
+def _plan(
+    told: Line | None, plan: FollowsPlanRule, records: Sequence[Line], now: Situation
+) -> Iterator[Fact]:
+    """Yield the rest of the joint plan."""
+    left, before = plan.left(), now.begun.plan
+    if before is not None and not any(r.type in ("plan", "move", "depart") for r in records):
+        left = before.robots, {*before.orders}
+    yield "joint plan", told and "present", [left and "present"]
+    if told is not None and left is not None:
+        for robot, places in left[0].items():
+            if len(places) > 1:
+                yield f"joint plan of {robot}", told.robots.get(robot), [places]
+        yield "orders of the joint plan", {*told.orders}, [left[1]]
+
+
+def _obstacles(rest: Line, now: Situation) -> Iterator[Fact]:
+    """Yield the state of the obstacles and of the requests for them."""
+    begun, listed = rest.scenario.begun, rest.scenario.obstacles
+    there = {obstacle.name for obstacle in listed if obstacle.from_ is None}
+    again = {name for name in there if now.status.get(name) is Status.RESOLVED}
+    yield "resolved obstacles that are present", again, [set()]
+    closed = {o.name for o in listed if now.status.get(o.name) is Status.UNTRAVERSABLE}
+    yield "untraversable obstacles", {*(begun.closed or ())}, [closed]
+    stay = now.permanent & there
+    yield "permanent obstacles", {*(begun.stays or ())}, [stay]
+    requests = (now.requests | now.given_up).items()
+    asked = {name: waits for name, waits in requests if name in there - closed - stay}
+    yield "requests", _waits(begun.asked or {}, now), [_waits(asked, now)]
+    for obstacle in listed:
+        name = obstacle.name
+        first = now.obstacles.get(name) if obstacle.from_ is None or obstacle.ordered else None
+        if first is not None and now.status[name].unmet:
+            fulfilled = len((begun.met or {}).get(name, ())) + len(first.all_needs)
+            fulfilled -= len(obstacle.needs or (obstacle,))
+            yield f"fulfilled needs of {name}", fulfilled, [now.open[name].stage]
+    for name, groups in (begun.met or {}).items():
+        before = (now.begun.met or {}).get(name, ((),))[-1]  # it appears again in tick 1
+        carriers = now.open[name].carriers() if name in now.open else frozenset()
+        told = {*(groups[-1] if groups else ())}
+        yield f"robots that carry {name}", told, [carriers or frozenset(before)]
+
+
+def _times(
+    rest: Line, deadlines: DeadlineRule, standing: _Standing, tick: int, now: Situation
+) -> Iterator[Fact]:
+    """Yield the ticks without progress, the robots that charge, and the deadlines."""
+    begun, robots = rest.scenario.begun, rest.scenario.robots
+    waited = {} if now.live else standing.waited(tick, now)
+    yield "ticks without progress", dict(begun.waited or {}), [waited]
+    charging = {name for name in now.header.robots if name in robots and _charges(name, now)}
+    yield "charging robots", {*(begun.charging or ())}, [charging]
+    known = {obstacle.name for obstacle in rest.scenario.obstacles}  # some go with the next lines
+    known |= {name for name, one in now.obstacles.items() if one.type == now.header.flat}
+    if not now.live:
+        due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of in known}
+        yield "deadlines", dict(begun.due or {}), [due]
+    late = set() if now.live else deadlines.late() & known
+    yield "late obstacles", {*(begun.late or ())}, [late]
 
 
 def _charges(robot: str, now: Situation) -> bool:
@@ -268,41 +296,3 @@ def _turn(robot: str, now: Situation) -> Sequence[int]:
     if shape_of(own.kind).strict:
         return range(count)
     return [progress.next(own) or 0]
-
-
-def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
-    begun, listed = rest.scenario.begun, rest.scenario.obstacles
-    closed = {name for name, is_ in now.status.items() if is_ is Status.UNTRAVERSABLE}
-    closed &= {obstacle.name for obstacle in listed}
-    yield from _others(begun.closed, closed, "obstacle", "is untraversable; the first run found")
-    for obstacle in listed:
-        gone = now.status.get(obstacle.name) is Status.RESOLVED
-        if gone and obstacle.from_ is None:
-            yield f"{obstacle.name} is present, but the first run resolved it"
-    there = {obstacle.name for obstacle in listed if obstacle.from_ is None}
-    stay = now.permanent & there
-    there -= closed | stay
-    requests = now.requests | now.given_up
-    asked = _waits({name: waits for name, waits in requests.items() if name in there}, now)
-    told = _waits(begun.asked or {}, now)
-    if told != asked:
-        yield f"{told or 'nothing'} is requested; in the first run: {asked or 'nothing'}"
-    yield from _others(begun.stays, stay, "obstacle", "is kept; in the first run:")
-    for obstacle in listed:
-        first = now.obstacles.get(obstacle.name)
-        if first is None or (obstacle.from_ is not None and not obstacle.ordered):
-            continue
-        if now.status[first.name].unmet:
-            fulfilled = len((begun.met or {}).get(first.name, ())) + len(first.all_needs)
-            fulfilled -= len(obstacle.needs or (obstacle,))
-            stage = now.open[first.name].stage
-            if fulfilled != stage:
-                yield f"{fulfilled} needs of {first.name} are fulfilled; in the first run: {stage}"
-    for name, groups in (begun.met or {}).items():
-        before = (now.begun.met or {}).get(name, ((),))[-1]  # it appears again in tick 1
-        carriers = now.open[name].carriers() if name in now.open else frozenset()
-        carriers = carriers or frozenset(before)
-        last = groups[-1] if groups else ()
-        if {*last} != carriers:
-            robots = ", ".join(sorted(carriers)) or "no robot"
-            yield f"{', '.join(last)} carries {name}, but it was {robots}"

@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from html import escape
+from pathlib import Path
 from typing import Any
 
 from safenav.certify.checker.check_tasks import ASSUMED
@@ -48,52 +49,7 @@ _GROUPS = (
 
 _MOVES = {"free": "moves in any direction", "heading": "has a heading"}
 
-_STYLE = """
-:root { color-scheme: light dark; --ink: #1c2024; --soft: #5a6068; --line: #d5d8dc;
-  --good: #1d6b3c; --bad: #b3261e; --back: #fff; --panel: #f4f5f6; --link: #0b57a4;
-  --mark: #fff3c4; --floor: #fff; --wall: #4a4f57; --area: #0067a3; }
-@media screen and (prefers-color-scheme: dark) { :root { --ink: #e6e8eb; --soft: #a3abb5;
-  --line: #3a4048; --good: #6fcf97; --bad: #ff8a80; --back: #15181c; --panel: #1f2429;
-  --link: #7db7f0; --mark: #4a3f14; --floor: #23282e; --wall: #6b737d; --area: #6cb8ec; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 60rem; padding: 2rem 1.5rem 4rem; color: var(--ink);
-  background: var(--back); font: 16px/1.5 system-ui, sans-serif; }
-h1 { font-size: 1.7rem; margin: 0 0 .2rem; } h2 { font-size: 1.2rem; margin: 2.2rem 0 .6rem;
-  border-bottom: 1px solid var(--line); padding-bottom: .2rem; }
-h3 { font-size: 1rem; margin: 1.2rem 0 .3rem; } #summary h2 { margin-top: 1.2rem; }
-p, ul, table { margin: .4rem 0; } a { color: var(--link); } ul { padding-left: 1.3rem; }
-.soft { color: var(--soft); } .good { color: var(--good); } .bad { color: var(--bad); }
-.map { width: 100%; max-height: 24rem; display: block; margin: .8rem 0; }
-.floor, .wall { stroke: var(--line); stroke-width: .6; } .floor { fill: var(--floor); }
-.wall { fill: var(--wall); } .area { fill: var(--area); fill-opacity: .14; }
-.cross { stroke: var(--bad); stroke-width: 2.4; } .body { stroke: var(--ink); stroke-width: .09; }
-.name { font-weight: bold; fill: var(--ink); stroke: var(--floor);
-  stroke-width: 2; stroke-linejoin: round; paint-order: stroke; }
-.number { font-weight: normal; }
-.who { width: 1.5rem; height: 1.5rem; vertical-align: middle; margin-right: .4rem; }
-table { border-collapse: collapse; width: 100%; font-size: .92rem; }
-th, td { text-align: left; vertical-align: top; padding: .3rem .6rem .3rem 0;
-  border-bottom: 1px solid var(--line); overflow-wrap: anywhere; }
-code { font: .82rem/1.4 ui-monospace, monospace; overflow-wrap: anywhere; }
-.words th, .words td { overflow-wrap: normal; } .words td:first-child { white-space: nowrap; }
-.files { table-layout: fixed; } .files th:first-child { width: 34%; }
-.files th:last-child { width: 11%; } .files td:last-child { overflow-wrap: normal; }
-li { margin: .35rem 0; } summary { cursor: pointer; }
-details { font-size: .85rem; color: var(--soft); }
-pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .78rem;
-  background: var(--panel); padding: .5rem; margin: .3rem 0; }
-:target { background: var(--mark); }
-@media print { :root { color-scheme: light; } body { max-width: none; padding: 0;
-  font-size: 9.5pt; line-height: 1.35; } a { color: inherit; text-decoration: none; }
-  #summary { break-after: page; } h2 { margin-top: 1.2rem; } h2, h3 { break-after: avoid; }
-  li, tr, svg { break-inside: avoid; } li { margin: .15rem 0; } table { font-size: 8.5pt; }
-  th, td { padding: .12rem .5rem .12rem 0; } .map { max-height: 21rem; }
-  .files { font-size: 7pt; } .files code { font-size: 6pt; } #lines, summary { display: none; }
-  details { font-size: 7pt; } details ul { margin: 0; list-style: none; padding: 0; }
-  details::details-content { content-visibility: visible; display: block; }
-  tr:first-child { break-after: avoid; }
-  @page { margin: 14mm; } }
-"""
+_STYLE = Path(__file__).with_suffix(".css")
 
 
 def page_of(
@@ -116,8 +72,8 @@ def page_of(
     page = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>Assurance: {escape(facts['name'])}</title><style>{_STYLE}</style></head>"
-        f"<body>{''.join(body)}</body></html>\n"
+        f"<title>Assurance: {escape(facts['name'])}</title>"
+        f"<style>\n{_STYLE.read_text()}</style></head><body>{''.join(body)}</body></html>\n"
     )
     return page, json.dumps(facts, indent=1).encode() + b"\n"
 

@@ -109,15 +109,11 @@ class DeadlineRule(Rule):
         """Return the promises that are overdue: their end is not recorded."""
         return {*self._past}
 
-    def clock(self, robot: str) -> tuple[int, bool, bool, bool]:
-        """Return when a robot's present round began, whether the robot did something else in it or
-        in the one before, and whether it has been judged."""
+    def round(self, robot: str) -> tuple[int | None, tuple[int, bool, bool, bool]]:
+        """Return the most ticks of a robot's round; when the present one began, whether the robot
+        did something else in it or in the one before, and whether it has been judged."""
         clock = self._clocks[robot]
-        return clock.begun, clock.away, clock.before, clock.over
-
-    def within(self, robot: str) -> int | None:
-        """Return the most ticks of a robot's round."""
-        return self._within.get(robot)
+        return self._within.get(robot), (clock.begun, clock.away, clock.before, clock.over)
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type not in SETTLES or record.type == "acts":

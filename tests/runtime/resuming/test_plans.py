@@ -36,10 +36,10 @@ def test_a_joint_plan_is_followed_to_its_end(clock: str) -> None:
         header = rest.records[0]["scenario"]["begun"]
         header["plan"]["robots"]["left"].insert(1, header["plan"]["robots"]["left"][0])
         problems = audit(read_lines(rest.lines), first).findings
-        assert "left has a joint plan other than the rest of that" in problems[0].explanation
+        assert problems[0].explanation.startswith("joint plan of left: ")
         header["plan"] = None
         problems = audit(read_lines(rest.lines), first).findings
-        assert problems[0].explanation == "no joint plan must be continued"
+        assert problems[0].explanation == "joint plan: none; in the first run: present"
 
 
 def test_a_joint_plan_that_a_rest_has_not_begun_again(clock: str) -> None:
@@ -55,9 +55,7 @@ def test_a_joint_plan_that_a_rest_has_not_begun_again(clock: str) -> None:
     run = play(resume)
     run.records[0]["scenario"]["begun"]["plan"]["orders"].clear()
     problems = audit(read_lines(run.lines), second).findings
-    assert (
-        problems[0].explanation == "the orders of the joint plan differ from those of the first run"
-    )
+    assert problems[0].explanation.startswith("orders of the joint plan: none; in the first run: ")
 
 
 CORRIDOR = """
