@@ -29,7 +29,12 @@ class Formulas:
     def goals(self) -> tuple[Mask, ...]:
         """Return for each goal the poses in which it may be met: by staying there, or by a step
         into it if staying at neither end meets the goal."""
-        return tuple(self._poses_of(goal) for goal in range(self.guarantees.goals))
+        found, pose = self.guarantees, self._graph.pose
+
+        def poses_of(goal: int) -> Mask:
+            return self.graph.where_met(lambda one, two: found.meets(goal, pose(one), pose(two)))
+
+        return tuple(map(poses_of, range(found.goals)))
 
     @cached_property
     def met_by_staying(self) -> bool:
@@ -37,15 +42,15 @@ class Formulas:
         return not self.guarantees.remember_something and all(
             self.guarantees.meets(goal, pose, pose)
             for goal, poses in enumerate(self.goals)
-            for pose in map(self._graph.pose, bits(poses))
+            for pose in self._graph.poses(poses)
         )
 
     @cached_property
     def staying(self) -> Mask:
         """The poses in which the formulas allow the robot to stay, with some memory."""
-        poses = ((number, self._graph.pose(number)) for number in bits(self._graph.everywhere))
-        allows = self.guarantees.allows
-        return sum(1 << number for number, pose in poses if allows(pose, pose))
+        graph, allows = self._graph, self.guarantees.allows
+        stays = (pose for pose in graph.poses(graph.everywhere) if allows(pose, pose))
+        return region_mask(map(graph.number, stays))
 
     def _closed(self) -> Iterator[tuple[int, int]]:
         graph = self._graph
@@ -53,14 +58,6 @@ class Formulas:
             for step in graph.steps(pose):
                 if not self.guarantees.allows(graph.pose(pose), graph.pose(step)):
                     yield pose, step
-
-    def _poses_of(self, goal: int) -> Mask:
-        graph = self.graph
-
-        def meets(before: int, after: int) -> bool:
-            return self.guarantees.meets(goal, graph.pose(before), graph.pose(after))
-
-        return graph.where_met(meets)
 
 
 def formulas_of(robot: Robot, world: RegionMap) -> Formulas | None:
@@ -82,4 +79,4 @@ def graph_of(robot: Robot, world: RegionMap) -> PoseGraph:
 
 def permitted(robot: Robot, graph: PoseGraph) -> Mask:
     """The poses on free regions that a robot's own objective does not avoid."""
-    return graph.everywhere & ~graph.poses_on(region_mask(robot.objective.avoid))
+    return graph.outside(robot.objective.avoid)

@@ -13,7 +13,7 @@ from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.objective import Target
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import Mask, bits, plain_graph, region_mask
+from safenav.world.poses import bits, plain_graph
 
 
 class Reachability:
@@ -27,7 +27,7 @@ class Reachability:
         closed: Collection[Region] = frozenset(),
     ) -> None:
         self._graph = graph = plain_graph(world, mobility)
-        self._allowed = graph.everywhere & ~graph.poses_on(region_mask(closed))
+        self._allowed = graph.outside(closed)
         self._reached = graph.closure(1 << graph.number(start), self._allowed)
 
     @property
@@ -37,23 +37,20 @@ class Reachability:
 
     def reaches(self, target: Target) -> bool:
         """Return whether some region of the target can be reached."""
-        return bool(self._poses(target) & self._reached)
+        return bool(self._graph.on(target) & self._reached)
 
     def follows(self, targets: Sequence[Target]) -> bool:
         """Return whether the robot can visit the targets once, one after the other."""
         reached = self._reached
         for target in targets:
-            reached = self._graph.closure(self._poses(target) & reached, self._allowed)
+            reached = self._graph.closure(self._graph.on(target) & reached, self._allowed)
         return bool(reached)
 
     def recurs(self, targets: Collection[Target]) -> bool:
         """Return whether the robot can visit all the targets infinitely often."""
         if not self._graph.one_way or len(set(targets)) < 2:
             return all(map(self.reaches, targets))  # every step can be undone
-        return bool(self._graph.live(tuple(map(self._poses, targets)), self._reached))
-
-    def _poses(self, target: Target) -> Mask:
-        return self._graph.poses_on(region_mask(target))
+        return bool(self._graph.live(self._graph.on_each(targets), self._reached))
 
 
 def is_cut_off(

@@ -142,14 +142,14 @@ def can_keep(
     touches one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
     """
     begun = strict.begin(pose.region, memory)
-    targets = [graph.poses_on(region_mask(target)) for target in strict.targets]
+    targets = graph.on_each(strict.targets)
     count = len(targets)
     open_poses = graph.everywhere & ~graph.poses_on(blocked)
     # Poses on the way between targets, and for each target those from which it can continue.
     way, met = open_poses, []
     for turn, target in enumerate(targets):
         way &= ~target
-        others = reduce(or_, targets[:turn] + targets[turn + 1 :], 0)
+        others = reduce(or_, (*targets[:turn], *targets[turn + 1 :]), 0)
         met.append(target & open_poses & ~others)
     while True:
         before = list(met)

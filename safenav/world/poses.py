@@ -82,6 +82,22 @@ class PoseGraph:
             found |= regions << block * self.size
         return found
 
+    def on(self, regions: Iterable[Region]) -> Mask:
+        """Return all poses in some regions."""
+        return self.poses_on(region_mask(regions))
+
+    def outside(self, regions: Iterable[Region]) -> Mask:
+        """Return all poses on free regions except in some regions."""
+        return self.everywhere & ~self.on(regions)
+
+    def on_each(self, targets: Iterable[Iterable[Region]]) -> tuple[Mask, ...]:
+        """Return for each target its poses."""
+        return tuple(map(self.on, targets))
+
+    def poses(self, mask: Mask) -> frozenset[Pose]:
+        """Return the members of a set of poses."""
+        return frozenset(map(self.pose, bits(mask)))
+
     @cached_method
     def left_only(self, pose: int) -> PoseGraph:
         """Return this graph without the steps into ``pose``."""
@@ -246,7 +262,7 @@ class PoseGraph:
 
     def _backward(self, poses: Mask) -> Mask:
         if self.blocks == 1:
-            return self._spread(poses) & self.free_regions
+            return self._forward(poses)  # every step can be undone
         found = 0
         for heading in range(4):
             there = poses >> heading * self.size & self._full

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
+from functools import cached_property
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -10,7 +11,7 @@ from msgspec.structs import replace
 from safenav.runtime.coordination.task_candidates import TaskDraft
 from safenav.runtime.coordination.waiting import clear_region, in_the_way
 from safenav.runtime.duties.settlement import Duty, Settlement
-from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.resolution.problem import Floor, Member
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import (
@@ -29,7 +30,7 @@ from safenav.scenario.settings import Coordination
 from safenav.spec.movement import one_of
 from safenav.world.map import Region
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask, bits, region_mask
+from safenav.world.poses import Mask, PoseGraph, bits
 
 
 def holding(objective: Objective, region: Region) -> Objective:
@@ -61,275 +62,267 @@ def helping(objective: Objective, places: Target, own: Target | None, *, stays: 
     return alternation((places,) if own is None else (places, own), objective)
 
 
-class Assigner(Struct, frozen=True):
-    """Assigns objectives to robots at one moment. ``idle``: robots without a strategy for their own
-    objective; they wait while anything may still change."""
+class Assigner(Struct, frozen=True, dict=True):
+    """Assigns an objective to one robot at one moment. ``idle``: it has no strategy for its own
+    objective, and waits while anything may still change."""
 
-    state: TeamState
+    team: TeamState
+    robot: RobotState
     floor: Floor
     found: Settlement
-    idle: Collection[str] = ()
+    idle: bool = False
 
-    def drafts(self) -> dict[str, TaskDraft]:
-        """The new task of every robot; its present one if the settlement is a proof."""
-        robots = self.state.robots
-        if self.found.proof is not None:
-            return {name: _as_before(robot) for name, robot in robots.items()}
-        return {name: self._draft(robot) for name, robot in robots.items()}
+    @cached_property
+    def index(self) -> int:
+        """Number of the robot in the problem."""
+        return self.floor.index(self.robot.name)
 
-    def _draft(self, robot: RobotState) -> TaskDraft:
-        index = self.floor.index(robot.name)
-        if not robot.active:  # it keeps its assignment unless it was helping
-            if robot.assignment.role is Role.HELPS:
-                return self._wait(robot, index)
-            return _as_before(robot)
+    @property
+    def _member(self) -> Member:
+        return self.floor.problem.members[self.index]
+
+    @property
+    def _graph(self) -> PoseGraph:
+        return self._member.graph
+
+    @property
+    def _own_rules(self) -> Objective:
+        return self.robot.robot.objective
+
+    @property
+    def _safe(self) -> Mask:
+        return self.found.safe_poses[self.index]
+
+    @cached_property
+    def _allowed(self) -> Mask:
+        return self.floor.problem.allowed(self.index, self.floor.stages)
+
+    @cached_property
+    def _waits_for_help(self) -> bool:
+        served = {self.floor.gates[gate] for gate in self.found.served}
+        waits = self.team.requests.waits(self.robot.name)
+        return any(request.obstacle.name in served for request in waits)
+
+    def draft(self) -> TaskDraft:
+        """The new task; the present one if the settlement is a proof."""
+        robot, found = self.robot, self.found
+        if found.proof is not None or not (robot.active or robot.assignment.role is Role.HELPS):
+            return TaskDraft(robot.assignment, robot.assignment.objective)
+        if not robot.active:  # it no longer helps
+            return self._wait()
         stop = robot.stop  # if it is blocked, another stop follows after this turn
-        if stop is not None and self._alternates(index, (self._stop(robot, index, stop),)):
-            return self._charge(robot, index, stop)
-        duty = self.found.duties.get(index)
-        if duty is not None:
-            first = self._own(robot, index) if self._meets_own_first(robot, index, duty) else None
-            return self._help(robot, index, duty) if first is None else self._later(first, duty)
-        if robot.name not in self.idle and index in self.found.early:
-            return self._help(robot, index, self.found.early[index], Role.EARLY)
-        if robot.name in self.idle or self._waits_for_help(robot):
-            return self._wait(robot, index)
-        return self._own(robot, index) or self._wait(robot, index)
+        if stop is not None and self._alternates((self._stop(stop),)):
+            return self._charge(stop)
+        if (duty := found.duties.get(self.index)) is not None:
+            first = self._own() if self._meets_own_first(duty) else None
+            return self._help(duty) if first is None else self._later(first, duty)
+        if not self.idle and (duty := found.early.get(self.index)) is not None:
+            return self._help(duty, Role.EARLY)
+        own = None if self.idle or self._waits_for_help else self._own()
+        return own or self._wait()
 
-    def is_stranded(self, name: str) -> bool:
+    def is_stranded(self) -> bool:
         """Whether a robot without a reason to wait cannot pursue its own objective: the last
         decision did not expect it in this pose."""
-        robot, index = self.state.robots[name], self.floor.index(name)
-        busy = robot.stop is not None or index in {**self.found.duties, **self.found.early}
-        if busy or not robot.active or self._waits_for_help(robot):
+        busy = self.robot.stop is not None or self.index in {
+            **self.found.duties,
+            **self.found.early,
+        }
+        if busy or not self.robot.active or self._waits_for_help:
             return False
-        return self._own(robot, index) is None
+        return self._own() is None
 
-    def _charge(self, robot: RobotState, index: int, charger: Pose) -> TaskDraft:
+    def _charge(self, charger: Pose) -> TaskDraft:
         """Go to the charger and stay there, around the obstacles in its way; if it is there with
         another heading, come back to it."""
-        own = robot.robot.objective
-        objective = holding(own, charger.region)
-        if robot.next_pose.region == charger.region and robot.next_pose != charger:
-            objective = alternation((frozenset({charger.region}),), own)
-        goal = self._mask(index, {charger.region})
+        robot, region = self.robot, charger.region
+        objective = holding(self._own_rules, region)
+        if robot.next_pose.region == region and robot.next_pose != charger:
+            objective = alternation((frozenset({region}),), self._own_rules)
+        goal = self._graph.on({region})
         role = Role.OWN if objective == robot.own.objective else Role.CHARGES
-        duty = self.found.duties.get(index)  # the duty after charging
-        obstacle = None if duty is None else self.floor.problem.gates[duty.gate].name
-        return self._toward(robot, index, (goal,), Assignment(role, objective, obstacle, goal))
+        duty = self.found.duties.get(self.index)  # the duty after charging
+        obstacle = None if duty is None else self.floor.gates[duty.gate]
+        return self._toward((goal,), Assignment(role, objective, obstacle, goal))
 
-    def _toward(
-        self, robot: RobotState, index: int, targets: tuple[Mask, ...], assignment: Assignment
-    ) -> TaskDraft:
+    def _toward(self, targets: tuple[Mask, ...], assignment: Assignment) -> TaskDraft:
         """The draft of an assignment with these targets, around the obstacles in its way."""
-        safe = replace(assignment, safe_poses=self.found.safe_poses[index])
-        pending, forbidden = self._pending(index), self._forbidden(robot, index, targets)
-        return TaskDraft(safe, assignment.objective, pending, pending, forbidden)
+        safe, pending = replace(assignment, safe_poses=self._safe), self._pending()
+        return TaskDraft(safe, assignment.objective, pending, pending, self._forbidden(targets))
 
-    def _stop(self, robot: RobotState, index: int, stop: Pose) -> Mask:
+    def _stop(self, stop: Pose) -> Mask:
         """Return the poses in which a robot meets a stop: with its heading, unless it may have to
         let other robots pass."""
-        if stop.heading is None or self.state.rivals(robot.robot):
-            return self._mask(index, {stop.region})
-        return 1 << self.floor.problem.members[index].graph.number(stop)
+        if stop.heading is None or self.team.rivals(self.robot.robot):
+            return self._graph.on({stop.region})
+        return 1 << self._graph.number(stop)
 
-    def _help(
-        self, robot: RobotState, index: int, duty: Duty, role: Role = Role.HELPS
-    ) -> TaskDraft:
-        gate = self.floor.problem.gates[duty.gate]
-        member = self.floor.problem.members[index]
-        places = frozenset(bits(member.graph.regions_of(duty.goal)))
+    def _help(self, duty: Duty, role: Role = Role.HELPS) -> TaskDraft:
+        graph, obstacle = self._graph, self.floor.gates[duty.gate]
+        places = frozenset(bits(graph.regions_of(duty.goal)))
         direct = duty.stays or bool(duty.around)
-        own = None if direct else self._own_target(robot, index, duty.goal)
-        stays = duty.stays and self._may_stay_at(robot, map(member.graph.pose, bits(duty.goal)))
-        objective = helping(robot.robot.objective, places, own, stays=stays)
-        for before in () if direct else self._before(robot, gate.name):
-            others = [self._mask(index, target) for target in before.targets[1:]]
-            if before.targets[0] == places and self._alternates(index, (duty.goal, *others)):
-                objective = ruled(before, robot.robot.objective)  # it keeps its former order
+        own = None if direct else self._own_target(duty.goal)
+        stays = duty.stays and self._may_stay_at(graph.poses(duty.goal))
+        objective = helping(self._own_rules, places, own, stays=stays)
+        for before in () if direct else self._before(obstacle):
+            others = graph.on_each(before.targets[1:])
+            if before.targets[0] == places and self._alternates((duty.goal, *others)):
+                objective = ruled(before, self._own_rules)  # it keeps its former order
                 break
-        wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
-        served = gate.name if role is Role.HELPS else None
-        assignment = Assignment(role, objective, served, duty.goal)
-        draft = self._toward(robot, index, wanted, assignment)
-        around = member.graph.poses_on(duty.around) & ~(1 << self.floor.poses[index])
-        avoided = {member.graph.pose(number) for number in bits(around)}
-        spots = self._spots(index, duty, wanted)
-        return replace(draft, forbidden=draft.forbidden | avoided, places=spots)
+        wanted = (duty.goal,) if own is None else (duty.goal, graph.on(own))
+        served = obstacle if role is Role.HELPS else None
+        draft = self._toward(wanted, Assignment(role, objective, served, duty.goal))
+        around = graph.poses_on(duty.around) & ~(1 << self.floor.poses[self.index])
+        forbidden = draft.forbidden | graph.poses(around)
+        return replace(draft, forbidden=forbidden, places=self._spots(duty, wanted))
 
-    def _spots(self, index: int, duty: Duty, targets: tuple[Mask, ...]) -> frozenset[Pose]:
+    def _spots(self, duty: Duty, targets: tuple[Mask, ...]) -> frozenset[Pose]:
         """The only poses in which a robot enters the region of its duty; none if any suffices, or
         if it cannot reach its duty and its other target without the rest."""
-        graph = self.floor.problem.members[index].graph
-        others = graph.poses_on(graph.regions_of(duty.goal)) & ~duty.goal
-        if not (duty.exact and others) or not self._alternates(index, targets, others):
+        others = self._graph.poses_on(self._graph.regions_of(duty.goal)) & ~duty.goal
+        if not (duty.exact and others) or not self._alternates(targets, others):
             return frozenset()
-        return frozenset(graph.pose(number) for number in bits(duty.goal))
+        return self._graph.poses(duty.goal)
 
-    def _meets_own_first(self, robot: RobotState, index: int, duty: Duty) -> bool:
+    def _meets_own_first(self, duty: Duty) -> bool:
         """Whether a robot can and must meet the next target of its ``once`` before its duty, since
         afterwards it could not meet all remaining ones."""
-        problem, stages = self.floor.problem, self.floor.stages
-        member, coordination = problem.members[index], self.state.scenario.coordination
-        if not (member.settles and member.turns) or coordination is Coordination.ASSIGNABLE:
+        problem, member, graph = self.floor.problem, self._member, self._graph
+        assigned = self.team.scenario.coordination is Coordination.ASSIGNABLE
+        if not (member.settles and member.turns) or assigned:
             return False
-        left, graph = member.targets[robot.own.memory.index :], member.graph
-        before = problem.allowed(index, stages)
-        after = problem.allowed(index, problem.advanced(duty.gate, stages, duty.group))
-        rest, here = duty.goal, graph.closure(1 << self.floor.poses[index], before)
+        left = member.targets[self.robot.own.memory.index :]
+        stages = problem.advanced(duty.gate, self.floor.stages, duty.group)
+        after, rest = problem.allowed(self.index, stages), duty.goal
         for target in left:
             rest = graph.closure(rest, after) & target
-        return not rest and bool(graph.closure(here & left[0], before) & duty.goal)
+        here = self.floor.reach(self.index)
+        return not rest and bool(graph.closure(here & left[0], self._allowed) & duty.goal)
 
     def _later(self, draft: TaskDraft, duty: Duty) -> TaskDraft:
         """Return the draft of its own objective for a robot that serves an obstacle afterwards."""
-        obstacle = self.floor.problem.gates[duty.gate].name
+        obstacle = self.floor.gates[duty.gate]
         return replace(draft, assignment=replace(draft.assignment, obstacle=obstacle))
 
-    def _own_target(self, robot: RobotState, index: int, goal: Mask) -> Target | None:
+    def _own_target(self, goal: Mask) -> Target | None:
         """Return its waiting place, or the first of its own targets, between which and the duty it
         can alternate; None if there is none."""
-        waiting = [frozenset({place}) for place in self._waiting_places(robot)]
-        for target in (*waiting, *robot.robot.objective.targets):
-            if self._alternates(index, (goal, self._mask(index, target))):
+        waiting = [frozenset({place}) for place in self._waiting_places()]
+        for target in (*waiting, *self._own_rules.targets):
+            if self._alternates((goal, self._graph.on(target))):
                 return target
         return None
 
-    def _before(self, robot: RobotState, obstacle: str) -> list[TargetObjective]:
+    def _before(self, obstacle: str) -> list[TargetObjective]:
         """The objectives with which a robot has served an obstacle: the present one, and those
         pushed with the requests that are popped now, the last first."""
-        popped = reversed(self.state.requests.closed)
-        found = [(robot.assignment.obstacle, robot.assignment.objective)]
-        found += [request.saved[robot.name] for request in popped if robot.name in request.saved]
+        name, present = self.robot.name, self.robot.assignment
+        popped = reversed(self.team.requests.closed)
+        found = [(present.obstacle, present.objective)]
+        found += [request.saved[name] for request in popped if name in request.saved]
         return [o for served, o in found if served == obstacle and isinstance(o, ALTERNATING)]
 
-    def _alternates(self, index: int, targets: tuple[Mask, ...], shut: Mask = 0) -> bool:
-        member = self.floor.problem.members[index]
-        allowed = self.floor.problem.allowed(index, self.floor.stages) & ~shut
-        allowed &= self.found.safe_poses[index]
-        live = member.graph.live(targets, allowed)
-        return bool(member.graph.closure(1 << self.floor.poses[index], allowed) & live)
+    def _alternates(self, targets: tuple[Mask, ...], shut: Mask = 0) -> bool:
+        graph, allowed = self._graph, self._allowed & ~shut & self._safe
+        here = 1 << self.floor.poses[self.index]
+        return bool(graph.closure(here, allowed) & graph.live(targets, allowed))
 
-    def _waits_for_help(self, robot: RobotState) -> bool:
-        served = {self.floor.gates[gate] for gate in self.found.served}
-        return any(
-            request.obstacle.name in served for request in self.state.requests.waits(robot.name)
-        )
-
-    def _wait(self, robot: RobotState, index: int) -> TaskDraft:
+    def _wait(self) -> TaskDraft:
         """Pursue the objective for waiting, if there is one; else hold where it encountered the
         obstacle or held before, or nearby if it would block a helper there; if it cannot get there
         now, hold where it stands."""
-        here = robot.next_pose.region
-        if robot.name not in self.idle and self._waits_for_help(robot):
-            meanwhile = self.while_waiting(robot.name)
+        pose, rules = self.robot.next_pose, self._own_rules
+        if not self.idle and self._waits_for_help:
+            meanwhile = self.while_waiting()
             if meanwhile is not None:
                 return meanwhile
-        there = self._waiting_place(robot, index)
-        targets = (self._mask(index, {there}),)
-        if there != here and self._alternates(index, targets):
-            objective = holding(robot.robot.objective, there)
-            return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
-        if not self._may_stay_at(robot, [robot.next_pose]):  # it cannot stay: it leaves and returns
-            objective = helping(robot.robot.objective, frozenset({here}), None, stays=False)
-            targets = (self._mask(index, {here}),)
-            return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
-        objective, safe = holding(robot.robot.objective, here), self.found.safe_poses[index]
-        return TaskDraft(Assignment(Role.WAITS, objective, safe_poses=safe), objective)
+        there = self._waiting_place()
+        targets = (self._graph.on({there}),)
+        if there != pose.region and self._alternates(targets):
+            return self._toward(targets, Assignment(Role.WAITS, holding(rules, there)))
+        if not self._may_stay_at([pose]):  # it leaves and returns
+            here = frozenset({pose.region})
+            objective = helping(rules, here, None, stays=False)
+            return self._toward((self._graph.on(here),), Assignment(Role.WAITS, objective))
+        objective = holding(rules, pose.region)
+        return TaskDraft(Assignment(Role.WAITS, objective, safe_poses=self._safe), objective)
 
-    def while_waiting(self, name: str) -> TaskDraft | None:
-        """The task with a robot's objective for waiting; None if it has none, or cannot pursue
+    def while_waiting(self) -> TaskDraft | None:
+        """The task with the objective for waiting; None if the robot has none, or cannot pursue
         it."""
-        robot, index = self.state.robots[name], self.floor.index(name)
-        other = robot.robot.while_waiting
+        other = self.robot.robot.while_waiting
         if other is None:
             return None
         if not isinstance(other, Ltl):
-            other = ruled(other, robot.robot.objective)  # its rules may have changed
-        targets = tuple(self._mask(index, target) for target in other.targets)
-        if not self._alternates(index, targets):
+            other = ruled(other, self._own_rules)  # its rules may have changed
+        targets = self._graph.on_each(other.targets)
+        if not self._alternates(targets):
             return None
-        return self._toward(robot, index, targets, Assignment(Role.WAITS, other))
+        return self._toward(targets, Assignment(Role.WAITS, other))
 
-    def _may_stay_at(self, robot: RobotState, poses: Iterable[Pose]) -> bool:
+    def _may_stay_at(self, poses: Iterable[Pose]) -> bool:
         """Whether its formulas allow a robot to stay in each of these poses."""
-        formulas = formulas_in(robot.robot.objective)
+        formulas = formulas_in(self._own_rules)
         guarantees = None if formulas is None else guarantees_of(formulas)
         return guarantees is None or all(guarantees.allows(pose, pose) for pose in poses)
 
-    def _waiting_place(self, robot: RobotState, index: int) -> Region:
+    def _waiting_place(self) -> Region:
         """Return the region where a robot waits, whether or not it can get there."""
-        place = next(iter(self._waiting_places(robot)), robot.next_pose.region)
-        duties = self.found.duties
-        if self._waits_for_help(robot) and in_the_way(self.floor, duties, index, place):
-            rivals = self.floor.problem.conflicts[index]
-            taken = {
-                region
-                for other, name in enumerate(self.floor.names)
-                if other in rivals and self.state.robots[name].assignment.role is Role.WAITS
-                for region in self.state.robots[name].occupied
-            }
-            clear = clear_region(self.floor, duties, index, self.found.safe_poses[index], taken)
-            return place if clear is None else clear
-        return place
+        place = next(iter(self._waiting_places()), self.robot.next_pose.region)
+        floor, duties = self.floor, self.found.duties
+        if not self._waits_for_help or not in_the_way(floor, duties, self.index, place):
+            return place
+        others = (self.team.robots[floor.names[i]] for i in floor.problem.conflicts[self.index])
+        waiting = (other for other in others if other.assignment.role is Role.WAITS)
+        taken = {region for other in waiting for region in other.occupied}
+        clear = clear_region(floor, duties, self.index, self._safe, taken)
+        return place if clear is None else clear
 
-    def _waiting_places(self, robot: RobotState) -> list[Region]:
-        places = [r.requesters[robot.name] for r in reversed(self.state.requests.waits(robot.name))]
-        before = robot.assignment
+    def _waiting_places(self) -> list[Region]:
+        waits = reversed(self.team.requests.waits(self.robot.name))
+        places = [request.requesters[self.robot.name] for request in waits]
+        before = self.robot.assignment
         if before.role is Role.WAITS:
             places += station(before.objective) or ()
         return places[:1]
 
-    def _own(self, robot: RobotState, index: int) -> TaskDraft | None:
+    def _own(self) -> TaskDraft | None:
         """Return its own objective, around the obstacles in its way; None if it cannot pursue it
         now."""
-        met = {request.obstacle.name for request in self.state.requests.waits(robot.name)}
-        safe = self.found.safe_poses[index]
-        objective = robot.robot.objective
-        assignment = Assignment(Role.OWN, objective, safe_poses=safe)
-        member = self.floor.problem.members[index]
-        must = frozenset(met)
-        within_reach = self.floor.reach(index)
-        for avoid in (self._pending(index) | must, must):
-            walls = region_mask(
-                gate.region for gate in self.floor.problem.gates if gate.name in avoid
-            )
-            lost = within_reach & ~safe
-            allowed = member.floor & ~member.graph.poses_on(walls) & ~lost
-            reach = member.graph.closure(1 << self.floor.poses[index], allowed)
+        member, floor, objective = self._member, self.floor, self._own_rules
+        waits = self.team.requests.waits(self.robot.name)
+        must = frozenset(request.obstacle.name for request in waits)
+        lost = floor.reach(self.index) & ~self._safe
+        assignment = Assignment(Role.OWN, objective, safe_poses=self._safe)
+        for avoid in (self._pending() | must, must):
+            walls = self._graph.on(g.region for g in floor.problem.gates if g.name in avoid)
+            allowed = member.floor & ~walls & ~lost
+            reach = self._graph.closure(1 << floor.poses[self.index], allowed)
             if reach & member.live(allowed):
-                forbidden = self._forbidden(robot, index, member.targets)
+                forbidden = self._forbidden(member.targets)
                 return TaskDraft(assignment, objective, avoid, must, forbidden)
         if not self.found.served and isinstance(objective, Ltl):
             return TaskDraft(assignment, objective, must, must)
         return None
 
-    def _pending(self, index: int) -> frozenset[str]:
+    def _pending(self) -> frozenset[str]:
         """The open obstacles that block a robot now."""
         problem, stages = self.floor.problem, self.floor.stages
         return frozenset(
-            problem.gates[gate].name
+            self.floor.gates[gate]
             for gate in problem.open(stages)
-            if index in problem.gates[gate].closed_to[stages[gate].need]
+            if self.index in problem.gates[gate].closed_to[stages[gate].need]
         )
 
-    def _forbidden(
-        self, robot: RobotState, index: int, targets: tuple[Mask, ...]
-    ) -> frozenset[Pose]:
+    def _forbidden(self, targets: tuple[Mask, ...]) -> frozenset[Pose]:
         """The poses next to the safe ones from which it could still meet ``targets``; a strategy
         avoids the others by itself."""
-        member = self.floor.problem.members[index]
-        graph, safe = member.graph, self.found.safe_poses[index]
-        allowed = self.floor.problem.allowed(index, self.floor.stages)
-        lost = graph.forward(safe) & allowed & ~safe
-        if lost and not isinstance(robot.robot.objective, Ltl):
-            own = targets == member.targets
-            lost &= member.live(allowed) if own else graph.live(targets, allowed)
-        return frozenset(graph.pose(number) for number in bits(lost))
-
-    def _mask(self, index: int, regions: Collection[int]) -> Mask:
-        return self.floor.problem.members[index].graph.poses_on(region_mask(regions))
-
-
-def _as_before(robot: RobotState) -> TaskDraft:
-    return TaskDraft(robot.assignment, robot.assignment.objective)
+        lost = self._graph.forward(self._safe) & self._allowed & ~self._safe
+        if lost and not isinstance(self._own_rules, Ltl):
+            own = targets == self._member.targets
+            lost &= (
+                self._member.live(self._allowed)
+                if own
+                else self._graph.live(targets, self._allowed)
+            )
+        return self._graph.poses(lost)

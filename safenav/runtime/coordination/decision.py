@@ -113,7 +113,7 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
         case events.OutsideStrategy(name, reason):
             last = team.last_settled
             now = replace(last, floor=moved_on(last.floor, team))
-            if Assigner(team, now.floor, now.found).is_stranded(name):
+            if Assigner(team, team.robots[name], now.floor, now.found).is_stranded():
                 return Decision(event, next=Unsettled(reason))  # duties for a former pose
             return _assigned(team, event, now, only=name)
         case Unsettled(Reason.SERVICE | Reason.OBJECTIVE) if team.requests.aside:
@@ -364,7 +364,8 @@ def _meanwhile(team: TeamState, event: Event, name: str, reason: Reason) -> Deci
     requests stay as they are."""
     floor = floor_of(team)
     everywhere = tuple(member.floor for member in floor.problem.members)
-    found = Assigner(team, floor, Settlement(safe_poses=everywhere)).while_waiting(name)
+    alone = Settlement(safe_poses=everywhere)
+    found = Assigner(team, team.robots[name], floor, alone).while_waiting()
     if found is None or team.waiting is None:
         return Decision(event)
     return Decision(
@@ -379,9 +380,11 @@ def _assigned(
     in force does not suffice for, and always for ``only``."""
     idle = event.idle if isinstance(event, Unsettled | events.Started) else frozenset()
     off = event.off if isinstance(event, Unsettled) else frozenset()
-    drafts = Assigner(team, settled.floor, settled.found, idle).drafts()
-    if only is not None:
-        drafts = {only: drafts[only]}
+    drafts = {
+        name: Assigner(team, robot, settled.floor, settled.found, name in idle).draft()
+        for name, robot in team.robots.items()
+        if only in (None, name)
+    }
     assigned = team.scenario.coordination is Coordination.ASSIGNABLE
     wanted = {
         name: own_objective(team.robots[name], draft) if assigned else draft
