@@ -13,9 +13,8 @@ from safenav.audit.judging import RULES, findings
 from safenav.audit.rules.rule import Finding
 from safenav.audit.run.situation import Situation
 from safenav.trace.fields import plain
-from safenav.trace.reading import read_lines, read_trace
+from safenav.trace.reading import Trace, read_lines, read_trace
 from safenav.trace.records import Arrive, Move, Push
-from safenav.trace.trace import Trace
 
 
 @dataclass(frozen=True)

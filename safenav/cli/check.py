@@ -127,7 +127,7 @@ def _verdict(name: str, answer: TaskResult, plan: Scenario) -> dict[str, Any]:
     why = None if answer.realizable else explain_unrealizable(task.robot, task, plan.map)
     return {
         "robot": name,
-        "objective": describe(answer.told, plan.map.word),
+        "objective": describe(answer.asked, plan.map.word),
         "form": answer.form.value,
         "allows": answer.allows(plan.map.word),
         "verdict": answer.result.verdict.value,

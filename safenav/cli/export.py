@@ -17,9 +17,8 @@ from safenav.outfile import tell, write_all, write_out, write_whole
 from safenav.report.bag.messages import Ways, messages
 from safenav.report.replay.reading import replay_of
 from safenav.report.tables import tables
-from safenav.trace.reading import read_trace
-from safenav.trace.trace import Trace
-from safenav.world.frame import Frame
+from safenav.trace.reading import Trace, read_trace
+from safenav.world.map import Frame
 
 BAG_RATE = 20.0
 """Positions of each robot per second in a bag with a motion."""

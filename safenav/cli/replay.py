@@ -20,8 +20,7 @@ from safenav.report.replay.perception import shading_of, viewers
 from safenav.report.replay.reading import replay_of
 from safenav.report.replay.timeline import Replay
 from safenav.report.terminal.replay import log, play
-from safenav.trace.reading import read_trace
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace, read_trace
 
 EPILOG = """\b
 TICK is a number (of seconds in a live run), 'last', or the kind of an

@@ -21,7 +21,7 @@ from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, RunResult
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock, Expect
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 from safenav.trace.writing import Listener, TraceWriter, next_part
 
 PATIENCE = 0.8

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from safenav.scenario.model import Need, ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.objective import Word, number_word
 from safenav.scenario.reading.catalogue import built_in
-from safenav.scenario.yaml.flow import flow
+from safenav.scenario.yaml.document import flow
 
 
 def model_change(model: RobotModel, **values: str) -> tuple[tuple[str, str], ...]:

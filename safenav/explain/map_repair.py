@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from safenav.explain.explanation import Repair, RepairKind, RepairProblem
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.yaml.flow import flow
+from safenav.scenario.yaml.document import flow
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region, RegionMap
 

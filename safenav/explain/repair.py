@@ -22,7 +22,7 @@ from safenav.scenario.objective import Ltl, Objective, Word, station, staying
 from safenav.scenario.objective_text import written
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.compatibility import conflicts
-from safenav.scenario.yaml.flow import flow
+from safenav.scenario.yaml.document import flow
 from safenav.spec.objective import NO_MEMORY
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility, Pose

@@ -34,7 +34,7 @@ from safenav.motion.timing.actions import TimedAction, actions_of, by_command
 from safenav.motion.timing.execution import when
 from safenav.motion.timing.recorded_times import TraceLedger
 from safenav.trace import records
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 
 ROWS = 200
 """Measurements of one line of the file."""

@@ -11,8 +11,7 @@ from math import atan2, cos, floor, hypot, pi, sin
 from msgspec import Struct
 
 from safenav.pace.robot import YAW
-from safenav.world.frame import Frame
-from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.map import Frame, Heading, Region, RegionMap
 from safenav.world.moves import Pose
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from safenav.motion.columns import sample
 from safenav.motion.file.records import Foothold, Moving, Segment
-from safenav.world.frame import Frame
+from safenav.world.map import Frame
 
 Array = NDArray[np.float64]
 

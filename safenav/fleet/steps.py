@@ -27,8 +27,7 @@ from safenav.fleet.transport import (
 )
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
 from safenav.scenario.model import Scenario
-from safenav.world.frame import Frame
-from safenav.world.map import Region
+from safenav.world.map import Frame, Region
 from safenav.world.moves import Mobility, Pose
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from msgspec.structs import replace
 from safenav.motion.file.records import Action, Motion, Moving
 from safenav.motion.timing.schedule import SHARED
 from safenav.trace import records
+from safenav.trace.reading import Trace
 from safenav.trace.setting import ObstacleHeader
-from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
 
 MOTION = "motion"

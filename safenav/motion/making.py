@@ -23,8 +23,8 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.motion import resolved
 from safenav.scenario.reading.catalogue import built_in
 from safenav.trace.header import unstarted
+from safenav.trace.reading import Trace
 from safenav.trace.setting import RobotHeader
-from safenav.trace.trace import Trace
 
 
 class Disturbances(Struct, frozen=True):

@@ -18,8 +18,8 @@ from safenav.motion.in_time import in_time
 from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import Robustness, robustness
 from safenav.stl.syntax import Happens, Requirement, RobotSignal, Within, nodes
+from safenav.trace.reading import Trace
 from safenav.trace.records import Request, Resolved
-from safenav.trace.trace import Trace
 
 Array = NDArray[np.float64]
 

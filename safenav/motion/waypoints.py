@@ -16,9 +16,9 @@ from msgspec import Struct
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.lines import csv_text
 from safenav.pace.robot import YAW
+from safenav.trace.reading import Trace
 from safenav.trace.records import Arrive, Move
-from safenav.trace.trace import Trace
-from safenav.world.frame import Frame
+from safenav.world.map import Frame
 
 _DECIMALS = 6
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from safenav.lines import csv_text
 from safenav.report.replay.timeline import Replay, StoryKind
 from safenav.trace import records
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 
 Row = Iterable[object]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from copy import copy
+from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -34,14 +35,25 @@ class NeedMet(Struct, frozen=True):
         return self.need + 1 == len(self.obstacle.needs)
 
 
+class Permanent(Struct, frozen=True):
+    """An obstacle in O, the reason, and its ``need`` that was open then."""
+
+    obstacle: Obstacle
+    reason: str
+    need: int
+
+    @property
+    def given_up(self) -> bool:
+        """Whether no robot can ever resolve it."""
+        return self.reason not in (UNTRAVERSABLE, PERMANENT)
+
+
 class Knowledge:
-    """The obstacles that the team knows. Owner of ``pending``, ``permanent`` and ``given_up_need``
-    (the open need of an obstacle that was given up), all by name. ``sighted``: obstacles seen by
-    robots that may enter them, and encountered by no other robot."""
+    """The obstacles that the team knows. Owner of ``pending`` and ``permanent`` ones, by name.
+    ``sighted``: obstacles seen by robots that may enter them, and encountered by no other robot."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.permanent: dict[str, tuple[Obstacle, str]] = {}
-        self.given_up_need: dict[str, int] = {}
+        self.permanent: dict[str, Permanent] = {}
         self.sighted: dict[str, Obstacle] = {}
         self._unmet = Works(scenario)
         self._known = Works(scenario, others=self._unmet.open)
@@ -58,8 +70,7 @@ class Knowledge:
     def copy(self) -> Knowledge:
         """Return an independent copy."""
         other = copy(self)
-        other.permanent, other.given_up_need = dict(self.permanent), dict(self.given_up_need)
-        other.sighted = dict(self.sighted)
+        other.permanent, other.sighted = dict(self.permanent), dict(self.sighted)
         unmet, known = (
             {name: replace(work) for name, work in works.open.items()}
             for works in (self._unmet, self._known)
@@ -84,22 +95,19 @@ class Knowledge:
         """The number of the next need; the last one until the world reports the obstacle
         resolved."""
         work = self.pending.get(obstacle.name) or self._unmet.open.get(obstacle.name)
-        if work is None:
-            return 0
-        return min(work.need, len(obstacle.needs) - 1)
+        return 0 if work is None else min(work.need, len(obstacle.needs) - 1)
 
     def closing(self, region: Region, robot: Robot) -> Obstacle | None:
         """Return the known obstacle that closes a region to a robot."""
-        for obstacle in (*self.obstacles.values(), *self.sighted.values()):
-            if obstacle.region == region and self.closed_to(obstacle, robot):
-                return obstacle
-        return None
+        known = (*self.obstacles.values(), *self.sighted.values())
+        here = (obstacle for obstacle in known if obstacle.region == region)
+        return next((obstacle for obstacle in here if self.closed_to(obstacle, robot)), None)
 
     @property
     def obstacles(self) -> dict[str, Obstacle]:
         """Return all known obstacles that are still present: pending ones, then those in O."""
         found = {name: work.obstacle for name, work in self.pending.items()}
-        return found | {name: obstacle for name, (obstacle, _) in self.permanent.items()}
+        return found | {name: known.obstacle for name, known in self.permanent.items()}
 
     def sight(self, obstacle: Obstacle) -> None:
         """Remember an obstacle that a robot has sensed and may enter. It stays closed to other
@@ -111,10 +119,8 @@ class Knowledge:
         """Remember an obstacle that a robot encountered; return whether it is new."""
         if obstacle.name in self.pending:
             return False
-        self.permanent.pop(obstacle.name, None)
-        self.given_up_need.pop(obstacle.name, None)
-        self.sighted.pop(obstacle.name, None)
-        work = self._unmet.open.pop(obstacle.name, None) or Work(obstacle)
+        work = self._unmet.open.get(obstacle.name) or Work(obstacle)
+        self.forget(obstacle)
         self.pending[obstacle.name] = work
         return True
 
@@ -226,12 +232,10 @@ class Knowledge:
 
     def forget(self, obstacle: Obstacle) -> bool:
         """Forget an obstacle that was resolved or disappeared; return whether the team knew it."""
-        known = self.knows(obstacle)
-        self.pending.pop(obstacle.name, None)
-        self.sighted.pop(obstacle.name, None)
-        self.permanent.pop(obstacle.name, None)
-        self.given_up_need.pop(obstacle.name, None)
-        self._unmet.open.pop(obstacle.name, None)
+        known, works = self.knows(obstacle), (self.pending, self._unmet.open)
+        parts: tuple[dict[str, Any], ...] = self.sighted, self.permanent, *works
+        for part in parts:
+            part.pop(obstacle.name, None)
         return known
 
     def helped(self, obstacle: Obstacle) -> tuple[str, ...]:
@@ -242,18 +246,14 @@ class Knowledge:
     def join(self, obstacle: Obstacle, reason: str) -> None:
         """Add an obstacle to O for the robots that it blocks."""
         work = self.pending.pop(obstacle.name, None)
-        if work is not None and reason not in (UNTRAVERSABLE, PERMANENT) and _takes_more(obstacle):
+        found = Permanent(obstacle, reason, 0 if work is None else work.need)
+        self.permanent[obstacle.name] = found
+        if work is not None and found.given_up and _takes_more(obstacle):
             self._unmet.open[obstacle.name] = work  # robots may still fulfil parts of it
-        self.permanent[obstacle.name] = (obstacle, reason)
-        self.given_up_need[obstacle.name] = work.need if work is not None else 0
 
     def given_up(self) -> dict[str, int]:
         """The obstacles that no robot can ever resolve, and the need that none can fulfil."""
-        return {
-            name: self.given_up_need[name]
-            for name, (_, reason) in self.permanent.items()
-            if reason not in (UNTRAVERSABLE, PERMANENT)
-        }
+        return {name: known.need for name, known in self.permanent.items() if known.given_up}
 
     @property
     def standing(self) -> frozenset[Region]:
@@ -266,9 +266,9 @@ class Knowledge:
         item = f"robots.{robot.name}.objective.avoid"
         found = [Known(r, item, f"{robot.name} avoids it") for r in robot.objective.avoid]
         found += [
-            Known(obstacle.region, f"obstacles.{obstacle.name}", reason)
-            for obstacle, reason in self.permanent.values()
-            if obstacle.blocks(robot)
+            Known(known.obstacle.region, f"obstacles.{name}", known.reason)
+            for name, known in self.permanent.items()
+            if known.obstacle.blocks(robot)
         ]
         found += [
             Known(work.obstacle.region, f"obstacles.{name}", "found, and not resolved yet")

@@ -21,11 +21,11 @@ from safenav.runtime.coordination.events import (
     OutsideStrategy,
     RequestsSetAside,
 )
+from safenav.runtime.coordination.infeasibility import what_is_left, where_out
 from safenav.runtime.instant import Instant
 from safenav.runtime.team import RobotState, Role
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.turns.while_waiting import has_other_objective
-from safenav.runtime.unfinished import what_is_left, where_out
 from safenav.scenario.settings import Coordination, switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason

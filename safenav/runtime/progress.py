@@ -30,7 +30,6 @@ class Progress:
     def __init__(self, objective: Objective, memory: Memory = NO_MEMORY) -> None:
         self.objective = objective
         self.rounds = 0
-        self._pursuit = None if isinstance(objective, Ltl) else objective
         self._state = memory.index  # memory of the pursuit
         self._values: Mapping[str, int] = memory.values
         self._seen: set[int] = set()
@@ -40,7 +39,7 @@ class Progress:
     @property
     def memory(self) -> Memory:
         """The memory that the next specification of this objective must begin with."""
-        return Memory(self._state if self._in_turn else 0, self._values)
+        return Memory(self._state if self.objective.in_turn else 0, self._values)
 
     @property
     def seen(self) -> frozenset[int]:
@@ -59,7 +58,7 @@ class Progress:
         found = cls(objective, Memory(done.turn, done.memory))
         found.rounds = done.rounds
         found._seen.update(done.seen)
-        if found._pursuit is not None and not found._in_turn:
+        if not (isinstance(objective, Ltl) or objective.in_turn):
             found._state = sum(1 << goal for goal in done.seen)
         return found
 
@@ -74,12 +73,14 @@ class Progress:
 
     def awaited(self) -> Target:
         """The regions of which the robot must reach one next; empty for ``ltl``."""
-        return frozenset() if self._pursuit is None else self._pursuit.awaited(self._state)
+        own = self.objective
+        return frozenset() if isinstance(own, Ltl) else own.awaited(self._state)
 
     def means(self, memory: int, region: Region) -> bool:
         """Whether ``memory`` of a specification in ``region`` represents this progress: there
         memory changes one step after a goal, here with the goal."""
-        return self._pursuit is None or self._pursuit.turned(memory, region) == self._state
+        own = self.objective
+        return isinstance(own, Ltl) or own.turned(memory, region) == self._state
 
     def keep_memory(self, former: Progress) -> None:
         """Keep the formula memory of a former objective."""
@@ -94,7 +95,7 @@ class Progress:
         """Count rounds from zero, since an obstacle was resolved (docs/coordination.md)."""
         self.rounds = 0
         self._seen.clear()
-        if not self._in_turn:
+        if not self.objective.in_turn:
             self._state = 0
 
     def begin(self, region: Region, values: Mapping[str, int]) -> list[int]:
@@ -107,8 +108,7 @@ class Progress:
         if isinstance(self.objective, Ltl):
             self.remember(values)
             return []
-        assert self._pursuit is not None
-        self._state = self._pursuit.begin(region, self._state)
+        self._state = self.objective.begin(region, self._state)
         return self.arrive(region, {}, {})
 
     def arrive(
@@ -117,38 +117,34 @@ class Progress:
         """Count a turn that ended in ``region``, and return goals as ``begin`` does; ``before``
         and ``after`` are the values of the specification's variables around it (used by ``ltl``
         goals only)."""
-        before_it = self._state
-        if isinstance(self.objective, Ltl):
-            met, count = self._met_by_formulas(self.objective, before, after)
+        objective, held, state = self.objective, self._holding, self._state
+        if isinstance(objective, Ltl):
+            met = self._met_by_formulas(objective, before, after)
         else:
-            met, count = self._met(region)
-        stays = self._pursuit is not None and self._pursuit.stays(before_it, region)
-        again, self._holding = self._holding, stays
+            met = objective.met(state, region)
+            self._state = objective.turned(state, region)
+        self._holding = objective.stays(state, region)
         fresh = [goal for goal in met if goal not in self._seen]
         self._seen.update(fresh)
-        all_met = len(self._seen) == count
-        if self._pursuit is not None:
-            all_met = self._pursuit.ends_round(self._seen)
-        self._completed = bool(fresh) and all_met
+        self._completed = bool(fresh) and objective.ends_round(self._seen)
         if self._completed:
             self.rounds += 1
             self._seen.clear()
-        if again or (isinstance(self.objective, Ltl) and not self.objective.liveness):
+        if held or (isinstance(objective, Ltl) and not objective.liveness):
             return []
         # In turn a target may count again in a round that restarted with the other one.
-        return list(met if self._in_turn else fresh)
+        return list(met if self.objective.in_turn else fresh)
 
     def met_by_staying(
         self, region: Region, before: Mapping[str, int], after: Mapping[str, int]
     ) -> bool:
         """Whether a robot that stays in ``region`` without having to meets every goal in each turn;
         ``before`` and ``after`` as in ``arrive``."""
-        if self._pursuit is not None:
-            free = not self._pursuit.settles
-            return free and all(region in target for target in self._pursuit.targets)
-        assert isinstance(self.objective, Ltl)
-        goals = map(holds, self.objective.liveness)
-        return bool(after) and all(goal(before, after) for goal in goals)
+        if isinstance(self.objective, Ltl):
+            goals = map(holds, self.objective.liveness)
+            return bool(after) and all(goal(before, after) for goal in goals)
+        free = not self.objective.settles
+        return free and all(region in target for target in self.objective.targets)
 
     def counted(self, goals: Sequence[int]) -> list[tuple[int, int]]:
         """Return the goals just met simultaneously, each with the rounds completed after it: the
@@ -157,26 +153,12 @@ class Progress:
         last = len(goals) - 1
         return [(goal, self.rounds if k == last else before) for k, goal in enumerate(goals)]
 
-    @property
-    def _in_turn(self) -> bool:
-        return self._pursuit is not None and self._pursuit.in_turn
-
-    def _met(self, region: Region) -> tuple[tuple[int, ...], int]:
-        """The goals that count in ``region``, and the number of all goals."""
-        assert self._pursuit is not None
-        met = self._pursuit.met(self._state, region)
-        self._state = self._pursuit.turned(self._state, region)
-        return met, len(self._pursuit.targets)
-
     def _met_by_formulas(
         self, objective: Ltl, before: Mapping[str, int], after: Mapping[str, int]
-    ) -> tuple[tuple[int, ...], int]:
-        """The same for the formula goals that a step meets. Without goals every step counts."""
+    ) -> tuple[int, ...]:
+        """The formula goals that a step meets. Without goals every step counts."""
         if not after:  # off the automaton: it backtracked, and nothing counts
-            return (), 1
+            return ()
         self.remember(after)
-        if not objective.liveness:
-            return (0,), 1
-        goals = map(holds, objective.liveness)
-        met = tuple(i for i, goal in enumerate(goals) if goal(before, after))
-        return met, len(objective.liveness)
+        goals = enumerate(map(holds, objective.liveness))
+        return tuple(i for i, goal in goals if goal(before, after)) if objective.liveness else (0,)

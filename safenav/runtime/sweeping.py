@@ -3,9 +3,9 @@ reports that have no effect yet."""
 
 from __future__ import annotations
 
+from safenav.runtime.coordination.snapshot import takers
 from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.failures import stands_for
-from safenav.runtime.loads import takers
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Obstacle, Robot
 from safenav.world.map import Region

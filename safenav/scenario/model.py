@@ -330,11 +330,17 @@ class Scenario(Struct, frozen=True):
     @property
     def sets_deadlines(self) -> bool:
         """Whether the scenario sets a deadline in ticks."""
-        timed = any(robot.within is not None for robot in self.robots)
-        timed = timed or any(change.within is not None for change in self.changes)
-        types = (*self.catalogue.obstacles.values(), *(o.type for o in self.obstacles))
-        limits = (self.until.by, self.resolve_within, *(o.resolve_within for o in self.obstacles))
-        return timed or any(x is not None for x in (*limits, *(t.resolve_within for t in types)))
+        rounds = [*(r.within for r in self.robots), *(c.within for c in self.changes)]
+        limits = [o.resolve_within for o in self.obstacles] + [
+            t.resolve_within for t in self._types
+        ]
+        own = self.until.by, self.resolve_within
+        return any(limit is not None for limit in (*own, *rounds, *limits))
+
+    @property
+    def _types(self) -> list[ObstacleType]:
+        """The obstacle types of its catalogue, and those of its obstacles."""
+        return [*self.catalogue.obstacles.values(), *(each.type for each in self.obstacles)]
 
     @property
     def deadlines(self) -> bool:
@@ -345,17 +351,14 @@ class Scenario(Struct, frozen=True):
     def limit_of(self, obstacle: Obstacle) -> int | None:
         """Return the most ticks from the request for an obstacle to its resolution: its own limit,
         else that of its type, else that of the scenario (None: no limit)."""
-        for limit in (obstacle.resolve_within, obstacle.type.resolve_within):
-            if limit is not None:
-                return limit
-        return self.resolve_within
+        limits = (obstacle.resolve_within, obstacle.type.resolve_within, self.resolve_within)
+        return next((limit for limit in limits if limit is not None), None)
 
     @property
     def sweeping(self) -> bool:
         """Whether the resolution of any listed or possible obstacle sweeps regions."""
-        kinds = (*self.catalogue.obstacles.values(), *(o.type for o in self.obstacles))
-        own = any(o.sweeps is not None for o in self.obstacles)
-        return own or any(kind.sweeps is not None for kind in kinds)
+        own = any(obstacle.sweeps is not None for obstacle in self.obstacles)
+        return own or any(kind.sweeps is not None for kind in self._types)
 
     def robot(self, name: str) -> Robot:
         """Return the robot of that name. Raises KeyError."""

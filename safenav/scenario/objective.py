@@ -335,6 +335,10 @@ class Ltl(Struct, frozen=True):
         del memory, region
         return ()
 
+    def ends_round(self, seen: Collection[int]) -> bool:
+        """Return whether meeting these goals completes a round; without goals, each step does."""
+        return len(seen) == max(1, len(self.liveness))
+
 
 Objective = TargetObjective | Ltl
 

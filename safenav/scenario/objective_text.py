@@ -7,7 +7,7 @@ import json
 from msgspec.structs import replace
 
 from safenav.scenario.objective import Ltl, Objective, Target, Word, number_word
-from safenav.scenario.yaml.flow import flow
+from safenav.scenario.yaml.document import flow
 
 
 def to_data(objective: Objective) -> dict[str, object]:

@@ -19,6 +19,7 @@ from copy import copy
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
+from typing import TYPE_CHECKING, Union
 
 from msgspec.structs import replace
 
@@ -28,8 +29,14 @@ from safenav.scenario.settings import Controllers, Limits
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
-from safenav.synthesis.process import Finished, ProcessGroup, orderly_termination
-from safenav.synthesis.program import Brought, Program
+from safenav.synthesis.process import (
+    OVERTIME_SECONDS,
+    Finished,
+    ProcessGroup,
+    limited,
+    limits,
+    orderly_termination,
+)
 from safenav.synthesis.request import (
     Job,
     Listener,
@@ -39,6 +46,16 @@ from safenav.synthesis.request import (
 )
 from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
+
+if TYPE_CHECKING:
+    from safenav.synthesis.serving.served import ServedStrategy
+
+
+Served = tuple[Union["ServedStrategy", Verdict], float]
+"""The end of a server, and the seconds until then."""
+
+Brought = Finished | Served
+
 
 _GOOD = Verdict.REALIZABLE
 _HEARTBEAT_SECONDS = 0.5
@@ -157,7 +174,7 @@ class Synthesizer:
         """Return the results of jobs by their indices. Threads run the program; its results are
         read, and reported, in the caller's thread. Any exception also ends the programs."""
         _ = self.binary.native  # queried once here, not in every thread
-        program, crew = Program(self.binary, self.seconds, self.memory_mb), ProcessGroup()
+        crew = ProcessGroup()
         waiting, running = deque(jobs), dict[int, tuple[Job, float]]()
         ended = SimpleQueue[tuple[Job, Brought | BaseException]]()
         results: dict[int, SynthesisResult] = {}
@@ -168,7 +185,7 @@ class Synthesizer:
                     job = waiting.popleft()
                     running[job.index] = job, time.monotonic()
                     try:
-                        ended.put((job, program.answer(crew, job)))
+                        ended.put((job, self._run(crew, job)))
                     except BaseException as error:
                         ended.put((job, error))
 
@@ -197,6 +214,57 @@ class Synthesizer:
             for thread in threads:
                 thread.join()
         return results
+
+    def _run(self, crew: ProcessGroup, job: Job) -> Brought:
+        """Run until the job has a result. Raises SynthesizerError; DismissedError with the crew."""
+        if job.kind is RequestKind.MOVES:
+            # Imported here: few runs need it.
+            from safenav.synthesis.serving.served import serve
+
+            begun = time.monotonic()
+            own = self.binary if self.binary.native else find_own_binary()
+            served = serve(
+                job.spec,
+                own,
+                options=job.options,
+                seconds=self.seconds,
+                memory_mb=self.memory_mb,
+                crew=crew,
+            )
+            return served, time.monotonic() - begun
+        return (self._run_native if self.binary.native else self._run_foreign)(crew, job)
+
+    def _run_native(self, crew: ProcessGroup, job: Job) -> Finished:
+        """Run safenav's own program, which reads standard input and enforces its limits itself."""
+        command = [str(self.binary.path), *job.options]
+        if job.kind is RequestKind.REALIZABILITY:
+            command.append("--realizability")
+        if job.kind is RequestKind.STRATEGY and job.most_nodes is not None:
+            command += ["--nodes", str(job.most_nodes)]
+        command += [*limits(self.seconds, self.memory_mb), "-"]
+        deadline = None if self.seconds is None else self.seconds + OVERTIME_SECONDS
+        return crew.run(command, job.text.encode(), deadline, self.memory_mb, self.binary.ours)
+
+    def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
+        """Run upstream's program, which reads slugsin files only and has no limits."""
+        # Imported here: it is slow, and safenav's own binary needs no files.
+        import tempfile
+
+        text, suffix = job.text.encode(), ".structuredslugs"
+        own = find_own_binary()
+        if own is not None and own.native:  # it translates to slugsin
+            translate = [str(own.path), "--translate", "-"]
+            translated = crew.run(translate, text, self.seconds, own=own.ours)
+            if translated.timed_out:
+                return translated
+            if translated.status != 0:
+                raise failure("does not translate the specification", translated, own, job.robot)
+            text, suffix = translated.stdout, ".slugsin"
+        with tempfile.TemporaryDirectory(prefix="safenav-") as directory:
+            file = Path(directory) / f"specification{suffix}"
+            file.write_bytes(text)
+            command = [str(self.binary.path), *job.options, str(file)]
+            return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
 
     def _remembered(self, job: Job, tell: Listener) -> SynthesisResult | None:
         """Return the cached result, if it exists and passes every check of a fresh one."""

@@ -13,14 +13,65 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.lines import json_flaw
 from safenav.trace.fields import WrongError, convert
-from safenav.trace.records import KINDS, VERSION, Discovered, Header, Late, Record
-from safenav.trace.trace import Trace
+from safenav.trace.records import (
+    KINDS,
+    VERSION,
+    Act,
+    ActionEnd,
+    Arrive,
+    Depart,
+    Discovered,
+    End,
+    Header,
+    Late,
+    Record,
+)
+from safenav.trace.setting import ObstacleHeader
+
+
+class Trace(Struct, frozen=True):
+    """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
+    ``ignored`` counts the lines of types that this version does not know; ``digest``: sha256 of
+    its file."""
+
+    source: str
+    header: Header
+    records: tuple[Record, ...]
+    cut_off: bool
+    ignored: int
+    digest: str = ""
+
+    @property
+    def outcome(self) -> End | None:
+        """The end of the run, or None if the trace does not record it."""
+        return next((r for r in reversed(self.records) if isinstance(r, End)), None)
+
+    @property
+    def obstacles(self) -> dict[str, ObstacleHeader]:
+        """Return all obstacles by name: those of the header, and those discovered later."""
+        found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
+        return {o.name: o for o in (*self.header.scenario.obstacles, *found)}
+
+    @property
+    def steps(self) -> list[tuple[Depart, Arrive | None]]:
+        """The steps of a live run, each with its end: None if it was under way when the run
+        ended."""
+        ends = {r.command: r for r in self.records if isinstance(r, Arrive)}
+        return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Depart)]
+
+    @property
+    def acts(self) -> list[tuple[Act, ActionEnd | None]]:
+        """The actions of a live run, likewise."""
+        ends = {r.command: r for r in self.records if isinstance(r, ActionEnd)}
+        return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Act)]
+
 
 _DIAGNOSTIC_LIMIT = 20
 _BEGINNING = 4000

@@ -13,7 +13,7 @@ AUDIT = Path(safenav.audit.__file__).parent
 FORMAT = (
     *("safenav.bounds", "safenav.begun", "safenav.trace.records", "safenav.trace.setting"),
     *("safenav.trace.vocabulary", "safenav.trace.objective", "safenav.trace.proofs"),
-    *("safenav.trace.fields", "safenav.trace.reading", "safenav.trace.trace"),
+    *("safenav.trace.fields", "safenav.trace.reading"),
 )
 """The format of traces, as data: all that the checker shares with what it judges."""
 

@@ -4,9 +4,8 @@ import pytest
 
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.expectation import Ledger, differences
-from safenav.scenario.event_pattern import EventKind
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.settings import Expect
+from safenav.scenario.settings import EventKind, Expect
 from safenav.trace import records
 from safenav.trace.records import (
     End,

@@ -15,7 +15,7 @@ from once import trace_of_shipped
 from report import clinic, made_traces
 from safenav.report.bag.messages import messages
 from safenav.report.replay.reading import read_replay
-from safenav.world.frame import Frame
+from safenav.world.map import Frame
 
 
 @pytest.fixture

@@ -19,8 +19,7 @@ from safenav.motion.file.records import Motion
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
-from safenav.trace.reading import read_bytes
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.writing import Listener, TraceWriter
 
 HALL = """\

@@ -13,8 +13,7 @@ from safenav.motion.making import motion_of
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
-from safenav.trace.reading import read_bytes
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace, read_bytes
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 

@@ -13,8 +13,7 @@ from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import Action, Motion, Moving, Release, Reserve
 from safenav.motion.making import motion_of
 from safenav.trace import records
-from safenav.trace.reading import read_bytes
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace, read_bytes
 
 RUNS = [("beam", 0.4), ("case_study_2", 0.0), ("parked_robot", 0.4), ("case_study_1", 0.4)]
 

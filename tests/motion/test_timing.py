@@ -16,9 +16,8 @@ from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.execution import when
 from safenav.motion.timing.schedule import motion_at_earliest_times
-from safenav.trace.reading import read_bytes
+from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.records import Met, Move, Resolved, Service
-from safenav.trace.trace import Trace
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "20"))
 

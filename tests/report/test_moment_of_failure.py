@@ -9,8 +9,7 @@ from safenav.report.page.encode import encoded
 from safenav.report.page.live import LiveRun
 from safenav.report.replay.reading import replay_of
 from safenav.report.replay.timeline import Replay
-from safenav.trace.reading import read_trace
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace, read_trace
 
 SCENARIO = """
 safenav: 1

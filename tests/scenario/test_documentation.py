@@ -10,9 +10,8 @@ import yaml
 from safenav.errors import InputError
 from safenav.fleet.fleet_file import FleetKeys, StationKeys
 from safenav.scenario.reading.catalogue import BatteryKeys, ModelKeys, NeedKeys, TypeKeys
-from safenav.scenario.reading.changes import ChangeKeys
+from safenav.scenario.reading.changes import ChangeKeys, InputKeys
 from safenav.scenario.reading.expectation import ExpectKeys
-from safenav.scenario.reading.inputs import InputKeys
 from safenav.scenario.reading.loader import FailureKeys, ScenarioKeys, load_scenario_text
 from safenav.scenario.reading.maps.keys import ImageKeys
 from safenav.scenario.reading.objective import LtlKeys

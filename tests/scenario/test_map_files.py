@@ -15,8 +15,7 @@ from safenav.scenario.reading.maps import map as map_reader
 from safenav.world.files.flaws import MapFileError
 from safenav.world.files.image import read_image
 from safenav.world.files.movingai import read_movingai
-from safenav.world.frame import Frame
-from safenav.world.map import RegionMap
+from safenav.world.map import Frame, RegionMap
 
 MAPS = Path(__file__).parents[1] / "maps"
 BROKEN = sorted(path.name for path in (MAPS / "broken").iterdir())

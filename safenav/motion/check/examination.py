@@ -11,8 +11,8 @@ from msgspec import Struct
 from safenav.errors import UsageError
 from safenav.motion.check.paths import Array, discs
 from safenav.motion.file.records import Action, Motion, Moving
+from safenav.trace.reading import Trace
 from safenav.trace.setting import ScenarioHeader
-from safenav.trace.trace import Trace
 
 NEAR = 1e-7
 """Tolerance for the rounding of a file, in metres, seconds and radians."""

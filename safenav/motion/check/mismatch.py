@@ -11,7 +11,7 @@ from safenav.errors import UsageError
 from safenav.motion.check.tracking import COLUMNS
 from safenav.motion.file.reading import read_motion
 from safenav.motion.file.records import Drive, Flight, FlownTrack, Motion, Moving, Segment
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size", "clearance")
 """The fields that the header must hold for a walker."""

@@ -9,9 +9,9 @@ from msgspec import Struct
 from safenav.motion.check.examination import NEAR, Examination
 from safenav.motion.file.records import Action, GoalLine, Piece, Release, Reserve
 from safenav.trace import records
+from safenav.trace.reading import Trace
 from safenav.trace.records import Act, Arrive, Depart, Met, Move, Resolved
 from safenav.trace.setting import ObstacleHeader
-from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
 

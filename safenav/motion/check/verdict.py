@@ -23,7 +23,7 @@ from safenav.motion.check.room import (
 from safenav.motion.check.tracking import check_wind
 from safenav.motion.check.walking import check_segment
 from safenav.motion.file.records import Drive, Flight, Link, Motion, Moving, Reset, Segment
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 
 
 def check_motion(motion: Motion, trace: Trace) -> list[Finding]:

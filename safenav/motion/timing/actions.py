@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from msgspec import Struct
 
 from safenav.trace import records
+from safenav.trace.reading import Trace
 from safenav.trace.setting import NeedHeader
-from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
 

@@ -14,7 +14,7 @@ from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.actions import actions_of, by_command
 from safenav.motion.timing.execution import SLACK, MotionExecution, ReservationLedger
 from safenav.trace import records
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 from safenav.trace.vocabulary import MoveEnd
 
 

@@ -22,8 +22,8 @@ from safenav.motion.timing.actions import TimedAction, actions_of
 from safenav.motion.timing.execution import MotionExecution, ReservationLedger, when
 from safenav.pace.robot import AT_ONCE
 from safenav.trace import records
+from safenav.trace.reading import Trace
 from safenav.trace.setting import ObstacleHeader, RobotHeader
-from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ChangeCause
 
 SHARED = (

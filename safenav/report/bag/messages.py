@@ -20,8 +20,7 @@ from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import target_regions
 from safenav.trace.looks import looks
-from safenav.world.frame import Frame
-from safenav.world.map import Heading, Region
+from safenav.world.map import Frame, Heading, Region
 
 Message = Mapping[str, Any]
 _ARROW, _CUBE, _CYLINDER, _LINE, _LINES, _CUBES, _TEXT = 0, 1, 3, 4, 5, 6, 9

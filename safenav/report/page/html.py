@@ -17,7 +17,7 @@ from safenav.errors import SafenavError
 from safenav.report.page.encode import encoded
 from safenav.report.replay.reading import replay_of
 from safenav.report.replay.timeline import Replay
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 
 if TYPE_CHECKING:
     from safenav.motion.file.records import Line

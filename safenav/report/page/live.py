@@ -11,7 +11,7 @@ from typing import Any
 from safenav.report.page.encode import PageKnowledge, encoded, grown
 from safenav.report.replay.reading import ReplayBuilder
 from safenav.trace import records
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 
 
 class LiveRun:

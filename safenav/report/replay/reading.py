@@ -31,9 +31,8 @@ from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.scenario.settings import Clock, Exclusion
 from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
-from safenav.trace.reading import read_trace
+from safenav.trace.reading import Trace, read_trace
 from safenav.trace.told_objective import objective_of
-from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd
 from safenav.trace.wording import Wording
 from safenav.world.map import RegionMap

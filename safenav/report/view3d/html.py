@@ -34,7 +34,7 @@ from safenav.report.replay.changes import Changes
 from safenav.report.replay.reading import replay_of
 from safenav.report.replay.robot_paths import SAME
 from safenav.report.replay.timeline import Replay
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 
 RATE = 20
 """Samples per second."""

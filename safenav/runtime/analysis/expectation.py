@@ -8,11 +8,10 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.analysis.trace_end import TraceEnd
-from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.objective import Word, number_word
-from safenav.scenario.settings import Expect
+from safenav.scenario.settings import EventKind, EventPattern, Expect
 from safenav.trace import records
-from safenav.trace.trace import Trace
+from safenav.trace.reading import Trace
 from safenav.trace.words import obstacle_words
 
 _KINDS = frozenset(kind.value for kind in EventKind)

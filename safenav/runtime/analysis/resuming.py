@@ -37,11 +37,10 @@ from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.joining import joined
 from safenav.trace import records, setting
+from safenav.trace.reading import Trace
 from safenav.trace.told_objective import objective_in_trace, objective_of
-from safenav.trace.trace import Trace
 from safenav.trace.words import listed
-from safenav.world.frame import Frame
-from safenav.world.map import RegionMap
+from safenav.world.map import Frame, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 UNREAD = {"promises": "deadlines"} | {

@@ -18,8 +18,8 @@ from safenav.scenario.model import name_parts
 from safenav.scenario.objective import Ltl, station
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.reading import Trace
 from safenav.trace.told_objective import objective_of
-from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict, HoldReason, MovedBy
 from safenav.world.moves import Pose
 

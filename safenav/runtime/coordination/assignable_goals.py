@@ -7,14 +7,14 @@ strategy does not know.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from safenav.runtime.coordination.task_candidates import TaskDraft
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import station
 from safenav.spec.assignable import AssignedGoal, CommandInputs
 from safenav.world.map import Region
-from safenav.world.poses import FAR, Mask, region_mask
+from safenav.world.poses import FAR, Mask
 
 
 def own_objective(robot: RobotState, draft: TaskDraft) -> TaskDraft:
@@ -36,13 +36,13 @@ def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> d
         led = _meets_something(team, robot) or switch.refused == robot.pose
         if not awaited or not led:
             return switch.inputs(None, here)
-        place = _next(team, robot, switch, _poses(team, robot, awaited))
+        place = _next(team, robot, switch, team.graph(robot).on(awaited))
         if place == here:
             return switch.inputs(None, here)
     if assignment.role in (Role.HELPS, Role.EARLY):
         place = _next(team, robot, switch, assignment.goal)
     elif (stay := station(assignment.objective)) is not None:
-        place = _next(team, robot, switch, _poses(team, robot, stay))
+        place = _next(team, robot, switch, team.graph(robot).on(stay))
     if place is None or place == here:
         return switch.inputs(AssignedGoal(here, wait=True), here)
     by_steps = _by_steps(team, robot, switch)
@@ -76,11 +76,6 @@ def _led(
     return None
 
 
-def _poses(team: TeamState, robot: RobotState, regions: Iterable[Region]) -> Mask:
-    graph = team.graph(robot)
-    return graph.poses_on(region_mask(regions))
-
-
 def _meets_something(team: TeamState, robot: RobotState) -> bool:
     """Whether an open obstacle, unknown to its strategy, blocks the robot."""
     knowledge = team.knowledge
@@ -99,10 +94,9 @@ def _next(team: TeamState, robot: RobotState, switch: CommandInputs, goal: Mask)
     does not know them. A robot whose own path was refused is led step by step."""
     knowledge = team.knowledge
     graph = team.graph(robot)
-    task = robot.planner.task
-    own = graph.everywhere & ~graph.poses_on(region_mask(k.region for k in task.blocked))
+    own = graph.outside(known.region for known in robot.planner.task.blocked)
     walls = knowledge.walls_for(robot.robot, knowledge.pending)
-    allowed = own & ~graph.poses_on(region_mask(known.region for known in walls))
+    allowed = own & ~graph.on(known.region for known in walls)
     if robot.assignment.safe_poses is not None:
         allowed &= robot.assignment.safe_poses
     here = graph.number(robot.pose)

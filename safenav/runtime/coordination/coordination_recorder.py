@@ -284,7 +284,7 @@ def synthesis_record(
         result.verified if result.served is None else vocabulary.Verified.MOVES,
         result.spec_sha256,
         result.strategy_sha256,
-        objective_in_trace(found.told),
+        objective_in_trace(found.asked),
         tuple(assumption_names(task, world)),
         node=node,
         region=task.pose.region,

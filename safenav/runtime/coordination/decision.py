@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -26,7 +26,7 @@ from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.snapshot import floor_of, moved_on, serving
 from safenav.runtime.coordination.strategies import only_off, outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
-from safenav.runtime.coordination.task_candidates import TaskCandidates, TaskDraft, task_candidates
+from safenav.runtime.coordination.task_candidates import Candidate, TaskDraft, task_candidates
 from safenav.runtime.coordination.waiting import early
 from safenav.runtime.deadlines.choice import InTime, after, choose
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
@@ -62,7 +62,7 @@ class Decision(Struct, frozen=True):
     records: tuple[Record, ...] = ()
     recount: bool = False
     drafts: Mapping[str, TaskDraft] = field(default_factory=dict)
-    tasks: Mapping[str, TaskCandidates] = field(default_factory=dict)
+    tasks: Mapping[str, Sequence[Candidate]] = field(default_factory=dict)
     reason: Reason = Reason.INITIAL
     next: Event | None = None
     end: Conclusion | None = None
@@ -129,7 +129,7 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
     names, event = failed(results), decision.event
     begun = team.scenario.continues  # the robots have reached this state by themselves
     outcome = Outcome.OPERATOR_NEEDED if begun else Outcome.UNREALIZABLE
-    said = Reason.INITIAL
+    reason = Reason.INITIAL
     match event:
         case events.Started(waits=True, idle=idle) if not idle & {*names}:
             return Decision(event, next=replace(event, idle=idle | {*names}))
@@ -138,9 +138,9 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
         ):
             return Decision(event, end=end)
         case events.OutsideStrategy():
-            outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
-        case Unsettled(reason, refused):
-            refused, waiting, off = dict(refused), set(event.idle), set(event.off)
+            outcome, reason = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
+        case Unsettled(cause):
+            refused, waiting, off = dict(event.refused), set(event.idle), set(event.off)
             for name in names:
                 assignment = decision.drafts[name].assignment
                 own = assignment.role is not Role.HELPS and name not in waiting
@@ -153,11 +153,12 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
                 else:
                     break
             else:
-                again = Unsettled(reason, refused, frozenset(waiting), frozenset(off))
+                again = Unsettled(cause, refused, frozenset(waiting), frozenset(off))
                 return Decision(event, next=again)
-            outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED if team.tick else said
-    told = tuple(synthesis_record(team, results[name], said) for name in names)
-    return Decision(event, records=told, end=infeasibility.no_strategy(team, results, outcome))
+            outcome = Outcome.OPERATOR_NEEDED
+            reason = Reason.BLOCKED if team.tick else Reason.INITIAL
+    lines = tuple(synthesis_record(team, results[name], reason) for name in names)
+    return Decision(event, records=lines, end=infeasibility.no_strategy(team, results, outcome))
 
 
 def _begun(team: TeamState, event: events.Started, settled: Settled) -> Decision:

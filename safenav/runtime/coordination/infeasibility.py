@@ -13,7 +13,7 @@ from safenav.runtime.duties import reasons
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import Refutation, TeamClosure, closure_of
 from safenav.runtime.resolution.solve import PoseSets
-from safenav.runtime.team import TeamState
+from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import ObstacleType
 from safenav.scenario.objective import Ltl, Word
@@ -21,7 +21,7 @@ from safenav.scenario.objective_text import describe
 from safenav.spec.task import Task
 from safenav.trace import vocabulary
 from safenav.trace.proofs import Choice, Closure, Option, Proof, Reach, Tree
-from safenav.trace.words import obstacle_words
+from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
@@ -150,12 +150,10 @@ def no_strategy(
     said = {name: _why_not(state, name, results[name].task) for name in failed(results)}
     specs = {name: results[name].result.spec_sha256 for name in said}
     links, stuck = tuple(said.values()), tuple(specs)
+    end = Conclusion(outcome, "; ".join(links), unrealizable=specs)
     if outcome is Outcome.UNREALIZABLE:
-        return Conclusion(outcome, "; ".join(links), unrealizable=specs)
-    cause = "unrealizable"
-    return Conclusion(
-        outcome, "; ".join(links), cause, unrealizable=specs, links=links, stuck=stuck
-    )
+        return end
+    return replace(end, cause="unrealizable", links=links, stuck=stuck)
 
 
 def _why_not(state: TeamState, name: str, task: Task) -> str:
@@ -169,3 +167,44 @@ def spent(question: str) -> Conclusion:
     """The end of a run in which a search has used up its budget."""
     said = f"search budget exhausted while planning {question}; no verdict"
     return Conclusion(Outcome.SEARCH_LIMIT, said)
+
+
+def where_out(team: TeamState, robot: RobotState) -> str:
+    """Describe a robot out of service, the reason, and the robot whose target it occupies."""
+    region = robot.pose.region
+    barred = [
+        other.name
+        for other in team.in_conflict(robot.robot)
+        if other.active and any(target == {region} for target in other.own.objective.targets)
+    ]
+    said = [team.failures.out[robot.name]] if robot.name in team.failures.out else []
+    if barred:
+        said.append(f"at {team.scenario.map.label(region)}, a target of {listed(barred)}")
+    return f"{robot.name} ({'; '.join(said)})" if said else robot.name
+
+
+def what_is_left(team: TeamState) -> str:
+    """Return the reasons why the run is not completed yet."""
+    word, wanted = team.scenario.map.word, team.scenario.until.rounds
+    behind: dict[int, list[str]] = {}
+    for name, robot in team.robots.items():
+        if robot.own.rounds < wanted:
+            behind.setdefault(robot.own.rounds, []).append(name)
+    left = [
+        f"{listed(names) if len(names) <= MANY else f'{len(names)} robots'} "
+        f"{'has' if len(names) == 1 else 'have'} completed {done} of {wanted} rounds"
+        for done, names in behind.items()
+    ]
+    away = [name for name, robot in team.robots.items() if robot.base is not None]
+    left += [f"an input keeps {name} from its own objective" for name in away]
+    left += [
+        f"{listed(request.requesters)} "
+        f"{'waits' if len(request.requesters) == 1 else 'wait'} for "
+        f"{listed(request.helpers) if request.helpers else 'help'} to resolve "
+        f"{obstacle_words(request.obstacle.name, word)}"
+        if request.requesters
+        else f"{obstacle_words(request.obstacle.name, word)} is still open"
+        for request in team.requests
+    ]
+    after = counted(team.tick, "tick") if team.now is None else seconds_words(team.now())
+    return f"not completed after {after}: {'; '.join(left)}"

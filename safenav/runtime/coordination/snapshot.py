@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache
 
 from msgspec.structs import replace
 
 from safenav.bounds import Place
 from safenav.runtime.formulas import formulas_of, graph_of
-from safenav.runtime.loads import cut_off
 from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Problem, Stage
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.reachability import is_cut_off
 from safenav.scenario.settings import RequestOrder
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
@@ -110,15 +110,12 @@ def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:
 def _member(robot: Robot, state: TeamState) -> Member:
     scenario = state.scenario
     graph, formulas = graph_of(robot, scenario.map), formulas_of(robot, scenario.map)
-    closed = region_mask(known.region for known in state.knowledge.walls_for(robot))
-    floor, here = graph.everywhere & ~graph.poses_on(closed), state.robots[robot.name].next_pose
-    if closed >> here.region & 1:  # it stands there, and may stay
+    closed = {known.region for known in state.knowledge.walls_for(robot)}
+    floor, here = graph.outside(closed), state.robots[robot.name].next_pose
+    if here.region in closed:  # it stands there, and may stay
         graph = graph.left_only(graph.number(here))
         floor |= 1 << graph.number(here)
-    if formulas is not None:
-        targets = formulas.goals
-    else:
-        targets = tuple(graph.poses_on(region_mask(t)) for t in robot.objective.targets)
+    targets = graph.on_each(robot.objective.targets) if formulas is None else formulas.goals
     return Member(
         robot.name,
         graph,
@@ -154,3 +151,27 @@ def poses_in(graph: PoseGraph, poses: Mask) -> tuple[Place, ...]:
     """Return poses in the form of a proof: region and heading, ascending."""
     found = (graph.pose(number).place for number in bits(poses))
     return tuple(sorted(found, key=lambda e: (e[0], e[1] or "")))
+
+
+def cut_off(team: TeamState, obstacle: Obstacle, need: int) -> frozenset[str]:
+    """Return the robots that do not take a load by a need. An action that has begun is ended even
+    if its robot has got another objective."""
+    world, robots = team.scenario.map, team.robots
+    out = (
+        s for s in robots.values() if s.acting is None or obstacle not in robots[s.acting].acts_on
+    )
+    at = ((state.robot, state.next_pose.region) for state in out)
+    return frozenset(r.name for r, here in at if is_cut_off(r, here, obstacle, need, world))
+
+
+def takers(
+    team: TeamState, chosen: Mapping[str, frozenset[str]], loads: Iterable[Obstacle]
+) -> dict[str, frozenset[str]]:
+    """Return the only robots that take each load next. ``chosen``: for some loads, those of the
+    acts for deadlines."""
+    found = dict(chosen)
+    for load in loads:
+        out = cut_off(team, load, team.knowledge.need_of(load))
+        if out:
+            found[load.name] = found.get(load.name, frozenset(team.robots)) - out
+    return found

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 from weakref import WeakSet
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
-from safenav.runtime.coordination.task_candidates import Candidate, TaskCandidates, alone
+from safenav.runtime.coordination.task_candidates import Candidate, alone
 from safenav.runtime.termination import Stop
 from safenav.scenario.objective import Objective, Word
 from safenav.scenario.objective_text import describe
@@ -33,12 +34,12 @@ if TYPE_CHECKING:
 
 
 class TaskResult(Struct, frozen=True):
-    """The last synthesis result for a robot's task. ``told``: its objective, and ``chosen_form``
+    """The last synthesis result for a robot's task. ``asked``: its objective, and ``chosen_form``
     the form of it in the task; ``tried``: the candidates that failed before."""
 
     task: Task
     result: SynthesisResult
-    told: Objective
+    asked: Objective
     chosen_form: ObjectiveForm
     tried: tuple[records.Tried, ...] = ()
 
@@ -49,7 +50,7 @@ class TaskResult(Struct, frozen=True):
     @property
     def form(self) -> vocabulary.Form:
         """The form of the objective in the specification."""
-        if self.chosen_form.objective != self.told:
+        if self.chosen_form.objective != self.asked:
             return vocabulary.Form.ALTERNATION
         turned = self.chosen_form.weakening is Weakening.TURNED
         return vocabulary.Form.OTHER_MEMORY if turned else vocabulary.Form.LITERAL
@@ -57,12 +58,12 @@ class TaskResult(Struct, frozen=True):
     def allows(self, word: Word) -> str | None:
         """The shortfall of its form from the objective, with the reason; None if there is none."""
         others = [other.name for other in self.task.observed if other.danger]
-        return concession(self.told, self.chosen_form, word, others)
+        return concession(self.asked, self.chosen_form, word, others)
 
     def words(self, word: Word) -> str:
         """The objective in the requested form, in the user's words."""
         allows = self.allows(word)
-        return describe(self.told, word) + (f" ({allows})" if allows else "")
+        return describe(self.asked, word) + (f" ({allows})" if allows else "")
 
 
 def failed(results: Mapping[str, TaskResult]) -> list[str]:
@@ -103,44 +104,39 @@ class StrategySearch(Struct, eq=False):
         """Forget the results that decisions waited for."""
         self._asked.clear()
 
-    def synthesize(self, alternatives: Mapping[str, TaskCandidates]) -> dict[str, TaskResult]:
+    def synthesize(self, candidates: Mapping[str, Sequence[Candidate]]) -> dict[str, TaskResult]:
         """The result for each robot: of its first realizable candidate, or of the last one; or of
         the task without other robots if even that is unrealizable. Raises ResourceLimitError if a
         synthesis runs out of time or memory, RunEnded if the run is to end."""
         found: dict[str, TaskResult] = {}
-        left = {
-            name: list(task_candidates.candidates) for name, task_candidates in alternatives.items()
-        }
-        while tried := {n: of[0] for n, of in left.items() if of}:
-            left = {name: of[1:] for name, of in left.items() if of}
-            answers = self._answers(alternatives, tried, found)
+        left = {name: [*each] for name, each in candidates.items()}
+        while tried := {name: each.pop(0) for name, each in left.items() if each}:
+            answers = self._answers(tried, found)
             doubtful = {
-                name: (form, task)
-                for name, (form, accepted) in tried.items()
-                if answers[name].realizable and (task := alone(accepted)) is not None
+                name: replace(candidate, task=task)
+                for name, candidate in tried.items()
+                if answers[name].realizable and (task := alone(candidate.task)) is not None
             }
-            refuted = self._answers(alternatives, doubtful, found) if doubtful else {}
+            refuted = self._answers(doubtful, found) if doubtful else {}
             refuted = {name: each for name, each in refuted.items() if not each.realizable}
             found |= answers | refuted
             for name in tried:
                 if found[name].realizable:
                     left[name] = []
                 elif name in refuted:  # with any assumption about others
-                    left[name] = [each for each in left[name] if each[0] != found[name].chosen_form]
+                    form = found[name].chosen_form
+                    left[name] = [each for each in left[name] if each.form != form]
         return found
 
     def _answers(
-        self,
-        alternatives: Mapping[str, TaskCandidates],
-        candidates: Mapping[str, Candidate],
-        before: Mapping[str, TaskResult],
+        self, candidates: Mapping[str, Candidate], before: Mapping[str, TaskResult]
     ) -> dict[str, TaskResult]:
         """The result of one candidate for each robot, after those ``before``."""
-        results = self._request([task for _, task in candidates.values()])
+        results = self._request([each.task for each in candidates.values()])
         found = {}
-        for (name, (form, task)), result in zip(candidates.items(), results, strict=True):
-            earlier = _tried(before[name]) if name in before else ()
-            found[name] = TaskResult(task, result, alternatives[name].objective, form, earlier)
+        for (name, each), result in zip(candidates.items(), results, strict=True):
+            tried = _tried(before[name]) if name in before else ()
+            found[name] = TaskResult(each.task, result, each.asked, each.form, tried)
         return found
 
     def close(self) -> None:

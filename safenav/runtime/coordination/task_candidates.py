@@ -29,7 +29,7 @@ from safenav.spec.other_robots.knowledge import Knowledge
 from safenav.spec.task import FAIRNESS_ORDER, Fairness, Observed, Task
 from safenav.world.moves import Pose
 from safenav.world.partition import Partition
-from safenav.world.poses import bits, region_mask
+from safenav.world.poses import region_mask
 
 
 class TaskDraft(Struct, frozen=True):
@@ -46,39 +46,28 @@ class TaskDraft(Struct, frozen=True):
     places: frozenset[Pose] = frozenset()
 
 
-Candidate = tuple[ObjectiveForm, Task]
+class Candidate(Struct, frozen=True):
+    """A specification to try: a task with a ``form`` of the objective ``asked`` for."""
+
+    asked: Objective
+    form: ObjectiveForm
+    task: Task
 
 
-class TaskCandidates(Struct, frozen=True):
-    """The specifications to try for a robot's ``objective``: its strongest form and the weakest
-    assumption first."""
-
-    objective: Objective
-    candidates: tuple[Candidate, ...]
-
-
-def task_candidates(team: TeamState, name: str, draft: TaskDraft) -> TaskCandidates:
-    """Return the candidates of a robot for the team's present knowledge."""
-    state = team.robots[name]
-    candidates = tuple(
-        (rung, replace(task, fairness=fairness, goal_places=places))
-        for rung, memory in _forms(team, state, draft)
-        for task in (_task(team, state, draft, rung.objective, memory),)
-        for places in _tried_places(team, state, draft, rung.objective, memory)
-        for fairness in rungs(task)
-    )
-    return TaskCandidates(draft.objective, candidates)
-
-
-def _tried_places(
-    team: TeamState, state: RobotState, draft: TaskDraft, objective: Objective, memory: Memory
-) -> Iterator[tuple[frozenset[Pose], ...]]:
-    """Choices of poses in which to meet the targets; among other robots, finally any."""
-    places = goal_places(team, state, draft, objective, memory)
-    if places is not None:
-        yield places
-    if places and draft.places and team.rivals(state.robot):
-        yield ()
+def task_candidates(team: TeamState, name: str, draft: TaskDraft) -> list[Candidate]:
+    """Return the candidates of a robot for the team's present knowledge: the strongest form of its
+    objective and the weakest assumption first."""
+    state, found = team.robots[name], list[Candidate]()
+    for form, memory in _forms(team, state, draft):
+        task = _task(team, state, draft, form.objective, memory)
+        places = goal_places(team, state, draft, form.objective, memory)
+        tried = [] if places is None else [places]
+        if places and draft.places and team.rivals(state.robot):
+            tried.append(())  # among other robots, finally any poses
+        for choice in tried:
+            tasks = (replace(task, goal_places=choice, fairness=each) for each in rungs(task))
+            found += [Candidate(draft.objective, form, task) for task in tasks]
+    return found
 
 
 def _forms(
@@ -140,8 +129,7 @@ def goal_places(
     deadline, or are as short as possible; None if no choice does. An empty tuple: any poses."""
     graph = team.graph(robot)
     if draft.places and not isinstance(objective, Ltl):
-        after = [graph.poses_on(region_mask(target)) for target in objective.targets[1:]]
-        return draft.places, *(frozenset(map(graph.pose, bits(each))) for each in after)
+        return draft.places, *map(graph.poses, graph.on_each(objective.targets[1:]))
     if not wants_places(team, robot, draft):
         return ()
     if draft.assignment.role is Role.CHARGES and robot.stop is not None:
@@ -152,7 +140,7 @@ def goal_places(
         found = best_places(walk, least_within(walk) or most)
     if found is None:
         return None if walk.strict and not objective.literal else ()
-    return tuple(frozenset(graph.pose(number) for number in bits(places)) for places in found)
+    return tuple(map(graph.poses, found))
 
 
 def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memory) -> Walk:
@@ -161,7 +149,7 @@ def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memo
     turned = memory.index
     if not isinstance(objective, Ltl):
         turned = objective.turned(objective.begin(pose.region, memory.index), pose.region)
-    targets = tuple(graph.poses_on(region_mask(target)) for target in objective.targets)
+    targets = graph.on_each(objective.targets)
     ticks, strict = robot.robot.model.timing.most, objective.strict
     allowed = permitted(robot.robot, graph)
     return Walk(graph, targets, allowed, graph.number(pose), ticks, turned, strict=strict)
@@ -174,9 +162,8 @@ def misses_its_rounds(team: TeamState, robot: RobotState) -> bool:
     if not task.goal_places or robot.assignment.role is not Role.OWN:
         return False
     within, walk = robot.robot.within, _walk(team, robot, task.objective, robot.memory)
-    places = tuple(
-        sum(1 << walk.graph.number(pose) for pose in target) for target in task.goal_places
-    )
+    number = walk.graph.number
+    places = tuple(region_mask(map(number, target)) for target in task.goal_places)
     late = within is not None and not keep(walk, places, within)
     return late and next_places(walk, within or 0) is not None
 
@@ -218,13 +205,12 @@ def _task(
 
 def _observed(team: TeamState, state: RobotState, other: RobotState, danger: bool) -> Observed:
     """Return what a robot knows about ``other``: its region, or a belief."""
-    where, targets = other.next_pose.region, other.assignment.objective.targets
-    known: Knowledge = where
+    here, targets = other.next_pose.region, other.assignment.objective.targets
+    known: Knowledge = here
     if state.robot.tracking is Tracking.BELIEF:
-        known = team.beliefs.of(state.name, other.name, where)
-    if isinstance(known, frozenset):
-        return Observed(other.name, where, targets, danger, known)
-    return Observed(other.name, known, targets, danger)
+        known = team.beliefs.of(state.name, other.name, here)
+    seen, belief = (here, known) if isinstance(known, frozenset) else (known, None)
+    return Observed(other.name, seen, targets, danger, belief)
 
 
 def rungs(task: Task) -> tuple[Fairness, ...]:

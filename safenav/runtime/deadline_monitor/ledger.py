@@ -6,7 +6,7 @@ before each tick for missed deadlines.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -290,7 +290,9 @@ class Deadlines(Struct):
             planned = self._planned(of)
             self.team.emit(records.Deadline(tick, of, due, verdict, soonest, cause, planned))
         if MISSION in self._open and not objectives_change(self.team):
-            ends[MISSION] = mission_end(self.team, moment, times)
+            rounds = self.team.scenario.until.rounds
+            left = (goals_left(self.team, robot, rounds) for robot in self.team.robots.values())
+            ends[MISSION] = mission_end(self.team, moment, times, ([goals] for goals in left))
         for of, promise in self._open.items():
             if of in ends and not promise.said and _beyond(ends[of], promise.due):
                 self._open[of] = replace(promise, said=True)
@@ -342,13 +344,18 @@ class Deadlines(Struct):
         return None if due is None else (due, None)
 
 
-def mission_end(team: TeamState, moment: bound.BoundMoment, times: bound.Times) -> int | None:
-    """Return a tick before whose end the mission cannot be completed; None if it never can."""
+def mission_end(
+    team: TeamState,
+    moment: bound.BoundMoment,
+    times: bound.Times,
+    orders: Iterable[Iterable[Sequence[Mask] | None]],
+) -> int | None:
+    """Return a tick before whose end the mission cannot be completed; None if it never can.
+    ``orders``: for each robot the possible sequences of its goals (None: it chooses)."""
     ends = [team.tick]
-    for index, robot in enumerate(team.robots.values()):
-        goals = goals_left(team, robot, team.scenario.until.rounds)
-        if goals:
-            ends.append(bound.rounds_done(moment, index, times, goals))
+    for index, choices in enumerate(orders):
+        each = (bound.rounds_done(moment, index, times, goals) if goals else 0 for goals in choices)
+        ends.append(min(each, default=0))
     return None if max(ends) >= bound.NEVER else max(ends)
 
 

@@ -9,7 +9,7 @@ from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRob
 from safenav.runtime.resolution.problem import OpenObstacle
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.settings import switching
-from safenav.world.poses import Mask, plain_graph, region_mask
+from safenav.world.poses import Mask, plain_graph
 
 
 def moment_of(
@@ -22,21 +22,18 @@ def moment_of(
     Obstacles that will disappear and formulas are ignored, and robots out of service count as in
     service: this only lowers the bounds.
     """
-    names = list(team.robots)
     walkers = tuple(
         _walker(team, robot, team.tick if index < had_turn else team.tick - 1, begun)
         for index, robot in enumerate(team.robots.values())
     )
-    opens, listed, robots = [], [], [robot.robot for robot in team.robots.values()]
-    for request in team.requests:
-        obstacle = request.obstacle
-        if obstacle.goes is not None:
-            continue
-        gate = OpenObstacle.of(obstacle, robots, team.scenario.map)
-        opens.append(BoundObstacle(gate, stage_of(team, obstacle)))
-        listed.append(obstacle.name)
-    now = team.tick * len(names) + had_turn - 1
-    return BoundMoment(walkers, tuple(opens), now), listed
+    robots = [robot.robot for robot in team.robots.values()]
+    opens = tuple(
+        BoundObstacle(OpenObstacle.of(each, robots, team.scenario.map), stage_of(team, each))
+        for each in (request.obstacle for request in team.requests)
+        if each.goes is None
+    )
+    now = team.tick * len(robots) + had_turn - 1
+    return BoundMoment(walkers, opens, now), [one.gate.name for one in opens]
 
 
 def objectives_change(team: TeamState) -> bool:
@@ -54,14 +51,13 @@ def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) ->
     """The targets that a robot must still meet in sequence for its round, or for all of ``rounds``;
     None if it chooses their order."""
     objective = robot.own.objective
-    targets = objective.targets
     if not objective.ordered():
         return None
     graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
-    masks = [graph.poses_on(region_mask(target)) for target in targets]
+    masks = graph.on_each(objective.targets)
     first = robot.own.memory.index if objective.in_turn else 0
     if objective.settles:
-        return masks[first:] if robot.own.rounds < 1 else []
+        return [*masks[first:]] if robot.own.rounds < 1 else []
     left = len(masks) - len(robot.own.seen)
     if rounds is not None:
         left += (rounds - robot.own.rounds - 1) * len(masks)
@@ -77,7 +73,7 @@ def goals_from_start(team: TeamState, robot: RobotState) -> list[list[Mask]]:
     if not objective.ordered():
         return []
     graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
-    masks = [graph.poses_on(region_mask(target)) for target in objective.targets]
+    masks = graph.on_each(objective.targets)
     pose, count = 1 << graph.number(robot.pose), len(masks)
     if objective.settles:
         orders = [[*masks, *masks[-1:] * (rounds - 1)]]
@@ -94,18 +90,15 @@ def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, 
     model = robot.robot.model
     graph = plain_graph(team.scenario.map, model.mobility)
     least, leaves, until = model.timing.least, None, 0
-    pose = robot.pose
     if robot.transit is not None:
-        pose, leaves = robot.transit.pose, graph.number(robot.pose)
+        leaves = graph.number(robot.pose)
         since = begun.get(robot.name, team.tick)
         until = max(ready + 1, since + model.timing.most - 1)
         ready = max(ready + 1, since + least - 1)
-    closed = region_mask(
-        obstacle.region
-        for obstacle, _ in team.knowledge.permanent.values()
-        if obstacle.goes is None and obstacle.blocks(robot.robot)
+    walls = graph.on(
+        known.obstacle.region
+        for known in team.knowledge.permanent.values()
+        if known.obstacle.goes is None and known.obstacle.blocks(robot.robot)
     )
-    number = graph.number(pose)
-    walls = graph.poses_on(closed)
-    skills = robot.robot.capabilities
+    number, skills = graph.number(robot.next_pose), robot.robot.capabilities
     return BoundRobot(graph, number, ready, least, skills, walls, leaves, until)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.deadline_monitor.ledger import MISSION
+from safenav.runtime.deadline_monitor.ledger import MISSION, mission_end
 from safenav.runtime.deadline_monitor.moment import goals_from_start, moment_of, objectives_change
-from safenav.runtime.deadlines.bound import NEVER, BoundMoment, earliest, rounds_done
+from safenav.runtime.deadlines.bound import earliest
 from safenav.runtime.deadlines.round_deadlines import Walk, least_within
 from safenav.runtime.energy.batteries import Batteries, least_capacity, least_charge
 from safenav.runtime.formulas import permitted
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.world.poses import region_mask
 
 _NUMBERS = {1: "its target", 2: "both targets"}
 
@@ -37,7 +36,8 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
     by = team.scenario.until.by
     if by is not None and not objectives_change(team):
         moment, _ = moment_of(team, len(team.robots), {})
-        soonest = _soonest(team, moment)
+        orders = [goals_from_start(team, robot) for robot in team.robots.values()]
+        soonest = mission_end(team, moment, earliest(moment), orders)
         if soonest is None or soonest > by:
             refused[MISSION] = soonest
             when = "at all" if soonest is None else f"before tick {soonest}"
@@ -57,17 +57,6 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
     return Conclusion(Outcome.UNREALIZABLE, "; ".join(said), links=told, refused=refused)
 
 
-def _soonest(team: TeamState, moment: BoundMoment) -> int | None:
-    """Return a tick before whose end the mission cannot be completed from its start; None if it
-    never can."""
-    times, ends = earliest(moment), [team.tick]
-    for index, robot in enumerate(team.robots.values()):
-        orders = goals_from_start(team, robot)
-        found = [rounds_done(moment, index, times, goals) if goals else 0 for goals in orders]
-        ends += [min(found)] if found else []
-    return None if max(ends) >= NEVER else max(ends)
-
-
 def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
     battery, word = robot.robot.model.battery, team.scenario.map.word
     assert battery is not None
@@ -82,13 +71,11 @@ def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
 
 
 def _least(team: TeamState, robot: RobotState) -> int | None:
-    graph = team.graph(robot)
-    targets = robot.robot.objective.targets
-    masks = tuple(graph.poses_on(region_mask(target)) for target in targets)
-    start = graph.number(robot.pose)
-    ticks = robot.robot.model.timing.least
-    walk = Walk(graph, masks, permitted(robot.robot, graph), start, ticks)
-    least = least_within(replace(walk, strict=robot.robot.objective.literal))
+    graph, objective = team.graph(robot), robot.robot.objective
+    start, ticks = graph.number(robot.pose), robot.robot.model.timing.least
+    targets, allowed = graph.on_each(objective.targets), permitted(robot.robot, graph)
+    walk = Walk(graph, targets, allowed, start, ticks)
+    least = least_within(replace(walk, strict=objective.literal))
     return least_within(walk) if least is None else least  # else synthesis reports it
 
 

@@ -10,6 +10,7 @@ obstacle that one robot resolves they are exact except for collisions.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import product
 from math import prod
 
@@ -25,7 +26,7 @@ from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import FAR, bits, plain_graph, region_mask
+from safenav.world.poses import FAR, bits, plain_graph
 
 MOST_MOMENTS = 2_000
 """Most moments of one obstacle that are compared; beyond that the helpers are examined one by
@@ -67,8 +68,7 @@ def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
         found = {pose_of(strategy.values(node)) for node in range(len(strategy.states))}
         return sorted(found, key=lambda pose: (pose.region, pose.heading or 0))
     graph = plain_graph(scenario.map, task.robot.model.mobility)
-    closed = region_mask(known.region for known in task.blocked)
-    allowed = graph.everywhere & ~graph.poses_on(closed)
+    allowed = graph.outside(known.region for known in task.blocked)
     reached = graph.closure(1 << graph.number(task.pose), allowed)
     return [graph.pose(number) for number in bits(reached)]
 
@@ -83,7 +83,7 @@ def worst_cases(
     known = list({o.name: o for o in listed if o.appears is None and o.goes is None}.values())
     found, work = [], min(WORK, ALL_WORK // (2 * max(1, len(known))))
     for obstacle in known:
-        alone = _times(scenario, poses, obstacle, [obstacle], work)
+        alone = _Case(scenario, poses, obstacle, [obstacle]).times(work)
         if alone is None:
             continue
         if obstacle.name in never:
@@ -91,159 +91,164 @@ def worst_cases(
             found.append(Worst(obstacle, scenario.limit_of(obstacle), alone, None))
             continue
         rest = [other for other in known if other is not obstacle]
-        around = _times(scenario, poses, obstacle, [obstacle, *rest], work) if rest else None
+        case = _Case(scenario, poses, obstacle, [obstacle, *rest])
+        around = case.times(work) if rest else None
         found.append(Worst(obstacle, scenario.limit_of(obstacle), alone, around))
     return found
 
 
-def _times(
-    scenario: Scenario,
-    poses: Mapping[str, Sequence[Pose]],
-    obstacle: Obstacle,
-    standing: Sequence[Obstacle],
-    work: int,
-) -> Times | None:
-    """Return the times of an obstacle among those that are ``standing``; None if no robot that it
-    blocks can encounter it. ``work``: its limit; one moment is always examined."""
-    robots, shut = scenario.robots, {o.region for o in standing}
-    by = scenario.until.by
-    opens = tuple(
-        bound.BoundObstacle(
-            OpenObstacle.of(each, robots, scenario.map),
-            sequential=by is None and scenario.limit_of(each) is None,
+class _Case(Struct, frozen=True, dict=True):
+    """A request for an obstacle among those that are ``standing``; ``poses`` of each robot."""
+
+    scenario: Scenario
+    poses: Mapping[str, Sequence[Pose]]
+    obstacle: Obstacle
+    standing: Sequence[Obstacle]
+
+    @cached_property
+    def opens(self) -> tuple[bound.BoundObstacle, ...]:
+        """The obstacles in the model of the bounds, the requested one first."""
+        scenario, by = self.scenario, self.scenario.until.by
+        return tuple(
+            bound.BoundObstacle(
+                OpenObstacle.of(each, scenario.robots, scenario.map),
+                sequential=by is None and scenario.limit_of(each) is None,
+            )
+            for each in self.standing
         )
-        for each in standing
-    )
-    skills = [each for one in opens for each in one.gate.skills]
-    pools = {
-        robot.name: [p for p in poses[robot.name] if p.region not in shut] or [robot.start]
-        for robot in robots
-        if any(each <= robot.capabilities for each in skills)
-    }
-    steady = all(robot.model.timing.most == 1 for robot in robots)
-    moving = {name for name, places in poses.items() if len(places) > 1}
-    requesters, cost = [*_requesters(scenario, poses, obstacle, shut)], len(robots) * len(opens)
-    if not requesters:
-        return None
-    far: dict[str, Pose] = {}
-    best: int | None = None
-    worst: int | None = -1
-    moment: Mapping[str, Pose] = {}
-    whole = True
-    for index, pose in requesters:
-        name = robots[index].name
-        others = {other: places for other, places in pools.items() if other != name}
-        told = prod(map(len, others.values())) <= MOST_MOMENTS
-        whole = whole and told
-        far = far if told or far else _farthest(scenario, pools, obstacle, standing)
-        every = (dict(zip(others, each, strict=True)) for each in product(*others.values()))
-        for places in every if told else _one_by_one(others, far):
-            if moment and work <= 0:
-                whole = False
-                break
-            work -= cost
-            at = {name: pose, **places}
-            ticks = _resolved_after(scenario, at, opens, index, slow=moving)
-            for begun in _begun(scenario, poses, opens, index):
-                same = steady and begun == opens
-                work -= 0 if same else cost
-                soon = ticks if same else _resolved_after(scenario, at, begun, index)
-                best = soon if best is None or (soon is not None and soon < best) else best
-            if worst is not None and (ticks is None or ticks > worst):
-                worst, moment = ticks, at
-    bids = _bids(scenario, moment, obstacle, standing)
-    return Times(best, worst, moment, bids, whole, nearest=_nearest_help(scenario, opens))
 
+    def times(self, work: int) -> Times | None:
+        """Return the times of the obstacle; None if no robot that it blocks can encounter it.
+        ``work``: its limit; one moment is always examined."""
+        poses, robots, opens = self.poses, self.scenario.robots, self.opens
+        shut = {other.region for other in self.standing}
+        skills = [each for one in opens for each in one.gate.skills]
+        pools = {
+            robot.name: [p for p in poses[robot.name] if p.region not in shut] or [robot.start]
+            for robot in robots
+            if any(each <= robot.capabilities for each in skills)
+        }
+        steady = all(robot.model.timing.most == 1 for robot in robots)
+        moving = {name for name, places in poses.items() if len(places) > 1}
+        requesters, cost = [*self._requesters(shut)], len(robots) * len(opens)
+        if not requesters:
+            return None
+        far: dict[str, Pose] = {}
+        best: int | None = None
+        worst: int | None = -1
+        moment: Mapping[str, Pose] = {}
+        whole = True
+        for index, pose in requesters:
+            name = robots[index].name
+            others = {other: places for other, places in pools.items() if other != name}
+            every_moment = prod(map(len, others.values())) <= MOST_MOMENTS
+            whole = whole and every_moment
+            far = far if every_moment or far else self._farthest(pools)
+            every = (dict(zip(others, each, strict=True)) for each in product(*others.values()))
+            for places in every if every_moment else _one_by_one(others, far):
+                if moment and work <= 0:
+                    whole = False
+                    break
+                work -= cost
+                at = {name: pose, **places}
+                ticks = self._resolved_after(at, opens, index, slow=moving)
+                for begun in self._begun(index):
+                    same = steady and begun == opens
+                    work -= 0 if same else cost
+                    soon = ticks if same else self._resolved_after(at, begun, index)
+                    best = soon if best is None or (soon is not None and soon < best) else best
+                if worst is not None and (ticks is None or ticks > worst):
+                    worst, moment = ticks, at
+        return Times(best, worst, moment, self._bids(moment), whole, self._nearest_help())
 
-def _nearest_help(scenario: Scenario, opens: Sequence[bound.BoundObstacle]) -> bool:
-    """Return whether the bids alone decide which robots help. Without a deadline, coordination may
-    prefer a farther robot to one that could not turn back after helping."""
-    for one in opens if opens[0].sequential else ():
-        for need, skills in zip(one.gate.needs, one.gate.skills, strict=True):
-            able = [robot for robot in scenario.robots if skills <= robot.capabilities]
-            turning = any(robot.model.mobility is Mobility.HEADING for robot in able)
-            if turning and len(able) > need.robots:
-                return False
-    return True
+    def _nearest_help(self) -> bool:
+        """Return whether the bids alone decide which robots help. Without a deadline, coordination
+        may prefer a farther robot to one that could not turn back after helping."""
+        for one in self.opens if self.opens[0].sequential else ():
+            for need, skills in zip(one.gate.needs, one.gate.skills, strict=True):
+                able = [robot for robot in self.scenario.robots if skills <= robot.capabilities]
+                turning = any(robot.model.mobility is Mobility.HEADING for robot in able)
+                if turning and len(able) > need.robots:
+                    return False
+        return True
 
+    def _begun(self, requester: int) -> Iterator[tuple[bound.BoundObstacle, ...]]:
+        """Yield the possible states of the obstacles when the first one is requested: robots may
+        have met some of its needs in passing, but take no load before the request."""
+        first, *rest = self.opens
+        for number, need in enumerate(first.gate.needs):
+            if not need.same and requester in first.gate.closed_to[number]:
+                yield replace(first, stage=Stage(number)), *rest
+            passing = [
+                robot.name
+                for robot in self.scenario.robots
+                if first.gate.skills[number] <= robot.capabilities
+                and any(need.regions >> pose.region & 1 for pose in self.poses[robot.name])
+            ]
+            if len(passing) < need.robots:
+                return
 
-def _begun(
-    scenario: Scenario,
-    poses: Mapping[str, Sequence[Pose]],
-    opens: tuple[bound.BoundObstacle, ...],
-    requester: int,
-) -> Iterator[tuple[bound.BoundObstacle, ...]]:
-    """Yield the possible states of the obstacles when the first one is requested: robots may have
-    met some of its needs in passing, but take no load before the request."""
-    first, *rest = opens
-    for number, need in enumerate(first.gate.needs):
-        if not need.same and requester in first.gate.closed_to[number]:
-            yield replace(first, stage=Stage(number)), *rest
-        passing = [
-            robot.name
-            for robot in scenario.robots
-            if first.gate.skills[number] <= robot.capabilities
-            and any(need.regions >> pose.region & 1 for pose in poses[robot.name])
-        ]
-        if len(passing) < need.robots:
-            return
+    def _requesters(self, shut: Collection[Region]) -> Iterator[tuple[int, Pose]]:
+        """Yield the robots that must keep out of the obstacle, by number, in each pose beside
+        it."""
+        for index, robot in enumerate(self.scenario.robots):
+            graph = graph_of(robot, self.scenario.map)
+            for pose in self.poses[robot.name] if self.obstacle.closed_to(robot) else ():
+                steps = graph.steps(graph.number(pose))
+                beside = any(step % graph.size == self.obstacle.region for step in steps)
+                if beside and pose.region not in shut:
+                    yield index, pose
 
+    def _bids(self, at: Mapping[str, Pose]) -> dict[str, int | None]:
+        """Return the bids of a request: the ticks, at its slowest step, that each robot needs to
+        reach a region of the obstacle's first action around all obstacles that block it."""
+        skills, found = self.obstacle.type.actions(0), dict[str, int | None]()
+        for robot in self.scenario.robots:
+            if robot.name in at and skills <= robot.capabilities:
+                steps = self._distance(robot)(at[robot.name])
+                found[robot.name] = None if steps >= FAR else steps * robot.model.timing.most
+        return found
 
-def _requesters(
-    scenario: Scenario,
-    poses: Mapping[str, Sequence[Pose]],
-    obstacle: Obstacle,
-    shut: Collection[Region],
-) -> Iterator[tuple[int, Pose]]:
-    """Yield the robots that must keep out of an obstacle, by number, in each pose beside it."""
-    for index, robot in enumerate(scenario.robots):
-        graph = graph_of(robot, scenario.map)
-        for pose in poses[robot.name] if obstacle.closed_to(robot) else ():
-            steps = graph.steps(graph.number(pose))
-            beside = any(step % graph.size == obstacle.region for step in steps)
-            if beside and pose.region not in shut:
-                yield index, pose
+    def _distance(self, robot: Robot) -> Callable[[Pose], int]:
+        """Return the distance in steps of each pose of a robot to the regions of the first action;
+        FAR without a path."""
+        graph = graph_of(robot, self.scenario.map)
+        shut = graph.on(other.region for other in self.standing if other.closed_to(robot))
+        allowed = permitted(robot, graph) & ~shut
+        goal = graph.on(self.obstacle.resolution_regions(self.scenario.map)) & allowed
+        steps = graph.distances(goal, allowed)
+        return lambda pose: steps[graph.number(pose)]
 
+    def _farthest(self, pools: Mapping[str, Sequence[Pose]]) -> dict[str, Pose]:
+        """Return the pose of each helper that is farthest from the regions of the first action."""
+        found = {name: self._distance(self.scenario.robot(name)) for name in pools}
+        return {name: max(places, key=found[name]) for name, places in pools.items()}
 
-def _bids(
-    scenario: Scenario,
-    at: Mapping[str, Pose],
-    obstacle: Obstacle,
-    standing: Sequence[Obstacle],
-) -> dict[str, int | None]:
-    """Return the bids of a request: the ticks, at its slowest step, that each robot needs to reach
-    a region of the obstacle's first action around all obstacles that block it."""
-    skills, found = obstacle.type.actions(0), dict[str, int | None]()
-    for robot in scenario.robots:
-        if robot.name not in at or not skills <= robot.capabilities:
-            continue
-        steps = _ways(scenario, robot, obstacle, standing)(at[robot.name])
-        found[robot.name] = None if steps >= FAR else steps * robot.model.timing.most
-    return found
-
-
-def _ways(
-    scenario: Scenario, robot: Robot, obstacle: Obstacle, standing: Sequence[Obstacle]
-) -> Callable[[Pose], int]:
-    """Return the distance in steps of each pose of a robot to the regions of the first action; FAR
-    without a path."""
-    graph = graph_of(robot, scenario.map)
-    shut = region_mask(other.region for other in standing if other.closed_to(robot))
-    allowed = permitted(robot, graph) & ~graph.poses_on(shut)
-    goal = graph.poses_on(region_mask(obstacle.resolution_regions(scenario.map))) & allowed
-    steps = graph.distances(goal, allowed)
-    return lambda pose: steps[graph.number(pose)]
-
-
-def _farthest(
-    scenario: Scenario,
-    pools: Mapping[str, Sequence[Pose]],
-    obstacle: Obstacle,
-    standing: Sequence[Obstacle],
-) -> dict[str, Pose]:
-    """Return the pose of each helper that is farthest from the regions of the first action."""
-    ways = {name: _ways(scenario, scenario.robot(name), obstacle, standing) for name in pools}
-    return {name: max(places, key=ways[name]) for name, places in pools.items()}
+    def _resolved_after(
+        self,
+        at: Mapping[str, Pose],
+        opens: tuple[bound.BoundObstacle, ...],
+        requester: int,
+        *,
+        slow: Collection[str] | None = None,
+    ) -> int | None:
+        """Return the ticks from a request in tick 1 to the first tick in which it can be resolved.
+        ``slow``: steps take their maximum, and these robots, except the requester, have just begun
+        one."""
+        walkers = []
+        for index, robot in enumerate(self.scenario.robots):
+            graph = graph_of(robot, self.scenario.map)
+            number = graph.number(at.get(robot.name, robot.start))
+            skills = robot.capabilities if robot.name in at else frozenset[str]()
+            ready, timing = 1 if index <= requester else 0, robot.model.timing
+            if slow is not None and robot.name in slow and index != requester:
+                ready += timing.most - 1
+            ticks = timing.least if slow is None else timing.most
+            shut = graph.everywhere & ~permitted(robot, graph)
+            walkers.append(bound.BoundRobot(graph, number, ready, ticks, skills, shut))
+        moment = bound.BoundMoment(tuple(walkers), opens, len(walkers) + requester)
+        tick = bound.tick_of(bound.earliest(moment)[0][-1], moment.count)
+        return None if tick is None else tick - 1
 
 
 def _one_by_one(
@@ -256,30 +261,3 @@ def _one_by_one(
     for name, places in pools.items():
         for place in places:
             yield {**here, name: place}
-
-
-def _resolved_after(
-    scenario: Scenario,
-    at: Mapping[str, Pose],
-    opens: tuple[bound.BoundObstacle, ...],
-    requester: int,
-    *,
-    slow: Collection[str] | None = None,
-) -> int | None:
-    """Return the ticks from a request in tick 1 to the first tick in which it can be resolved.
-    ``slow``: steps take their maximum, and these robots, except the requester, have just begun
-    one."""
-    walkers = []
-    for index, robot in enumerate(scenario.robots):
-        graph = graph_of(robot, scenario.map)
-        number = graph.number(at.get(robot.name, robot.start))
-        skills = robot.capabilities if robot.name in at else frozenset[str]()
-        ready, timing = 1 if index <= requester else 0, robot.model.timing
-        if slow is not None and robot.name in slow and index != requester:
-            ready += timing.most - 1
-        ticks = timing.least if slow is None else timing.most
-        shut = graph.everywhere & ~permitted(robot, graph)
-        walkers.append(bound.BoundRobot(graph, number, ready, ticks, skills, shut))
-    moment = bound.BoundMoment(tuple(walkers), opens, len(walkers) + requester)
-    tick = bound.tick_of(bound.earliest(moment)[0][-1], moment.count)
-    return None if tick is None else tick - 1

@@ -201,26 +201,22 @@ def why_nobody(
     """Return why no robot is assigned to help with an obstacle now, although some could get there;
     None where the bids show it: no robot has the action, or none gets there. ``out``: robots out of
     service, which get no duty and act only where they stand."""
-    problem = floor.problem
-    need = problem.next_need(gate, floor.stages)
-    able = problem.able(gate, floor.stages)
-    if len(able) < problem.missing(gate, floor.stages) and (loads := _loads(floor, gate, word)):
-        return loads
-    out_of_reach = problem.gates[gate].cut_off_at(floor.stages[gate].need)
-    strays = [floor.names[i] for i in problem.skilled(gate, floor.stages) if i in out_of_reach]
-    if len(able) < problem.missing(gate, floor.stages) and strays:
-        return f"no path leads {listed(strays)} to where it is put down"
-    if not able:
-        return None
-    if len(able) < problem.missing(gate, floor.stages):
-        more = sorted(problem.gates[gate].skills[floor.stages[gate].need] - {need.action})
-        takes = need_words(
-            "' and '".join((need.action, *more)), need.robots, together=need.together
-        )
-        have = len(able) + len(floor.stages[gate].done)
-        return f"it needs {takes}, this team has {_NUMBERS.get(have, have)}"
+    problem, stage, obstacle = floor.problem, floor.stages[gate], floor.problem.gates[gate]
+    able, missing = problem.able(gate, floor.stages), problem.missing(gate, floor.stages)
+    if len(able) < missing:
+        if loads := _loads(floor, gate, word):
+            return loads
+        out_of_reach = obstacle.cut_off_at(stage.need)
+        strays = [floor.names[i] for i in problem.skilled(gate, floor.stages) if i in out_of_reach]
+        if strays:
+            return f"no path leads {listed(strays)} to where it is put down"
+        need = obstacle.needs[stage.need]
+        actions = need.action, *sorted(obstacle.skills[stage.need] - {need.action})
+        takes = need_words("' and '".join(actions), need.robots, together=need.together)
+        have = len(able) + len(stage.done)
+        return f"it needs {takes}, this team has {_NUMBERS.get(have, have)}" if able else None
     idle = [floor.names[robot] for robot in able if floor.names[robot] in out]
-    if len(able) - len(idle) < problem.missing(gate, floor.stages):
+    if len(able) - len(idle) < missing:
         return f"{listed(idle)} {'is' if len(idle) == 1 else 'are'} out of service"
     busy = {robot: duty.gate for robot, duty in found.duties.items() if duty.gate != gate}
     said = [_doing(floor, "helps with", r, busy[r], word) for r in able if r in busy]

@@ -82,18 +82,14 @@ class Requests(Struct, frozen=True):
             return replace(self, stack=(*self.stack, asked), aside=frozenset())
         others = {name: at for name, at in found.requesters.items() if name != requester}
         changed = replace(found, requesters=others | {requester: place}, recorded=None)
-        stack = tuple(changed if r is found else r for r in self.stack)
-        return replace(self, stack=stack, aside=frozenset())
+        return replace(self._put(changed), aside=frozenset())
 
     def waiting(self, obstacle: str, requester: str, place: Region) -> Requests:
         """Return the stack with another waiting region of a requester."""
-        stack = (
-            replace(r, requesters={**r.requesters, requester: place})
-            if r.obstacle.name == obstacle
-            else r
-            for r in self.stack
-        )
-        return replace(self, stack=tuple(stack))
+        found = self.of(obstacle)
+        if found is None:
+            return self
+        return self._put(replace(found, requesters={**found.requesters, requester: place}))
 
     def without(self, obstacle: str, *, given_up: bool = False) -> Requests:
         """Return the requests without the one for an obstacle, open or given up."""
@@ -109,6 +105,11 @@ class Requests(Struct, frozen=True):
         again = OpenRequest(request.obstacle, request.requesters)
         left = self.without(request.obstacle.name)
         return replace(left, stack=(*left.stack, again), aside=frozenset())
+
+    def _put(self, changed: OpenRequest) -> Requests:
+        name = changed.obstacle.name
+        stack = (changed if request.obstacle.name == name else request for request in self.stack)
+        return replace(self, stack=tuple(stack))
 
     def waits(self, robot: str) -> list[OpenRequest]:
         """The requests that a robot has made."""

@@ -9,7 +9,6 @@ from math import ceil
 
 from msgspec.structs import replace
 
-from safenav.begun import Begun
 from safenav.runtime.coordination.events import Event, OutsideStrategy, ServiceChanged, Unsettled
 from safenav.runtime.duties.settlement import Duty
 from safenav.runtime.energy.charges import SHARPNESS, Charges
@@ -21,8 +20,9 @@ from safenav.scenario.model import Battery, Obstacle
 from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, Reason
+from safenav.world.map import Region
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask, bits, region_mask
+from safenav.world.poses import Mask, bits
 
 _SEARCHED = 4_000
 """Maximum number of poses for the search for a sufficient capacity, which then takes under a
@@ -46,12 +46,11 @@ class Batteries:
         self._charged: list[str] = []
         self._later: dict[str, None] = {}  # robots whose stop is not decided yet
         self._known: dict[str, tuple[object, Stops]] = {}
-        self._free: dict[tuple[str, Objective, Mask], Stops] = {}
+        self._free: dict[tuple[str, Objective, frozenset[Region]], Stops] = {}
         robots = team.robots.items()
         batteries = {name: r.robot.model.battery for name, r in robots if r.robot.model.battery}
         starts = {name: robot.pose.region for name, robot in robots}
-        begun = team.scenario.begun
-        had = () if begun is None else begun.had
+        had = () if team.scenario.begun is None else team.scenario.begun.had
         about = batteries, starts, team.scenario.chargers
         self._charges = Charges(*about, live=team.live, had=had)
         for name, charge in self._charges.charge.items():
@@ -76,9 +75,11 @@ class Batteries:
     def tick_begins(self) -> Iterator[Event]:
         """Return robots to service whose battery was replaced in the previous tick; decide the
         first stops. Live: update all charges to the present time."""
-        begins = self.team.tick == 1
-        if begins and self.team.scenario.begun is not None:
-            yield from self._go_on_charging(self.team.scenario.begun)
+        begins, begun = self.team.tick == 1, self.team.scenario.begun
+        if begins and begun is not None and begun.charging:  # they stay at their chargers
+            for name in begun.charging:
+                self.team.robots[name].stop = self.team.robots[name].pose
+            yield Unsettled(Reason.CHARGE)
         for name in [*self._charges.since]:
             robot = self.team.robots[name]
             before, robot.charge = robot.charge, self._charges.at(name, self._now())
@@ -97,20 +98,12 @@ class Batteries:
             robot.charge = self._charges.charge[name]
             yield from self.relocation.serve(robot, active=True, cause=ChangeCause.BATTERY)
 
-    def _go_on_charging(self, begun: Begun) -> Iterator[Event]:
-        """Let robots that were charging in the earlier run stay at their chargers."""
-        for name in begun.charging:
-            self.team.robots[name].stop = self.team.robots[name].pose
-        if begun.charging:
-            yield Unsettled(Reason.CHARGE)
-
     def turn_ends(self, robot: RobotState, *, completes: bool = False) -> Iterator[Event]:
         """Decide the next stop of a robot after its turn. ``completes``: the mission is completed
         in this state, so the stop is decided at the start of the next tick, if there is one."""
         battery, scenario = robot.robot.model.battery, self.team.scenario
-        if battery is None or robot.charge is None or robot.transit is not None or not robot.active:
-            return
-        if robot.acting is not None:
+        busy = robot.transit is not None or robot.acting is not None or not robot.active
+        if battery is None or robot.charge is None or busy:
             return
         on_charger = robot.pose.region in scenario.chargers
         if robot.too_flat and not on_charger:
@@ -206,21 +199,17 @@ class Batteries:
         battery, objective = robot.robot.model.battery, robot.own.objective
         if battery is None or isinstance(objective, Ltl):
             return None
-        known_walls = self.team.knowledge.walls_for(robot.robot, avoid)
-        closed = region_mask(known.region for known in known_walls)
-        key = (objective, closed)
-        known = self._known.get(robot.name)
-        if known is not None and known[0] == key:
-            return known[1]
-        graph = self.team.graph(robot)
-        masks = tuple(graph.poses_on(region_mask(t)) for t in objective.targets)
-        chargers: Mask = graph.poses_on(region_mask(self.team.scenario.chargers))
-        allowed = graph.everywhere & ~graph.poses_on(closed)
-        detours = objective.strict and objective.literal
-        full = detours or bool(self.team.rivals(robot.robot))
-        charges, ends = chargers & allowed, objective.settles
-        found = Stops(graph, masks, allowed, charges, battery, full=full, settles=ends)
-        self._known[robot.name] = (key, found)
+        walls = self.team.knowledge.walls_for(robot.robot, avoid)
+        closed = frozenset(known.region for known in walls)
+        before, found = self._known.get(robot.name, (None, None))
+        if found is None or before != (objective, closed):
+            graph = self.team.graph(robot)
+            targets, allowed = graph.on_each(objective.targets), graph.outside(closed)
+            chargers = graph.on(self.team.scenario.chargers) & allowed
+            detours = objective.strict and objective.literal
+            full, ends = detours or bool(self.team.rivals(robot.robot)), objective.settles
+            found = Stops(graph, targets, allowed, chargers, battery, full=full, settles=ends)
+            self._known[robot.name] = (objective, closed), found
         return found
 
     def _stop(self, robot: RobotState) -> Pose | None:
@@ -236,15 +225,18 @@ class Batteries:
             stops, turn = helping, 0
         stop, rivals = robot.stop, self.team.rivals(robot.robot)
         others = self.team.in_conflict(robot.robot)
-        kept = stops.graph.poses_on(region_mask(r.pose.region for r in others if self._stays(r)))
+        kept = stops.graph.on(r.pose.region for r in others if self._stays(r))
         if stop is not None:
             here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
             there = stops.graph.number(stop)
             if not here:
-                to = stops.graph.poses_on(region_mask({stop.region})) if rivals else 1 << there
+                to = stops.graph.on({stop.region}) if rivals else 1 << there
                 way = stops.graph.steps_between(1 << pose, to, stops.allowed)
                 near = way is not None and way * stops.battery.move <= robot.charge
-                if self._hemmed_in(robot):
+                settled = self.team.settled
+                if settled is not None and robot.pose == settled.notes.hemmed_in.get(
+                    settled.floor.index(robot.name)
+                ):  # a search has shown that no order of moves brings it to its stop
                     near, kept = False, kept | to
                 if near and not kept >> there & 1:
                     return stop
@@ -253,7 +245,7 @@ class Batteries:
             elif (stops.targets[turn] & ~stops.chargers) >> there & 1:
                 return None  # its objective begins at a target that it already occupies
         away = (r.pose if r.stop is None else r.stop for r in others)
-        taken = stops.graph.poses_on(region_mask(there.region for there in away))
+        taken = stops.graph.on(there.region for there in away)
         place = stops.next(pose, turn, robot.charge, kept, taken, helps=duty is not None)
         if place is None and duty is None:
             free = stops.reachable(pose, stops.chargers & ~kept)
@@ -310,14 +302,12 @@ class Batteries:
         unless the team waits for a change."""
         objective, (_, stops) = robot.own.objective, self._known[robot.name]
         lasting = [] if self.team.waiting else self.team.knowledge.walls_for(robot.robot)
-        closed = region_mask(known.region for known in lasting)
-        free = self._free.get((robot.name, objective, closed))
-        if free is None:
-            allowed = stops.graph.everywhere & ~stops.graph.poses_on(closed)
-            chargers = stops.graph.poses_on(region_mask(self.team.scenario.chargers)) & allowed
-            free = replace(stops, allowed=allowed, chargers=chargers)
-            self._free[robot.name, objective, closed] = free
-        return free
+        key = robot.name, objective, frozenset(known.region for known in lasting)
+        if key not in self._free:
+            allowed = stops.graph.outside(key[2])
+            chargers = stops.graph.on(self.team.scenario.chargers) & allowed
+            self._free[key] = replace(stops, allowed=allowed, chargers=chargers)
+        return self._free[key]
 
     def _duty(self, robot: RobotState) -> Duty | None:
         """Return the present duty of a robot, or a later one for which it departs early; None if it
@@ -327,24 +317,12 @@ class Batteries:
         floor, found = self.team.settled.floor, self.team.settled.found
         return {**found.early, **found.duties}.get(floor.index(robot.name))
 
-    def _hemmed_in(self, robot: RobotState) -> bool:
-        """Return whether a search has shown that no order of moves brings a robot from its pose to
-        its stop."""
-        settled = self.team.settled
-        if settled is None:
-            return False
-        return settled.notes.hemmed_in.get(settled.floor.index(robot.name)) == robot.pose
-
     def _stays(self, robot: RobotState) -> bool:
         """Return whether a robot stays in its region: it is out of service, or its only target is
         there."""
-        if robot.transit is not None:
-            return False
-        if not robot.active:
-            return True
-        here = robot.pose.region
-        targets = robot.own.objective.targets
-        return robot.stop is None and bool(targets) and all(target == {here} for target in targets)
+        here, targets = {robot.pose.region}, robot.own.objective.targets
+        holds = robot.stop is None and targets and all(target == here for target in targets)
+        return robot.transit is None and (not robot.active or bool(holds))
 
     def _runs_flat(self, robot: RobotState) -> Iterator[Event]:
         """Represent a robot with an empty battery by an obstacle, and request its resolution;

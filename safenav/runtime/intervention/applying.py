@@ -297,9 +297,9 @@ class Interventions(Struct):
         standing = self._simulation().standing().get(wanted.region)
         if standing is not None:
             raise UsageError(f"{standing.name} already exists there: remove it first")
-        for known, reason in self.state.knowledge.permanent.values():
-            if known.region == wanted.region and reason == UNTRAVERSABLE:
-                raise UsageError(f"{known.name} is permanent: no robot can pass")
+        for known in self.state.knowledge.permanent.values():
+            if known.obstacle.region == wanted.region and known.reason == UNTRAVERSABLE:
+                raise UsageError(f"{known.obstacle.name} is permanent: no robot can pass")
         if any(isinstance(o, kinds.AddObstacle) and o.region == wanted.region for o in self._asked):
             raise UsageError(f"region {wanted.region} will be closed at the next tick")
         if wanted.type.has_truth and wanted.truth is None:

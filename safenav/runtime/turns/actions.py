@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
+from safenav.runtime.coordination.snapshot import takers
 from safenav.runtime.deadlines.choice import InTime
-from safenav.runtime.loads import takers
 from safenav.runtime.sweeping import cleared, leading
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.planning import Traffic

@@ -1,4 +1,4 @@
-"""The ``areas:`` of a scenario: named sets of regions, usable wherever a target is."""
+"""Sets of regions in a scenario: ``areas``, the cells of ``partition``, and ``never_together``."""
 
 from __future__ import annotations
 
@@ -8,16 +8,34 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from safenav.scenario.reading.naming import NAME, well_named
-from safenav.scenario.reading.regions import REGION, Reading
+from safenav.scenario.model import Tracking
+from safenav.scenario.reading.regions import REGION, TARGET, Reading
+from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, plain
-from safenav.scenario.yaml.shapes import Key, Table, either, form, many, matching, named, whole
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
+from safenav.scenario.yaml.fields import NAME, well_named
+from safenav.scenario.yaml.shapes import (
+    TEXT,
+    Key,
+    Shape,
+    Table,
+    either,
+    form,
+    many,
+    matching,
+    named,
+    several,
+    whole,
+)
 from safenav.world.map import Region, RegionMap
+from safenav.world.partition import Partition, tiles
 
-_EXPECTED = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
+_AREA = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
 _LISTED = {"any": "an area lists its regions: [[1, 1], [1, 2]]"}
 _RANGE = re.compile(r"(\d{1,9})\s*-\s*(\d{1,9})", re.ASCII)
+_ROOMS = "rooms"
+_PARTITION = "'rooms', {tiles: [rows, columns]}, or a list of cells [[8, 9], [12, [1, 6]]]"
+_SHOWN = 5
 
 SPAN = form(either(whole(), matching(_RANGE)), "span", "A row or column, or a range of them.")
 
@@ -28,6 +46,29 @@ class RectangleKeys(Table):
     rules: ClassVar = {"minProperties": 1}
     rows = Key(SPAN, "Default: all rows.")
     columns = Key(SPAN, "Default: all columns.")
+
+
+class TileKeys(Table):
+    tiles = Key(
+        form(several(whole(1), whole(1))),
+        "Rows and columns of a tile.",
+        required="for example {tiles: [4, 4]}",
+    )
+
+
+class ExclusionKeys(Table):
+    example = "{robots: [quad, digit], in: [47]}"
+    robots = Key(
+        Shape(many(TEXT, 2), read.words),
+        "At least two robots.",
+        required="name two robots or more, for example 'robots: [quad, digit]'",
+    )
+    in_ = Key(
+        form(either(TARGET, many(TARGET, 1))),
+        "Regions for at most one of them.",
+        required="name regions or areas, for example 'in: bridge'",
+        name="in",
+    )
 
 
 AREA = form(either(RectangleKeys, many(either(REGION, RectangleKeys), 1)), "area")
@@ -71,18 +112,17 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
     """Return the free regions of an area; None if something was reported."""
     before = len(reading)
     found: set[Region] = set()
-    if not isinstance(node, Sequence | Mapping):
-        read.wrong_type(node, what, _EXPECTED, reading)
+    if isinstance(node, Scalar):
+        read.wrong_type(node, what, _AREA, reading)
     if reading.reports_position(node, what):
         return None
-    for item in node.items if isinstance(node, Sequence) else (node,):
+    for item in (node,) if isinstance(node, Mapping) else items_of(node):
         if isinstance(item, Mapping):
             found |= _rectangle(item, what, reading)
-        elif isinstance(node, Sequence):
-            region = reading.region(item, what)
-            found |= set() if region is None else {region}
+        elif (region := reading.region(item, what)) is not None:
+            found.add(region)
     if not found and reading.world is not None and len(reading) == before:
-        reading.add(node, f"{what} has no free region", f"expected {_EXPECTED}")
+        reading.add(node, f"{what} has no free region", f"expected {_AREA}")
     return frozenset(found) if found and len(reading) == before else None
 
 
@@ -116,3 +156,104 @@ def _span(node: Node | None, what: str, count: int | None, reading: Reading) -> 
         reading.add(node, f"{what}: {first}-{last} {reason}", hint)
         return range(0)
     return range(first, last + 1)
+
+
+def _partition(
+    node: Node | None, what: str, reading: Reading
+) -> tuple[frozenset[Region], ...] | None:
+    """Return the cells; None for the rooms of the map, or if something was reported."""
+    match node:
+        case Mapping():
+            return _tiles(node, reading)
+        case Sequence():
+            return _cells(node, reading)
+    if not isinstance(node, Scalar) or node.value != _ROOMS:
+        read.wrong_type(node, what, _PARTITION, reading)
+    return None
+
+
+def _tiles(node: Mapping, reading: Reading) -> tuple[frozenset[Region], ...] | None:
+    what = "'tiles' of partition"
+    item = TileKeys.read(node, "'partition'", reading)
+    sides = item.tiles if item else None
+    if not isinstance(sides, Sequence) or len(sides.items) != 2:
+        read.wrong_type(sides, what, "[rows, columns]", reading)
+        return None
+    height, width = (
+        read.integer(side, f"{word} in {what}", reading, least=1)
+        for side, word in zip(sides.items, ("rows", "columns"), strict=True)
+    )
+    if height is None or width is None or reading.world is None:
+        return None
+    return tiles(reading.world, height, width).cells
+
+
+def _cells(node: Sequence, reading: Reading) -> tuple[frozenset[Region], ...] | None:
+    """Return cells given as lists of regions, in which each free region occurs once."""
+    before = len(reading)
+    owner: dict[Region, int] = {}
+    cells = []
+    for number, item in enumerate(node.items):
+        what = f"cell {number} of partition"
+        listed = read.sequence(item, what, reading) or ()
+        if isinstance(item, Sequence) and not listed:
+            reading.add(item, f"{what} is empty", "a cell has at least one region")
+        found = []
+        for place in listed:
+            for region in sorted(reading.regions(place, what) or ()):
+                if owner.setdefault(region, number) != number:
+                    twice = f"{what}: region {region} is already in cell {owner[region]}"
+                    reading.add(place, twice, "a region belongs to one cell")
+                found.append(region)
+        cells.append(frozenset(found))
+    world = reading.world
+    if world is None or len(reading) > before:
+        return None
+    missing = [world.label(region) for region in world.free if region not in owner]
+    if missing:
+        more = f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else ""
+        told = f"'partition': free regions in no cell: {', '.join(missing[:_SHOWN])}{more}"
+        reading.add(node, told, "a robot may be anywhere: every free region needs a cell")
+        return None
+    return Partition.given(cells, world).cells
+
+
+PARTITION = Shape(
+    either({"const": _ROOMS}, TileKeys, many(many(REGION, 1), 1)),
+    _partition,
+    "partition",
+    "The cells in which a robot out of sight may be. Default: rooms.",
+)
+
+
+def _exclusions(node: Node | None, _what: str, reading: Reading) -> tuple[Exclusion, ...]:
+    """Return the readable exclusions; errors in the others are reported."""
+    known, found = {robot.name: robot for robot in reading.team}, []
+    what = "never_together"
+    for item in ExclusionKeys.each(node, what, f"an entry of {what}", reading, f"of {what}"):
+        before, place, where = len(reading), item.where(ExclusionKeys.robots), item.in_
+        names = item.robots or frozenset()
+        for name in sorted(names):
+            reading.names_robot(place, name)
+        if place is not None and len(names) < 2 and len(reading) == before:
+            reading.add(place, f"'robots' of {what}: at least two robots are needed")
+        there = f"'in' of {what}"
+        zone = reading.zone(where, there)
+        if isinstance(where, Sequence) and not where.items:
+            reading.add(where, f"{there} is empty", "name at least one region")
+        team = [known[name] for name in sorted(names & {*known})]
+        together = [robot.name for robot in team if zone and robot.start.region in zone]
+        if len(together) > 1:
+            said = f"{together[0]} and {together[1]} both start there"
+            reading.add(where, f"{there}: {said}", "let one start elsewhere")
+        for robot in team:
+            if robot.tracking is not Tracking.NEARBY:
+                said = f"'tracking: {robot.tracking.value}' of {robot.name}"
+                hint = "leave it out: 'tracking: nearby' observes which regions are occupied"
+                reading.add(place, f"{what} does not work with {said}", hint)
+        if len(reading) == before and zone is not None:
+            found.append(Exclusion(names, zone))
+    return tuple(found)
+
+
+NEVER_TOGETHER = Shape(many(ExclusionKeys), _exclusions)

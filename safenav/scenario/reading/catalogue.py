@@ -23,11 +23,11 @@ from safenav.scenario.model import (
     Timing,
 )
 from safenav.scenario.reading.motion import MOTION, read_motion
-from safenav.scenario.reading.naming import NAME, well_named
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.fields import NAME, well_named
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.shapes import (
     POSITIVE,

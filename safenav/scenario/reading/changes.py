@@ -1,20 +1,42 @@
-"""The ``changes:`` of a scenario: changes for robots during the run."""
+"""The ``changes:`` for robots during a run, and the ``inputs:`` that the environment sets."""
 
 from __future__ import annotations
 
+import re
 from typing import ClassVar
 
 from msgspec.structs import replace
 
+from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
-from safenav.scenario.reading.objective import ObjectiveKeys, read_objective, read_within
-from safenav.scenario.reading.obstacles import TICK
+from safenav.scenario.reading.objective import (
+    OWN_VARIABLES,
+    VARIABLE,
+    ObjectiveKeys,
+    read_objective,
+    read_within,
+)
+from safenav.scenario.reading.obstacles import MOST_TICKS, TICK
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets
-from safenav.scenario.settings import RobotChange
+from safenav.scenario.settings import Input, RobotChange
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Node, clipped
-from safenav.scenario.yaml.shapes import TEXT, Key, Table, form, many, word
+from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.fields import IDENTIFIER, well_named
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.shapes import (
+    PROBABILITY,
+    TEXT,
+    Key,
+    Shape,
+    Table,
+    either,
+    form,
+    many,
+    matching,
+    named,
+    word,
+)
 
 SERVICE = {"out": False, "back": True}
 
@@ -34,25 +56,24 @@ CHANGES = form(many(ChangeKeys))
 def read_changes(node: Node | None, reading: Reading) -> tuple[RobotChange, ...]:
     """Return the readable changes by tick, those of one tick in the order of the file; errors in
     the others are reported."""
-    found = [_change(item, reading) for item in read.sequence(node, "changes", reading) or ()]
+    found = [
+        _change(item, reading) for item in ChangeKeys.each(node, "changes", "a change", reading)
+    ]
     return tuple(sorted((c for c in found if c is not None), key=lambda change: change.at))
 
 
-def _change(node: Node, reading: Reading) -> RobotChange | None:
-    item = ChangeKeys.read(node, "a change", reading)
-    if item is None:
-        return None
+def _change(item: ChangeKeys, reading: Reading) -> RobotChange | None:
     before = len(reading)
     at, name = item.at, item.robot
     shown = name or "a change"
-    if name is not None and name not in reading.named:
-        reading.unknown(item.where(ChangeKeys.robot), "no robot is named", name, reading.named)
+    if name is not None:
+        reading.names_robot(item.where(ChangeKeys.robot), name)
     item.of = f"of {shown}"
     active, at_service = item.service, item.where(ChangeKeys.service)
     if (item.objective is None) is (at_service is None):
         found = f"a change of {clipped(name or 'a robot')} needs exactly one of 'objective' and"
         hint = "give it an 'objective', or 'service: out' or 'service: back'; one for each change"
-        reading.add(node, f"{found} 'service'", hint)
+        reading.add(item.node, f"{found} 'service'", hint)
     objective = _objective(item.objective, name, reading)
     within = read_within(item.objective, shown, objective, reading)
     if at is None or name is None or len(reading) > before:
@@ -80,3 +101,78 @@ def _objective(node: Node | None, name: str | None, reading: Reading) -> Objecti
     if found is not None and robot is not None:
         misses_targets(replace(robot, objective=found), node, reading)
     return found
+
+
+TAKEN = {"move", "scout", "goal", "request", "wait", "assigned"}
+"""Variables that specifications declare themselves, with those of the following prefixes."""
+_PREFIXES = ("busy_", "at_")
+_SPAN = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")
+_AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
+_TICKS = either(TICK, matching(_SPAN))
+
+
+def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int, int], ...]:
+    """Return ticks and ranges of ticks: ``12``, ``10-20``, or a list of both."""
+    found = []
+    for part in node.items if isinstance(node, Sequence) else () if node is None else (node,):
+        text = str(part.value) if isinstance(part, Scalar) else ""
+        match = _SPAN.fullmatch(text)
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
+        if not 1 <= first <= last <= MOST_TICKS:
+            hint = "for example at: [12, 20-30]; ticks count from 1"
+            told = f"{what}: found {read.described(part)}, expected a tick or a range of ticks"
+            findings.add(part, told, hint)
+        found.append((first, last))
+    return tuple(found)
+
+
+def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]:
+    """Return the values of ``off``, ``on`` or ``both``; YAML may read two of them as Booleans."""
+    if node is None:
+        return ()
+    value = node.value if isinstance(node, Scalar) else None
+    word = {True: "on", False: "off"}.get(value) if isinstance(value, bool) else value
+    if not isinstance(word, str) or word not in _AGAIN:
+        found = f"{what}: found {read.described(node)}, expected off, on or both"
+        findings.add(node, found, "the value that the input has infinitely often")
+        return ()
+    return _AGAIN[word]
+
+
+class InputKeys(Table):
+    example = "{at: 12-30}; {} for one that a program sets"
+    at = Key(
+        Shape(either(_TICKS, many(_TICKS)), _spans),
+        "Ticks when a simulation has it on: 12, 20-30 or a list.",
+    )
+    probability = Key(
+        PROBABILITY,
+        "Probability of being on in each other tick of a simulation. Default: 0.",
+    )
+    always_eventually = Key(
+        Shape({"enum": [*_AGAIN, True, False]}, _again),
+        "Assumed infinitely often: off, on or both.",
+    )
+
+
+_RESERVED = either({"enum": sorted(TAKEN)}, {"pattern": f"^({'|'.join(_PREFIXES)})"})
+INPUTS = form(named(InputKeys, {"allOf": [VARIABLE, {"not": _RESERVED}]}))
+
+
+def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:
+    """Return the named inputs; errors are reported."""
+    item, found = read.mapping(node, "inputs", reading, example="{alarm: {at: 12-30}}"), []
+    taken = RESERVED_WORDS | OWN_VARIABLES | TAKEN | {*reading.named}
+    for key, value in item.entries if item else ():
+        name = clipped(key.text)
+        what = f"input {name}"
+        reserved = key.text in taken or key.text.startswith(_PREFIXES)
+        if well_named(key, "an input", reading, IDENTIFIER) and reserved:
+            reading.add(key, f"'{name}' is reserved", "use another name")
+        fields = InputKeys.read(value, what, reading)
+        if fields is None:
+            found.append(Input(key.text))
+            continue
+        spans, again = fields.at or (), fields.always_eventually or ()
+        found.append(Input(key.text, spans, fields.probability or 0.0, again))
+    return tuple(found)

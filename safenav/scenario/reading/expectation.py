@@ -1,17 +1,20 @@
-"""The ``expect:`` of a scenario: the expected results of a run."""
+"""Expected results of a run: the ``expect:`` of a scenario, and its ``requirements:``, formulas of
+signal temporal logic over the motion."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection
+from functools import partial
 
+from safenav.formula.parser import FormulaError
 from safenav.outcome import Outcome
-from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.settings import Expect
+from safenav.scenario.settings import EventKind, EventPattern, Expect
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, clipped
-from safenav.scenario.yaml.findings import suggestion
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
+from safenav.scenario.yaml.fields import NAME, well_named
+from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.shapes import (
     TEXT,
     Key,
@@ -19,7 +22,9 @@ from safenav.scenario.yaml.shapes import (
     Table,
     choice,
     either,
+    form,
     many,
+    matching,
     named,
     whole,
 )
@@ -42,14 +47,14 @@ def _names(
     node: Node | None, what: str, reading: Reading, others: Collection[str] = ()
 ) -> frozenset[str] | None:
     """Return names of obstacles, or of ``others``."""
-    items = read.sequence(node, what, reading)
-    found = set()
-    for item in items or ():
-        name = read.text(item, f"an item of {what}", reading)
-        if name is not None and name not in others:
-            name = _obstacle(item, name, what, reading)
-        found |= set() if name is None else {name}
-    return None if items is None else frozenset(found)
+
+    def reads(item: Node, label: str, _: Reading) -> str | None:
+        name = read.text(item, label, reading)
+        known = name is None or name in others
+        return name if known else _obstacle(item, name or "", what, reading)
+
+    found = read.values(node, what, reading, reads)
+    return None if found is None else frozenset(found)
 
 
 def _late(node: Node | None, what: str, reading: Reading) -> frozenset[str] | None:
@@ -75,9 +80,7 @@ def _rounds(node: Node | None, what: str, reading: Reading) -> dict[str, int] | 
     found = {}
     for key, value in node.entries:
         rounds = read.integer(value, f"{what}, {clipped(key.text)}", reading)
-        if key.text not in reading.named:
-            reading.unknown(key, f"{what}: no robot is named", key.text, reading.named)
-        elif rounds is not None:
+        if reading.names_robot(key, key.text, what) and rounds is not None:
             found[key.text] = rounds
     return found
 
@@ -88,18 +91,10 @@ def _helpers(node: Node | None, what: str, reading: Reading) -> dict[str, str] |
     for key, value in item.entries if item else ():
         obstacle = _obstacle(key, key.text, what, reading)
         robot = read.text(value, f"helper for {clipped(key.text)}", reading)
-        if robot is not None and robot not in reading.named:
-            reading.unknown(value, f"{what}: no robot is named", robot, reading.named)
-        elif robot is not None and obstacle is not None:
+        known = robot is not None and reading.names_robot(value, robot, what)
+        if known and robot is not None and obstacle is not None:
             helpers[obstacle] = robot
     return None if item is None else helpers
-
-
-def _patterns(node: Node | None, what: str, reading: Reading) -> tuple[EventPattern, ...] | None:
-    """Return a list of patterns of events."""
-    items = read.sequence(node, what, reading)
-    found = [_pattern(item, f"an item of {what}", reading) for item in items or ()]
-    return None if items is None else tuple(pattern for pattern in found if pattern is not None)
 
 
 def _pattern(node: Node, what: str, reading: Reading) -> EventPattern | None:
@@ -137,22 +132,24 @@ def _pattern(node: Node, what: str, reading: Reading) -> EventPattern | None:
     return EventPattern(EventKind(word), frozenset(robots), obstacle, named)
 
 
-def _obstacle(node: Node, written: str, what: str, reading: Reading) -> str | None:
+def _obstacle(
+    node: Node, written: str, what: str, reading: Reading, column: int | None = None
+) -> str | None:
     """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``. None if
-    it was reported, or obstacles are not known."""
+    it was reported, or obstacles are not known. ``column``: that of the name in a text."""
     if reading.obstacles is None:
         return None
     if (name := reading.obstacle_named(written)) is None:
         names = [obstacle.name for obstacle in reading.obstacles]
         nothing = "the scenario has no obstacles"
-        reading.unknown(node, f"{what}: there is no obstacle", written, names, nothing)
+        reading.unknown(node, f"{what}: there is no obstacle", written, names, nothing, column)
     return name
 
 
 _NAME = {"description": "An obstacle: type@region.", "type": "string", "pattern": "^.+@.+$"}
 _OBSTACLES = Shape(many(_NAME), _names, "obstacleNames")
 _EVENT = {"type": "string", "pattern": rf"^\s*({'|'.join(EventKind)})(\s.*)?$"}
-_EVENTS = Shape(many(_EVENT), _patterns, "eventPatterns")
+_EVENTS = Shape(many(_EVENT), partial(read.values, reads=_pattern), "eventPatterns")
 
 
 class ExpectKeys(Table):
@@ -185,3 +182,75 @@ def _expect(node: Node | None, _what: str, reading: Reading) -> Expect:
 
 
 EXPECT = Shape(ExpectKeys, _expect)
+
+_WHAT = "requirements"
+_NAMED = form(named(TEXT, matching(NAME)), "namedRequirements")
+
+
+def _requirements(node: Node | None, _what: str, reading: Reading) -> dict[str, str]:
+    """Return the formulas by name; a formula without a name is its own."""
+    found: dict[str, str] = {}
+    cut = 0
+    for name, item in _entries(node, reading):
+        written = item.text if name is None and isinstance(item, Scalar) else name and name.text
+        if cut and _open(written or "") < 0:
+            cut += _open(written or "")
+            continue  # the rest of a formula that was reported
+        what = _WHAT if name is None else f"requirement {clipped(name.text)}"
+        text = read.text(item, what, reading)
+        if text is None or not isinstance(item, Scalar):
+            continue
+        if name is not None:
+            well_named(name, "a requirement", reading)
+        cut = 0 if item.style else max(0, _open(text))
+        if cut:
+            told = f"{what}: '{clipped(text)}' ends within parentheses"
+            reading.add(item, told, "within brackets a comma ends a formula: put it in quotes")
+            continue
+        label = text if name is None else name.text
+        if label in found:
+            reading.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
+        found[label] = _formula(item, text, what, reading)
+    return found
+
+
+def _open(text: str) -> int:
+    """Return the number of parentheses that a text leaves open."""
+    return text.count("(") - text.count(")")
+
+
+def _entries(node: Node | None, findings: Findings) -> list[tuple[Scalar | None, Node]]:
+    if isinstance(node, Mapping):
+        return list(node.entries)
+    found: list[tuple[Scalar | None, Node]] = []
+    for item in read.sequence(node, f"'{_WHAT}'", findings) or ():
+        found += item.entries if isinstance(item, Mapping) else [(None, item)]
+    return found
+
+
+def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
+    """Return the text with the regions in its events as numbers."""
+    # Imported here: few scenarios have requirements.
+    from safenav.stl.parser import parse_requirement
+    from safenav.stl.syntax import Happens, RobotSignal, nodes
+
+    try:
+        tree = parse_requirement(text)
+    except FormulaError as error:
+        reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
+        return text
+    events = []
+    for part in nodes(tree):
+        if isinstance(part, RobotSignal):
+            for robot, column in zip(part.robots, part.columns, strict=True):
+                reading.names_robot(node, robot, what, column)
+        elif isinstance(part, Happens):
+            events.append(part)
+    for event in sorted(events, key=lambda event: -event.column):
+        begin = event.column + len(event.kind)
+        name = _obstacle(node, event.obstacle, what, reading, begin + 1)
+        text = f"{text[:begin]}{name or event.obstacle}{text[begin + len(event.obstacle) :]}"
+    return text
+
+
+REQUIREMENTS = Shape(either(_NAMED, many(either(TEXT, _NAMED))), _requirements)

@@ -15,7 +15,7 @@ from safenav.errors import Diagnostic, InputError
 from safenav.lines import printable
 from safenav.scenario import settings
 from safenav.scenario.model import Catalogue, ObstacleType, Scenario
-from safenav.scenario.reading.areas import AREAS, read_areas
+from safenav.scenario.reading.areas import AREAS, NEVER_TOGETHER, PARTITION, read_areas
 from safenav.scenario.reading.catalogue import (
     TYPE,
     CatalogueKeys,
@@ -23,13 +23,11 @@ from safenav.scenario.reading.catalogue import (
     read_catalogue,
     read_catalogue_file,
 )
-from safenav.scenario.reading.changes import CHANGES, read_changes
+from safenav.scenario.reading.changes import CHANGES, INPUTS, read_changes, read_inputs
 from safenav.scenario.reading.compatibility import check_assignable, check_deadlines
-from safenav.scenario.reading.expectation import EXPECT
-from safenav.scenario.reading.inputs import INPUTS, read_inputs
+from safenav.scenario.reading.expectation import EXPECT, REQUIREMENTS
 from safenav.scenario.reading.maps.keys import MapKeys
 from safenav.scenario.reading.maps.map import read_map
-from safenav.scenario.reading.never_together import NEVER_TOGETHER
 from safenav.scenario.reading.obstacles import (
     OBSTACLES,
     ORDERS,
@@ -37,9 +35,7 @@ from safenav.scenario.reading.obstacles import (
     read_obstacles,
     read_orders,
 )
-from safenav.scenario.reading.partition import PARTITION
 from safenav.scenario.reading.regions import REGION, Reading
-from safenav.scenario.reading.requirements import REQUIREMENTS
 from safenav.scenario.reading.robots import ROBOTS, read_robots
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, entries_of
@@ -101,9 +97,10 @@ class FailureKeys(Table):
 
 
 def _chargers(node: Node | None, _what: str, reading: Reading) -> frozenset[Region]:
-    items = read.sequence(node, "chargers", reading) or ()
-    found = [reading.regions(item, "an item of chargers") or frozenset() for item in items]
-    return frozenset[Region]().union(*found)
+    found = read.values(
+        node, "chargers", reading, lambda item, what, _: reading.regions(item, what)
+    )
+    return frozenset[Region]().union(*(found or ()))
 
 
 class ScenarioKeys(Table):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.formula.checking import check
@@ -16,16 +17,15 @@ from safenav.scenario.objective import (
     KINDS,
     Ltl,
     Objective,
-    Target,
     TargetObjective,
     kinds_that,
     on_steps,
     one_of,
 )
-from safenav.scenario.reading.naming import IDENTIFIER, well_named
 from safenav.scenario.reading.regions import TARGET, ZONE, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.fields import IDENTIFIER, well_named
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.shapes import (
     TEXT,
@@ -40,7 +40,7 @@ from safenav.scenario.yaml.shapes import (
     several,
     whole,
 )
-from safenav.world.map import HEADINGS
+from safenav.world.map import HEADINGS, Region
 from safenav.world.moves import Mobility
 
 OWN_VARIABLES = frozenset({"region", "heading"})
@@ -118,52 +118,8 @@ def read_objective(
     node: Node | None, robot: str, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
     """Return the objective of a robot; None if there is none or it was reported."""
-    what = f"objective of {robot}"
-    item = ObjectiveKeys.read(node, what, reading, f"of {robot}")
-    if item is None:
-        return None
-    entries = [(key.text, value) for key, value in item.node.entries]
-    given = [(key, value) for key, value in entries if key in (*KINDS, "ltl")]
-    if not given:
-        hint = f"give it one, for example {EXAMPLE}"
-        if not entries or any(key in (FORM, *RULES) for key, _ in entries):
-            reading.add(node, f"{what} is empty", hint)
-    if len(given) > 1:
-        kinds = " and ".join(f"'{kind}'" for kind, _ in given)
-        reading.add(node, f"{what}: both {kinds}", "choose one of them")
-    if len(given) != 1:
-        return None
-    kind, value = given[0]
-    what = f"'{kind}' of {robot}"
-    if kind == "ltl":
-        found: Objective | None = _ltl(value, what, mobility, reading)
-    else:
-        found = _about_targets(KINDS[kind], value, what, reading)
-    return _ruled(_formed(found, item, kind, robot), item, robot, mobility, reading)
-
-
-def _ruled(
-    objective: Objective | None,
-    item: ObjectiveKeys,
-    robot: str,
-    mobility: Mobility | None,
-    reading: Reading,
-) -> Objective | None:
-    """Return the objective with the rules beside it; rules beside ``ltl`` become formulas."""
-    avoid: Target | None = frozenset()
-    if item.avoid is not None:
-        avoid = reading.zone(item.avoid, f"'avoid' of {robot}")
-    always = _lines(item.always, f"'always' of {robot}", _pose(mobility, reading), True, reading)
-    if objective is None or avoid is None:
-        return None
-    if isinstance(objective, Ltl):
-        never = (f"region' != {region}" for region in sorted(avoid))
-        return replace(objective, safety=(*objective.safety, *never, *map(on_steps, always)))
-    if any(target <= avoid for target in objective.targets):
-        found = f"'avoid' of {robot} covers a target of its objective"
-        reading.add(item.avoid, found, "leave one of the two out")
-        return None
-    return replace(objective, avoid=avoid, always=always)
+    item = ObjectiveKeys.read(node, f"objective of {robot}", reading, f"of {robot}")
+    return None if item is None else _Reader(item, robot, mobility, reading).objective()
 
 
 def read_within(
@@ -181,22 +137,104 @@ def read_within(
     return found
 
 
-def _formed(
-    objective: Objective | None, item: ObjectiveKeys, kind: str, robot: str
-) -> Objective | None:
-    """Return the objective, ``literal`` if its ``form`` requires that."""
-    word, node = item.form, item.where(ObjectiveKeys.form)
-    if word is None:
+class _Reader(Struct, frozen=True):
+    """Reads one objective of a robot."""
+
+    item: ObjectiveKeys
+    robot: str
+    mobility: Mobility | None
+    reading: Reading
+
+    def objective(self) -> Objective | None:
+        """The objective with its form and the rules beside it; None if it was reported."""
+        what, entries = f"objective of {self.robot}", self.item.node.entries
+        keys = [key.text for key, _ in entries]
+        given = [(key.text, value) for key, value in entries if key.text in (*KINDS, "ltl")]
+        if not given and (not keys or any(key in (FORM, *RULES) for key in keys)):
+            self.reading.add(
+                self.item.node, f"{what} is empty", f"give it one, for example {EXAMPLE}"
+            )
+        if len(given) > 1:
+            kinds = " and ".join(f"'{kind}'" for kind, _ in given)
+            self.reading.add(self.item.node, f"{what}: both {kinds}", "choose one of them")
+        if len(given) != 1:
+            return None
+        ((kind, value),) = given
+        what = f"'{kind}' of {self.robot}"
+        if kind == "ltl":
+            found: Objective | None = self._ltl(value, what)
+        else:
+            found = _about_targets(KINDS[kind], value, what, self.reading)
+        return self._ruled(self._formed(found, kind))
+
+    def _formed(self, objective: Objective | None, kind: str) -> Objective | None:
+        """Return the objective, ``literal`` if its ``form`` requires that."""
+        word, node = self.item.form, self.item.where(ObjectiveKeys.form)
+        if word is None:
+            return objective
+        if word != "literal":
+            found = f"'form' of {self.robot} is 'literal', not '{clipped(word)}'"
+            self.reading.add(node, found, "leave it out to accept a weaker form")
+        elif kind not in STRICT:
+            found = f"'form' of {self.robot}: '{kind}' has one form only"
+            self.reading.add(node, found, f"leave it out: it is for {one_of(STRICT, chr(39))}")
+        elif isinstance(objective, TargetObjective):
+            return replace(objective, literal=True)
         return objective
-    if word != "literal":
-        found = f"'form' of {robot} is 'literal', not '{clipped(word)}'"
-        item.findings.add(node, found, "leave it out to accept a weaker form")
-    elif kind not in STRICT:
-        found = f"'form' of {robot}: '{kind}' has one form only"
-        item.findings.add(node, found, f"leave it out: it is for {one_of(STRICT, chr(39))}")
-    elif isinstance(objective, TargetObjective):
-        return replace(objective, literal=True)
-    return objective
+
+    def _ruled(self, objective: Objective | None) -> Objective | None:
+        """Return the objective with the rules beside it; rules beside ``ltl`` become formulas."""
+        item, avoid = self.item, frozenset[Region]()
+        zone = self.reading.zone(item.avoid, f"'avoid' of {self.robot}")
+        always = self._lines(item.always, f"'always' of {self.robot}", self._pose(), True)
+        if objective is None or (item.avoid is not None and zone is None):
+            return None
+        avoid = zone or avoid
+        if isinstance(objective, Ltl):
+            never = (f"region' != {region}" for region in sorted(avoid))
+            return replace(objective, safety=(*objective.safety, *never, *map(on_steps, always)))
+        if any(target <= avoid for target in objective.targets):
+            found = f"'avoid' of {self.robot} covers a target of its objective"
+            self.reading.add(item.avoid, found, "leave one of the two out")
+            return None
+        return replace(objective, avoid=avoid, always=always)
+
+    def _ltl(self, node: Node, what: str) -> Ltl | None:
+        reading = self.reading
+        before, item = len(reading), LtlKeys.read(node, what, reading)
+        if item is None:
+            return None
+        memory = _memory(item.memory, what, reading)
+        if item.memory is not None and not isinstance(item.memory, Mapping):
+            return None  # without its declarations no formula can be checked
+        declared = {**memory, **self._pose()}
+        inputs: Declared = dict.fromkeys(sorted(reading.inputs))
+        init = self._lines(item.init, f"'init' in {what}", declared, False)
+        declared |= inputs
+        safety = self._lines(item.safety, f"'safety' in {what}", declared, True)
+        liveness = self._lines(item.liveness, f"'liveness' in {what}", declared, True)
+        if _is_empty(item.safety) and _is_empty(item.liveness):
+            hint = "give it 'liveness' (what to reach infinitely often) or 'safety' (always)"
+            reading.add(node, f"{what} is empty", hint)
+        if len(reading) > before:
+            return None
+        named = set().union(*(variables(parse(line)) for line in (*init, *safety, *liveness)))
+        return Ltl(init, safety, liveness, memory, tuple(name for name in inputs if name in named))
+
+    def _pose(self) -> Declared:
+        """Return the variables of a robot's own pose."""
+        world = self.reading.world
+        heading = {} if self.mobility is Mobility.FREE else {"heading": (0, 3)}
+        return {"region": (0, (world.size if world else 2**31) - 1), **heading}
+
+    def _lines(
+        self, node: Node | None, what: str, declared: Declared, next_allowed: bool
+    ) -> tuple[str, ...]:
+        """Return formulas as text with region and heading names replaced by their numbers."""
+        reading = self.reading
+        items = (node,) if isinstance(node, Scalar) else read.sequence(node, what, reading) or ()
+        lines = (_line(item, what, declared, next_allowed, reading) for item in items)
+        return tuple(line for line in lines if line is not None)
 
 
 def _about_targets(
@@ -209,43 +247,12 @@ def _about_targets(
     if listed is None:
         return None
     # A reported target counts as one of its own, so that no second error follows from it.
-    told = [frozenset({-1 - k}) if t is None else t for k, t in enumerate(listed)]
-    problem = kind.wrong(told)
+    targets = [frozenset({-1 - k}) if t is None else t for k, t in enumerate(listed)]
+    problem = kind.wrong(targets)
     if problem is not None:
         found, hint = problem
         reading.add(node, f"{what}{' ' if found == EMPTY else ': '}{found}", hint)
-    return None if problem is not None or None in listed else kind(tuple(told))
-
-
-def _ltl(node: Node, what: str, mobility: Mobility | None, reading: Reading) -> Ltl | None:
-    before = len(reading)
-    item = LtlKeys.read(node, what, reading)
-    if item is None:
-        return None
-    memory = _memory(item.memory, what, reading)
-    if item.memory is not None and not isinstance(item.memory, Mapping):
-        return None  # without its declarations no formula can be checked
-    declared = {**memory, **_pose(mobility, reading)}
-    inputs: Declared = dict.fromkeys(sorted(reading.inputs))
-    init = _lines(item.init, f"'init' in {what}", declared, False, reading)
-    declared |= inputs
-    safety = _lines(item.safety, f"'safety' in {what}", declared, True, reading)
-    liveness = _lines(item.liveness, f"'liveness' in {what}", declared, True, reading)
-    if _is_empty(item.safety) and _is_empty(item.liveness):
-        hint = "give it 'liveness' (what to reach infinitely often) or 'safety' (always)"
-        reading.add(node, f"{what} is empty", hint)
-    if len(reading) > before:
-        return None
-    named = set().union(*(variables(parse(line)) for line in (*init, *safety, *liveness)))
-    told = tuple(name for name in inputs if name in named)
-    return Ltl(init, safety, liveness, memory, told)
-
-
-def _pose(mobility: Mobility | None, reading: Reading) -> Declared:
-    """Return the variables of a robot's own pose."""
-    size = reading.world.size if reading.world else 2**31
-    heading = {} if mobility is Mobility.FREE else {"heading": (0, 3)}
-    return {"region": (0, size - 1), **heading}
+    return None if problem is not None or None in listed else kind(tuple(targets))
 
 
 def _memory(node: Node | None, what: str, reading: Reading) -> Declared:
@@ -278,14 +285,6 @@ def _bounds(node: Node, what: str, findings: Findings) -> tuple[int, int] | None
         findings.add(node, found, "the lowest value comes first")
         return None
     return low, high
-
-
-def _lines(
-    node: Node | None, what: str, declared: Declared, next_allowed: bool, reading: Reading
-) -> tuple[str, ...]:
-    items = (node,) if isinstance(node, Scalar) else read.sequence(node, what, reading)
-    lines = [_line(item, what, declared, next_allowed, reading) for item in items or ()]
-    return tuple(line for line in lines if line is not None)
 
 
 def _line(

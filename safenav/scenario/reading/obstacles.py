@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from safenav.scenario.model import Obstacle, ObstacleType, Robot
+from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import SWEEPS, TYPE, swept
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
 from safenav.scenario.yaml.shapes import PROBABILITY, Key, Shape, Table, either, form, many, whole
 
 MOST_TICKS = read.MOST
@@ -54,30 +54,25 @@ ORDERS = form(many(OrderKeys))
 def read_obstacles(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
     """Return the readable obstacles; errors in the others are reported."""
     found: list[Obstacle] = []
-    for item in read.sequence(node, "obstacles", reading) or ():
-        obstacle = _read_obstacle(item, reading)
+    for item in ObstacleKeys.each(node, "obstacles", "an obstacle", reading):
+        obstacle, where = _read_obstacle(item, reading), item.where(ObstacleKeys.region)
         if obstacle is None:
             continue
         for first in found:
             if first.region != obstacle.region or not _meet(first, obstacle):
                 continue
             message = f"{obstacle.name}: the region already contains {first.name}"
-            reading.add(_where(item), message, "a region holds one hidden obstacle")
+            reading.add(where, message, "a region holds one hidden obstacle")
             break
         else:
             found.append(obstacle)
         for robot in reading.team:
             if obstacle.shuts_in(robot):
                 message = f"{obstacle.name} is where {robot.name} starts, and blocks it"
-                reading.add(_where(item), message, _apart(obstacle, robot))
+                acts = any(need.action in robot.capabilities for need in obstacle.needs)
+                alone = f": {robot.name} alone does not resolve it from inside" if acts else ""
+                reading.add(where, message, f"move one of them{alone}")
     return tuple(found)
-
-
-def _apart(obstacle: Obstacle, robot: Robot) -> str:
-    """Return the hint for a robot that starts inside an obstacle."""
-    if any(need.action in robot.capabilities for need in obstacle.needs):
-        return f"move one of them: {robot.name} alone does not resolve it from inside"
-    return "move one of them"
 
 
 def _meet(one: Obstacle, other: Obstacle) -> bool:
@@ -86,10 +81,7 @@ def _meet(one: Obstacle, other: Obstacle) -> bool:
     return max(one.appears or 0, other.appears or 0) < min(ends)
 
 
-def _read_obstacle(node: Node, reading: Reading) -> Obstacle | None:
-    item = ObstacleKeys.read(node, "an obstacle", reading)
-    if item is None:
-        return None
+def _read_obstacle(item: ObstacleKeys, reading: Reading) -> Obstacle | None:
     kind = item.type
     label = kind.name if kind else "the obstacle"
     item.of = f"of {label}"
@@ -110,10 +102,7 @@ def _read_obstacle(node: Node, reading: Reading) -> Obstacle | None:
 def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
     """Return the tasks that the team receives during the run, as obstacles that block no robot."""
     found: list[Obstacle] = []
-    for part in read.sequence(node, "orders", reading) or ():
-        item = OrderKeys.read(part, "an order", reading)
-        if item is None:
-            continue
+    for item in OrderKeys.each(node, "orders", "an order", reading):
         at, limit, kind, region = item.at, item.resolve_within, item.type, item.region
         if kind is not None and kind.blocks != frozenset():
             said = f"an order of {kind.name}, which stops robots"
@@ -143,22 +132,11 @@ def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bo
     return None
 
 
-def _where(node: Node) -> Node:
-    """Return the node of an obstacle's region, for diagnostics."""
-    region = node.get("region") if isinstance(node, Mapping) else None
-    return region or node
-
-
 def _suspects(node: Node | None, _what: str, reading: Reading) -> tuple[Obstacle, ...] | None:
     """Return the possible obstacles that the team knows of; None without a list."""
-    items = read.sequence(node, "suspects", reading)
-    found = []
-    for part in items or ():
-        item = SuspectKeys.read(part, "a suspect", reading)
-        kind, region = (item.type, item.region) if item else (None, None)
-        if kind is not None and region is not None:
-            found.append(Obstacle(kind, region))
-    return None if items is None else tuple(found)
+    found = [(i.type, i.region) for i in SuspectKeys.each(node, "suspects", "a suspect", reading)]
+    known = (Obstacle(kind, there) for kind, there in found if kind and there is not None)
+    return tuple(known) if isinstance(node, Sequence) else None
 
 
 SUSPECTS = Shape(many(SuspectKeys), _suspects)

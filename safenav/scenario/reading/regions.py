@@ -10,9 +10,8 @@ from pathlib import Path
 
 from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot, name_parts
 from safenav.scenario.objective import Target
-from safenav.scenario.reading.naming import NAME
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, plain
-from safenav.scenario.yaml.fields import sequence, wrong_type
+from safenav.scenario.yaml.fields import NAME, sequence, wrong_type
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.shapes import Key, Shape, Table, either, form, many, matching, several
 from safenav.world.map import Region, RegionMap
@@ -202,6 +201,16 @@ class Reading(Findings):
                 return each.name
         flat = self.flat is not None and kind == self.flat.name and region is not None
         return f"{kind}@{region}" if flat else None
+
+    def names_robot(
+        self, node: Node | None, name: str, what: str = "", column: int | None = None
+    ) -> bool:
+        """Return whether a name is that of a robot; report it if not. ``column``: that of the name
+        in a text."""
+        if name not in self.named:
+            found = f"{what}: no robot is named" if what else "no robot is named"
+            self.unknown(node, found, name, self.named, column=column)
+        return name in self.named
 
     def _number(self, node: Node, what: str) -> Region | None:
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value:

@@ -22,7 +22,6 @@ from safenav.scenario.objective import (
 )
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import MODEL, VISION
-from safenav.scenario.reading.naming import IDENTIFIER, well_named
 from safenav.scenario.reading.objective import (
     OWN_VARIABLES,
     TIMED,
@@ -35,6 +34,7 @@ from safenav.scenario.reading.objective import (
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.fields import IDENTIFIER, well_named
 from safenav.scenario.yaml.shapes import WORDS, Key, Table, choice, form, named, word
 from safenav.world.map import HEADINGS, Heading, RegionMap
 from safenav.world.moves import Mobility, Pose

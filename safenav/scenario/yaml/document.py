@@ -319,3 +319,19 @@ def _bad_character(text: str, error: yaml.reader.ReaderError) -> tuple[Place, st
 
 def _place_of(text: str, index: int) -> Place:
     return Place(text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index))
+
+
+def flow(data: object) -> str:
+    """Return mappings, lists, numbers and truth values as YAML; texts must be YAML already. A key
+    whose value is None is left out."""
+    match data:
+        case bool():
+            return "true" if data else "false"
+        case float():
+            return f"{data:g}"
+        case list() | tuple():
+            return f"[{', '.join(map(flow, data))}]"
+        case dict():
+            entries = (f"{key}: {flow(value)}" for key, value in data.items() if value is not None)
+            return f"{{{', '.join(entries)}}}"
+    return str(data)

@@ -19,6 +19,7 @@ from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clip
 from safenav.scenario.yaml.findings import Findings, closest, listed, suggestion
 
 Value = TypeVar("Value")
+Found = TypeVar("Found", bound=Findings)
 
 MOST = 2**31 - 1
 """The largest whole number unless an item sets another limit."""
@@ -160,6 +161,20 @@ def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ..
     return node.items
 
 
+def values(
+    node: Node | None,
+    what: str,
+    findings: Found,
+    reads: Callable[[Node, str, Found], Value | None],
+) -> tuple[Value, ...] | None:
+    """Return the items of a list that ``reads`` returns; the others were reported."""
+    items = sequence(node, what, findings)
+    if items is None:
+        return None
+    found = (reads(item, f"an item of {what}", findings) for item in items)
+    return tuple(value for value in found if value is not None)
+
+
 def text(node: Node | None, what: str, findings: Findings) -> str | None:
     """Return a text that is not empty."""
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
@@ -173,11 +188,7 @@ def text(node: Node | None, what: str, findings: Findings) -> str | None:
 
 def texts(node: Node | None, what: str, findings: Findings) -> tuple[str, ...] | None:
     """Return a list of texts."""
-    items = sequence(node, what, findings)
-    if items is None:
-        return None
-    found = [text(item, f"an item of {what}", findings) for item in items]
-    return tuple(word for word in found if word is not None)
+    return values(node, what, findings, text)
 
 
 def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
@@ -271,3 +282,20 @@ def choice(
         findings.add(node, f"{what}: unknown word '{clipped(node.value)}'", hint)
         return None
     return known[node.value]
+
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+"""The form of names that become variables of specifications."""
+
+
+def well_named(key: Scalar, what: str, findings: Findings, form: re.Pattern[str] = NAME) -> bool:
+    """Return whether a key can name ``what``; report it if not."""
+    if form.fullmatch(key.text):
+        return True
+    signs = "digits, '_' and '-'" if form is NAME else "digits and '_'"
+    hint = f"use letters from a to z, {signs}, beginning with a letter"
+    if not key.text.isascii():
+        hint += ": specifications are ASCII; 'name' of the scenario may be any text"
+    findings.add(key, f"'{clipped(key.text)}' cannot name {what}", hint)
+    return False

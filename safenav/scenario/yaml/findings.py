@@ -72,10 +72,21 @@ class Findings:
         self._found.append(Diagnostic(self.file, place.line, place.column, found, hint))
 
     def unknown(
-        self, where: Node | None, found: str, word: str, known: Iterable[str], hint: str = ""
+        self,
+        where: Node | None,
+        found: str,
+        word: str,
+        known: Iterable[str],
+        hint: str = "",
+        column: int | None = None,
     ) -> None:
-        """Report a word that is not ``known``; ``hint``: if no known word is suggested."""
-        self.add(where, f"{found} '{clipped(word)}'", suggestion(word, known) or hint)
+        """Report a word that is not ``known``; ``hint``: if no known word is suggested; ``column``:
+        that of the word in a text."""
+        told = f"{found} '{clipped(word)}'", suggestion(word, known) or hint
+        if column is not None and isinstance(where, Scalar):
+            self.add_inside(where, column, *told)
+        else:
+            self.add(where, *told)
 
     def add_inside(self, node: Scalar, column: int, found: str, hint: str = "") -> None:
         """Report an error at a column of a text: at that column of the file if the text is

@@ -8,7 +8,7 @@ such a key returns its node.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from enum import StrEnum
 from functools import partial
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
@@ -182,6 +182,16 @@ class Table:
         return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
 
     @classmethod
+    def each(
+        cls, node: Node | None, listing: str, what: str, findings: Findings, of: str | None = None
+    ) -> Iterator[Self]:
+        """Yield the readable items of a list; the other arguments as for ``read``."""
+        for part in read.sequence(node, listing, findings) or ():
+            item = cls.read(part, what, findings, of)
+            if item is not None:
+                yield item
+
+    @classmethod
     def fill(
         cls, node: Node | None, what: str, findings: Findings, default: S, of: str | None = None
     ) -> S:
@@ -208,3 +218,58 @@ class Table:
     def where(self, key: Key[Any]) -> Node | None:
         """Return the node of a key, for diagnostics; None if it is missing."""
         return self.node.get(key.name)
+
+
+def values_of(sought: Collection[object], root: object, data: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield the container and the key or index of each value of a sought shape or table in data
+    (mappings, lists, scalars) of the shape ``root``. Data of another form is skipped."""
+    yield from _below(sought, root, {"": data}, "")
+
+
+def table_at(root: object, path: Collection[object]) -> type[Table] | None:
+    """Return the table of the item at a path of keys and indices; None if it has none."""
+    parts = [root]
+    for step in path:
+        inner = (_inner(form, step) for part in parts for form in forms(part))
+        parts = [part for part in inner if part is not None]
+    found = (form for part in parts for form in forms(part))
+    return next((f for f in found if isinstance(f, type) and issubclass(f, Table)), None)
+
+
+def forms(part: object, sought: Collection[object] = ()) -> Iterator[object]:
+    """Yield the forms that a value may have: tables, schemas, and sought shapes."""
+    if any(part is each for each in sought):
+        yield part
+    elif isinstance(part, Shape):
+        yield from forms(part.schema, sought)
+    elif isinstance(part, Mapping) and "anyOf" in part:
+        for each in part["anyOf"]:
+            yield from forms(each, sought)
+    else:
+        yield part
+
+
+def _below(
+    sought: Collection[object], part: object, holder: Any, key: Any
+) -> Iterator[tuple[Any, Any]]:
+    value = holder[key]
+    listed = range(len(value)) if isinstance(value, list) else ()
+    steps = list(value) if isinstance(value, dict) else listed
+    ways = [(s, i) for f in forms(part, sought) for s in steps if (i := _inner(f, s)) is not None]
+    for form in forms(part, sought):
+        if isinstance(form, Shape):
+            # [3, 8] may be one region or a list of two: where lists are allowed, it is a list.
+            if not ways and not isinstance(value, dict):
+                yield holder, key
+        elif isinstance(value, dict) and any(form is each for each in sought):
+            yield holder, key
+    for step, inner in ways:
+        yield from _below(sought, inner, value, step)
+
+
+def _inner(form: object, step: object) -> object:
+    """Return the part of a form for a key or an index; None if it has none."""
+    if isinstance(form, type) and issubclass(form, Table):
+        return form.known[step].shape if isinstance(step, str) and step in form.known else None
+    schema = form if isinstance(form, Mapping) else {}
+    return schema.get("items" if isinstance(step, int) else "additionalProperties") or None

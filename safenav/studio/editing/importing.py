@@ -18,15 +18,14 @@ from safenav.errors import InputError, UsageError
 from safenav.scenario.reading.maps.bare_map import form_of
 from safenav.scenario.reading.maps.image_map import DEFAULT_THRESHOLD, FREE, WALL
 from safenav.scenario.reading.maps.ros_map import RosMap, read_ros_file
-from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import Reading
+from safenav.scenario.yaml.fields import NAME
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.world.files.flaws import MapFileError
 from safenav.world.files.image import Colour, Image, dark, meanings, read_image
 from safenav.world.files.pixels import Blocked, Layout, shares, walls
 from safenav.world.files.spots import losses, rooms_of, suggested, without_text
-from safenav.world.frame import Frame
-from safenav.world.map import MAX_REGIONS, RegionMap
+from safenav.world.map import MAX_REGIONS, Frame, RegionMap
 
 _SHOWN = 900
 """Maximum pixels of the longer side of the picture for the page."""

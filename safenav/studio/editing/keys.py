@@ -18,8 +18,7 @@ from safenav.scenario.reading.robots import RobotKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, below, entries_of, items_of
 from safenav.scenario.yaml.document import Sequence as Items
 from safenav.scenario.yaml.json_schema import described
-from safenav.scenario.yaml.shapes import Table
-from safenav.scenario.yaml.walking import table_at
+from safenav.scenario.yaml.shapes import Table, table_at
 
 ROOM = 60
 """Maximum characters of a value on one line."""

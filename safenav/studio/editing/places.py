@@ -14,7 +14,7 @@ from safenav.scenario.reading.catalogue import TypeKeys
 from safenav.scenario.reading.loader import ScenarioKeys
 from safenav.scenario.reading.objective import FORMULAS
 from safenav.scenario.reading.regions import PLACE, REGION, place_of
-from safenav.scenario.yaml.walking import values_of
+from safenav.scenario.yaml.shapes import values_of
 from safenav.studio.editing.round_trip import inline
 
 OBJECTIVES = kinds_that()

@@ -11,7 +11,7 @@ from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.scalarstring import LiteralScalarString
 
 from safenav.errors import UsageError
-from safenav.scenario.reading.naming import NAME
+from safenav.scenario.yaml.fields import NAME
 from safenav.studio.editing.places import MapPlaces, formulas_of
 from safenav.studio.editing.round_trip import Operation, inline, put
 from safenav.world.map import Region, RegionMap

@@ -12,10 +12,10 @@ from msgspec.structs import replace
 
 from safenav.scenario.reading.maps.keys import COLOUR, ImageKeys, MapKeys, Text
 from safenav.scenario.reading.maps.map_file import read_count, read_pixels, with_walls
-from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, clipped
+from safenav.scenario.yaml.fields import NAME
 from safenav.scenario.yaml.findings import Findings
 from safenav.world.files.image import Colour, dark, meanings
 from safenav.world.files.pixels import Blocked, Layout, shares

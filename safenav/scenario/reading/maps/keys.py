@@ -6,10 +6,10 @@ import re
 from enum import StrEnum
 from typing import ClassVar
 
-from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import PLACE
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, Sequence
+from safenav.scenario.yaml.fields import NAME
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.shapes import (
     POSITIVE,

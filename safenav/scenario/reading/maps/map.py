@@ -9,13 +9,11 @@ from msgspec.structs import replace
 from safenav.extras import install_command
 from safenav.scenario.reading.maps.grid import read_grid
 from safenav.scenario.reading.maps.keys import FORMS, OPTIONS, MapKeys, read_origin
-from safenav.scenario.reading.naming import well_named
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
-from safenav.scenario.yaml.fields import mapping, wrong_type
+from safenav.scenario.yaml.fields import mapping, well_named, wrong_type
 from safenav.scenario.yaml.findings import Findings, listed
-from safenav.world.frame import Frame
-from safenav.world.map import RegionMap
+from safenav.world.map import Frame, RegionMap
 
 _HINT = (
     "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "

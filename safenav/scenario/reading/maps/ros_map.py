@@ -27,8 +27,7 @@ from safenav.scenario.yaml.shapes import by_word
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.files.image import Image
 from safenav.world.files.pixels import Blocked, Layout
-from safenav.world.frame import Frame
-from safenav.world.map import MAX_REGIONS, RegionMap
+from safenav.world.map import MAX_REGIONS, Frame, RegionMap
 
 
 class RosMap(Struct, frozen=True):
