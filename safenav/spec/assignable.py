@@ -12,6 +12,7 @@ region and a request would double the nodes.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import starmap
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -113,28 +114,26 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     and do not change while open."""
     possible = assignable_regions(task, world)
     idle = neutral(possible)
-    begin = Origin("coordination", "no request before the first move", SOURCE)
+    begin = _origin("no request before the first move")
     nothing = ("!request", f"assigned = {idle}")
     for formula in nothing if begins_anywhere(task) else (*nothing, "!wait"):
         yield Constraint(Section.ENV_INIT, formula, begin)
-    where = Origin(
-        "coordination", "only regions from which it can resume its objective are assigned", SOURCE
-    )
+    where = _origin("only regions from which it can resume its objective are assigned")
     allowed_next = one_of("assigned", possible.places, "'")
     yield Constraint(Section.ENV_TRANS, f"request' & !wait' -> {allowed_next}", where)
     for part in possible.parts:
-        asked, here = _asked(part), _in(part, task)
-        yield Constraint(
-            Section.ENV_TRANS, f"{asked} -> {here}", where, tuple(sorted(part.regions))
-        )
+        formula = f"{_asked(part)} -> {_in(part, task)}"
+        yield Constraint(Section.ENV_TRANS, formula, where, tuple(sorted(part.regions)))
     yield Constraint(Section.ENV_TRANS, f"!request' | wait' -> assigned' = {idle}", where)
-    still = Origin(
-        "coordination", "an open request keeps its region until the robot must wait", SOURCE
-    )
-    kept = "request & !wait & request' & !wait' -> assigned' = assigned"
-    yield Constraint(Section.ENV_TRANS, kept, still)
-    fair = Origin("coordination", "infinitely often, it need not wait", SOURCE)
+    still = _origin("an open request keeps its region until the robot must wait")
+    same = "request & !wait & request' & !wait' -> assigned' = assigned"
+    yield Constraint(Section.ENV_TRANS, same, still)
+    fair = _origin("infinitely often, it need not wait")
     yield Constraint(Section.ENV_LIVENESS, "!wait'", fair)
+
+
+def _origin(rule: str) -> Origin:
+    return Origin("coordination", rule, SOURCE)
 
 
 def unless_waiting(constraint: Constraint) -> Constraint:
@@ -148,19 +147,19 @@ def unless_waiting(constraint: Constraint) -> Constraint:
 
 def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the guarantees: the robot waits when commanded, and goes to the assigned region."""
-    stay = Origin("coordination", "it stays while it must wait", SOURCE)
+    stay = _origin("it stays while it must wait")
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
     possible = assignable_regions(task, world)
-    able = Origin("coordination", ABLE, SOURCE)
+    able = _origin(ABLE)
     for part in possible.parts:
         formula = f"{_asked(part)} -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, able, tuple(sorted(part.regions)))
-    home = Origin("coordination", HOME, SOURCE)
+    home = _origin(HOME)
     for part in possible.homes:
         asked = "!request' | " + one_of("assigned", part.regions, "'")
         formula = f"{_in(part, task)} & ({asked}) -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, home)
-    go = Origin("coordination", "it reaches the assigned region", SOURCE)
+    go = _origin("it reaches the assigned region")
     yield Constraint(Section.SYS_LIVENESS, "request' & !wait' -> region' = assigned'", go)
 
 
@@ -174,17 +173,14 @@ def may_leave(spec: Specification) -> Specification:
 def _in(part: Part, task: Task, mark: str = "") -> str:
     """Return the condition for the states of ``part``; ``mark``: suffix of the variables."""
     ranges = task.objective.memory if isinstance(task.objective, Ltl) else {}
-    atoms = []
-    for memory, poses in part.poses().items():
-        values = [_has(name, value, ranges[name] is None, mark) for name, value in memory]
-        atoms.append(" & ".join([*values, among(poses, mark)]))
+
+    def has(name: str, value: int) -> str:
+        truth = "" if value else "!"
+        return f"{name}{mark} = {value}" if ranges[name] else f"{truth}{name}{mark}"
+
+    states = part.poses().items()
+    atoms = [" & ".join([*starmap(has, memory), among(poses, mark)]) for memory, poses in states]
     return f"({' | '.join(atoms)})"
-
-
-def _has(name: str, value: int, boolean: bool, mark: str) -> str:
-    if boolean:
-        return f"{name}{mark}" if value else f"!{name}{mark}"
-    return f"{name}{mark} = {value}"
 
 
 def _asked(part: Part) -> str:
@@ -214,9 +210,7 @@ def unless_elsewhere(constraint: Constraint) -> Constraint:
 def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the initial condition with ``wait``: any region that the robot can ever reach."""
     anywhere = one_of("region", whereabouts(task, world))
-    origin = Origin(
-        "coordination", "if it must wait at first, it starts wherever a plan put it", SOURCE
-    )
+    origin = _origin("if it must wait at first, it starts wherever a plan put it")
     yield Constraint(Section.SYS_INIT, f"wait -> {anywhere}", origin)
 
 
@@ -226,7 +220,6 @@ def excused(constraint: Constraint, holds: bool = False) -> Constraint:
     stays = holds and constraint.origin.rule.endswith(", stay")
     if constraint.section is not Section.SYS_LIVENESS and not stays:
         return constraint
-    origin = replace(
-        constraint.origin, rule=f"{constraint.origin.rule}, unless it is assigned a region"
-    )
-    return replace(constraint, formula=f"request' | ({constraint.formula})", origin=origin)
+    rule = f"{constraint.origin.rule}, unless it is assigned a region"
+    origin, formula = replace(constraint.origin, rule=rule), f"request' | ({constraint.formula})"
+    return replace(constraint, formula=formula, origin=origin)

@@ -6,7 +6,7 @@ outputs, its knowledge of the robots with which it could collide as inputs.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from safenav.scenario.objective import Ltl
 from safenav.scenario.objective_text import describe
@@ -28,11 +28,13 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     robot = task.robot
     others = encode_others(task, world)
     objective = encode(task.objective, f"{task.item}.objective", task.pose.region, task.memory)
-    steering, steered = _steering(task, world)
-    anywhere = assignable.begins_anywhere(task)
-    begins = assignable.unless_elsewhere if anywhere else _unchanged
+    steered, anywhere = task.assignable, assignable.begins_anywhere(task)
+    own = [
+        assignable.excused(each, task.objective.settles) if steered else each
+        for each in objective.constraints
+    ]
     variables = [
-        *steering.inputs,
+        *(assignable.inputs(world) if steered else ()),
         *others.inputs,
         *(Variable(each.name, Owner.INPUT, None, "an input") for each, _ in task.inputs),
         *others.outputs,
@@ -43,38 +45,18 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
         variables.append(Variable("heading", Owner.OUTPUT, (0, 3), note))
     variables += objective.variables
     constraints = [
-        *steering.assumptions,
-        *(assignable.unless_waiting(c) if task.assignable else c for c in others.assumptions),
+        *(assignable.assumptions(task, world) if steered else ()),
+        *(assignable.unless_waiting(c) if steered else c for c in others.assumptions),
         *_environment(task),
-        *(begins(constraint) for constraint in _beginning(task)),
+        *(assignable.unless_elsewhere(c) if anywhere else c for c in _beginning(task)),
         *(assignable.elsewhere(task, world) if anywhere else ()),
         *_motion(task, world, others),
-        *steering.guarantees,
-        *(begins(steered(constraint)) for constraint in objective.constraints),
+        *(assignable.guarantees(task, world) if steered else ()),
+        *(assignable.unless_elsewhere(c) if anywhere else c for c in own),
         *_goal_places(task),
     ]
     title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
     return Specification(robot.name, title, tuple(variables), tuple(constraints))
-
-
-def _steering(
-    task: Task, world: RegionMap
-) -> tuple[OthersEncoding, Callable[[Constraint], Constraint]]:
-    """The constraints for goals assigned at runtime, and their effect on the robot's own goals."""
-    if not task.assignable:
-        return OthersEncoding(), _unchanged
-    encoding = OthersEncoding(
-        assignable.inputs(world),
-        (),
-        tuple(assignable.assumptions(task, world)),
-        tuple(assignable.guarantees(task, world)),
-    )
-    settles = task.objective.settles
-    return encoding, lambda constraint: assignable.excused(constraint, settles)
-
-
-def _unchanged(constraint: Constraint) -> Constraint:
-    return constraint
 
 
 def assumption_names(task: Task, world: RegionMap) -> list[str]:

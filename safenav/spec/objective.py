@@ -20,6 +20,7 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Varia
 from safenav.world.map import Region
 
 SOURCE_PATROL = "paper, Section VI, Patrol"
+SOURCE_HOLD = "paper, Section VI, Patrol(s, s)"
 SOURCE_OBJECTIVE = "design, objectives"
 
 
@@ -65,13 +66,12 @@ def _about_targets(
     objective: TargetObjective, item: str, region: Region, memory: Memory
 ) -> tuple[tuple[Variable, ...], Iterator[Constraint]]:
     if isinstance(objective, Patrol):
-        variables = (Variable("scout", Owner.OUTPUT, None, "true: the second target is next"),)
-        return variables, _patrol(objective, item, region, memory)
-    if objective.remembers:
-        bounds = (0, len(objective.targets) - 1)
-        variables = (Variable(objective.turn, Owner.OUTPUT, bounds, "the target whose turn it is"),)
-        return variables, _in_turn(objective, item, region, memory)
-    return (), _settled(objective, item) if objective.settles else _recur(objective, item)
+        scout = Variable("scout", Owner.OUTPUT, None, "true: the second target is next")
+        return (scout,), _patrol(objective, item, region, memory)
+    bounds = (0, len(objective.targets) - 1)
+    next_ = Variable(objective.turn, Owner.OUTPUT, bounds, "the target whose turn it is")
+    variables = (next_,) if objective.remembers else ()
+    return variables, _pursuit(objective, item, region, memory)
 
 
 def next_is(objective: TargetObjective, index: int) -> str:
@@ -106,66 +106,46 @@ def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterat
     yield from (*away, *goals)
 
 
-def _in_turn(
+def _pursuit(
     objective: TargetObjective, item: str, region: Region, memory: Memory
 ) -> Iterator[Constraint]:
-    targets, goal = objective.targets, objective.turn
-    what = describe(objective)
-    begin = Origin(item, f"{what}: which target comes first", SOURCE_OBJECTIVE)
-    yield Constraint(Section.SYS_INIT, f"{goal} = {objective.begin(region, memory.index)}", begin)
-    turn = Origin(item, f"{what}: at the target whose turn it is, on to the next", SOURCE_OBJECTIVE)
-    recur = Origin(item, f"{what}: infinitely often at each target in turn", SOURCE_OBJECTIVE)
-    for index, target in enumerate(targets):
-        there = one_of("region", target)
-        about = tuple(sorted(target))
-        following = objective.turned(index, next(iter(target)))
-        yield Constraint(
-            Section.SYS_TRANS, f"{goal} = {index} & {there} -> {goal}' = {following}", turn, about
-        )
-        yield Constraint(
-            Section.SYS_TRANS, f"{goal} = {index} & !({there}) -> {goal}' = {index}", turn, about
-        )
-    if objective.strict:
-        apart = Origin(item, f"{what}: never at a target out of its turn", SOURCE_OBJECTIVE)
+    """Yield the order of the targets, if it must be remembered, and each target infinitely often;
+    in any order, GR(1) needs no memory for that."""
+    targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
+    goal, settles = objective.turn if objective.remembers else "", objective.settles
+    source = SOURCE_HOLD if settles and not goal else SOURCE_OBJECTIVE
+
+    def origin(rule: str) -> Origin:
+        return Origin(item, f"{what}: {rule}", source)
+
+    if goal:
+        begin = f"{goal} = {objective.begin(region, memory.index)}"
+        yield Constraint(Section.SYS_INIT, begin, origin("which target comes first"))
+        turn = origin("at the target whose turn it is, on to the next")
         for index, target in enumerate(targets):
-            formula = f"{one_of('region', target, chr(39))} -> {goal}' = {index}"
-            yield Constraint(Section.SYS_TRANS, formula, apart, tuple(sorted(target)))
-    last = len(targets) - 1
-    if objective.settles:
-        stay = Origin(item, f"{what}: at the last one, stay", SOURCE_OBJECTIVE)
-        for region in sorted(targets[last]):
-            formula = f"{goal} = {last} & region = {region} -> region' = {region}"
-            yield Constraint(Section.SYS_TRANS, formula, stay, (region,))
-        recur = Origin(item, f"{what}: infinitely often at the last one", SOURCE_OBJECTIVE)
+            there, about = one_of("region", target), tuple(sorted(target))
+            now, following = f"{goal} = {index}", objective.turned(index, next(iter(target)))
+            leave = f"{now} & {there} -> {goal}' = {following}"
+            yield Constraint(Section.SYS_TRANS, leave, turn, about)
+            stay = f"{now} & !({there}) -> {goal}' = {index}"
+            yield Constraint(Section.SYS_TRANS, stay, turn, about)
+    for index, target in enumerate(targets if objective.strict else ()):
+        apart = f"{one_of('region', target, chr(39))} -> {goal}' = {index}"
+        rule = origin("never at a target out of its turn")
+        yield Constraint(Section.SYS_TRANS, apart, rule, tuple(sorted(target)))
+    for place in sorted(targets[last]) if settles else ():
+        now = f"{goal} = {last} & region = {place}" if goal else f"region = {place}"
+        rule = origin("at the last one, stay" if goal else "once there, stay")
+        yield Constraint(Section.SYS_TRANS, f"{now} -> region' = {place}", rule, (place,))
+    recur = "at each target in turn" if goal else "at each target"
+    if settles:
+        recur = "at the last one" if goal else "there"
     for index, target in enumerate(targets):
-        if index == last or not objective.settles:
+        if index == last or not settles:
             there = one_of("region", target, "'")
-            formula = f"{goal}' = {index} & {there}"
-            yield Constraint(Section.SYS_LIVENESS, formula, recur, tuple(sorted(target)))
-
-
-def _recur(objective: TargetObjective, item: str) -> Iterator[Constraint]:
-    """Yield each target infinitely often, in any order: GR(1) needs no memory for that."""
-    rule = f"{describe(objective)}: infinitely often at each target"
-    origin = Origin(item, rule, SOURCE_OBJECTIVE)
-    for target in objective.targets:
-        yield Constraint(
-            Section.SYS_LIVENESS, one_of("region", target, "'"), origin, tuple(sorted(target))
-        )
-
-
-def _settled(hold: TargetObjective, item: str) -> Iterator[Constraint]:
-    what = describe(hold)
-    stay = Origin(item, f"{what}: once there, stay", "paper, Section VI, Patrol(s, s)")
-    (target,) = hold.targets
-    for region in sorted(target):
-        yield Constraint(
-            Section.SYS_TRANS, f"region = {region} -> region' = {region}", stay, (region,)
-        )
-    come = Origin(item, f"{what}: infinitely often there", "paper, Section VI, Patrol(s, s)")
-    yield Constraint(
-        Section.SYS_LIVENESS, one_of("region", target, "'"), come, tuple(sorted(target))
-    )
+            formula = f"{goal}' = {index} & {there}" if goal else there
+            rule = origin(f"infinitely often {recur}")
+            yield Constraint(Section.SYS_LIVENESS, formula, rule, tuple(sorted(target)))
 
 
 def _ltl(ltl: Ltl, item: str, memory: Memory) -> Iterator[Constraint]:

@@ -63,7 +63,7 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
 def test_a_foreign_binary_gets_a_file_and_only_options_that_it_knows(
     script: Script, patrol: Specification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("safenav.synthesis.program.find_own_binary", lambda: None)
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: None)
     binary = script(
         UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$@" > "{tmp_path}/arguments"\n'
         "echo 'RESULT: Specification is unrealizable.' >&2"
@@ -79,7 +79,7 @@ def test_our_binary_translates_for_a_foreign_one(
     script: Script, patrol: Specification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own = script(NATIVE + 'test "$1 $2" = "--translate -" && tr a-z A-Z')
-    monkeypatch.setattr("safenav.synthesis.program.find_own_binary", lambda: own)
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
     foreign = script(
         UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$3" > "{tmp_path}/name"\n'
         "echo 'RESULT: Specification is unrealizable.' >&2"
@@ -93,7 +93,7 @@ def test_a_failed_translation_is_an_error(
     script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
-    monkeypatch.setattr("safenav.synthesis.program.find_own_binary", lambda: own)
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
     with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
         ask(script(UPSTREAM), patrol)
 
@@ -102,7 +102,7 @@ def test_a_translation_that_takes_too_long_is_a_timeout(
     script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own = script(NATIVE + "sleep 60")
-    monkeypatch.setattr("safenav.synthesis.program.find_own_binary", lambda: own)
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
     assert Synthesizer(script(UPSTREAM), seconds=0.3).synthesize(patrol).verdict is Verdict.TIMEOUT
 
 
@@ -130,7 +130,7 @@ def test_a_binary_that_hangs_is_killed_with_its_children(
     prefix: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("safenav.synthesis.program.OVERTIME_SECONDS", 0.1)
+    monkeypatch.setattr("safenav.synthesis.slugs.OVERTIME_SECONDS", 0.1)
     child, begun = tmp_path / "child", time.monotonic()
 
     class Clock:
@@ -260,8 +260,7 @@ def upstream(slugs: Binary, script: Script, monkeypatch: pytest.MonkeyPatch) -> 
     status 0 for both verdicts."""
     if not slugs.native:
         pytest.skip("SAFENAV_SLUGS names a foreign binary")
-    for module in ("program", "slugs"):
-        monkeypatch.setattr(f"safenav.synthesis.{module}.find_own_binary", lambda: slugs)
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: slugs)
     return script(
         'for argument in "$@"; do case "$argument" in\n'
         "--explicitStrategy|--jsonOutput|--counterStrategy) ;;\n"

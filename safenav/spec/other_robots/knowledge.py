@@ -24,8 +24,9 @@ from msgspec import Struct
 
 from safenav.cached_method import cached_method
 from safenav.world.map import Region, RegionMap
+from safenav.world.moves import Mobility
 from safenav.world.partition import Partition
-from safenav.world.poses import Mask, bits, region_mask
+from safenav.world.poses import Mask, bits, plain_graph, region_mask
 from safenav.world.sight import Visibility, visible_from
 
 Belief = frozenset[int]
@@ -62,10 +63,9 @@ class Tracker:
         self.partition = partition
         self.visibility = visibility
         self.live = live
-        self._free = region_mask(world.free)
+        self._graph = plain_graph(world, Mobility.FREE)
+        self._free = self._graph.free_regions
         self._cells = tuple(region_mask(cell) for cell in partition.cells)
-        self._west = region_mask(tuple(range(0, world.size, world.cols)))
-        self._east = self._west << world.cols - 1
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
         """Return the regions where the other may be."""
@@ -87,20 +87,13 @@ class Tracker:
 
     def spread(self, regions: Mask, within: Mask | None = None) -> Mask:
         """Return the regions one step or none away, in ``within`` (default: all free regions)."""
-        return (
-            regions
-            | regions >> self.world.cols
-            | regions << self.world.cols
-            | (regions & ~self._east) << 1
-            | (regions & ~self._west) >> 1
-        ) & (self._free if within is None else within)
+        around = regions | self._graph.forward(regions)
+        return around & (self._free if within is None else within)
 
     def reach(self, regions: Mask) -> Mask:
         """Return the possible regions of a robot in one of the regions at the next observation."""
-        reached = self.spread(regions)
-        while self.live and reached != regions:
-            regions, reached = reached, self.spread(reached)
-        return reached
+        free = self._free
+        return self._graph.closure(regions & free, free) if self.live else self.spread(regions)
 
     @cached_method
     def _look_ahead(self, reach: Mask) -> Outlook:

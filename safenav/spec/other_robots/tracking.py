@@ -38,9 +38,14 @@ class OthersEncoding(Struct, frozen=True):
     guarantees: tuple[Constraint, ...] = ()
 
 
+def _watches(task: Task) -> bool:
+    """Whether other robots are inputs of a task's strategy."""
+    return task.endangered if task.tracking is Tracking.NEARBY else bool(task.observed)
+
+
 def encode_others(task: Task, world: RegionMap) -> OthersEncoding:
     """Encode the robots that a task observes; nothing if there are none."""
-    if not task.observed or (task.tracking is Tracking.NEARBY and not task.endangered):
+    if not _watches(task):
         return OthersEncoding()
     if task.tracking is Tracking.NEARBY:
         return OthersEncoding(
@@ -60,7 +65,7 @@ def encode_others(task: Task, world: RegionMap) -> OthersEncoding:
 
 def observe(task: Task, world: RegionMap, sightings: Sightings) -> dict[str, int]:
     """Return the inputs of a task's strategy for these sightings."""
-    if not task.observed or (task.tracking is Tracking.NEARBY and not task.endangered):
+    if not _watches(task):
         return {}
     match task.tracking:
         case Tracking.NEARBY:
