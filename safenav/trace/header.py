@@ -11,9 +11,9 @@ from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.motion import resolved
 from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace import setting
+from safenav.trace.reading import Trace
 from safenav.trace.records import VERSION, Header
 from safenav.trace.told_objective import objective_in_trace
-from safenav.trace.trace import Trace
 from safenav.world.map import RegionMap
 from safenav.world.partition import rooms
 
