@@ -15,7 +15,7 @@ from safenav.motion.making import motion_of
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
 from safenav.report.page.live import LiveRun
-from safenav.report.picture.pictograms import OBSTACLES
+from safenav.report.picture.glyphs import GLYPHS
 from safenav.report.picture.scene import svg_of
 from safenav.report.replay.reading import read_replay, replay_of
 from safenav.report.replay.timeline import ObstacleStatus, Replay
@@ -68,7 +68,9 @@ def test_a_load_is_carried_from_the_need_that_takes_it_to_the_last(
 def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Replay) -> None:
     (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
     places = [
-        re.findall(f'd="{OBSTACLES["pallet"]}" transform="([^"]*)"', svg_of(replay.scene(tick)))
+        re.findall(
+            f'd="{GLYPHS.obstacles["pallet"]}" transform="([^"]*)"', svg_of(replay.scene(tick))
+        )
         for tick in (taken - 1, taken)
     ]
     assert [len(found) for found in places] == [1, 1]

@@ -15,8 +15,7 @@ from typing import Any, TypeVar
 
 from msgspec.structs import asdict, astuple
 
-from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
-from safenav.report.picture.pictograms import CHARGER, obstacle_pictogram, robot_pictogram
+from safenav.report.picture.glyphs import GLYPHS, obstacle_pictogram, robot_pictogram
 from safenav.report.replay import timeline
 from safenav.report.replay.changes import Changes
 from safenav.report.replay.perception import SightCache, viewers
@@ -102,7 +101,7 @@ def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
         "areas": {name: sorted(area) for name, area in replay.map.areas.items()},
         "chargers": list(replay.chargers),
         "exclusions": [[sorted(each.robots), sorted(each.regions)] for each in replay.exclusions],
-        "charger": CHARGER,
+        "charger": GLYPHS.charger,
         "within": replay.within,
         "opens": replay.last if replay.failed else 0,
         **now,
@@ -115,13 +114,13 @@ def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
             "syntheses": ending.syntheses,
             "synthesisSeconds": seconds_words(ending.synthesis_seconds),
         },
-        "nose": NOSE,
+        "nose": GLYPHS.nose,
         "marks": {
             "status": {
                 status.value: {"path": mark.path, "meaning": status.meaning}
-                for status, mark in STATUS_MARKS.items()
+                for status, mark in GLYPHS.status.items()
             },
-            "event": {kind.value: mark.path for kind, mark in EVENT_MARKS.items()},
+            "event": {kind.value: mark.path for kind, mark in GLYPHS.events.items()},
         },
     }
 

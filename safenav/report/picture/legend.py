@@ -8,7 +8,7 @@ from typing import Any
 from msgspec import Struct, field
 
 from safenav.report.picture.floor import INK, MUTED
-from safenav.report.picture.glyphs import NOSE, STATUS_MARKS
+from safenav.report.picture.glyphs import GLYPHS, STATUS_MARKS
 from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter, text_width, wrapped
 from safenav.report.replay.timeline import ObstacleStatus, Scene, StackRow, StoryKind
@@ -283,7 +283,7 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
         ),
         (
             any(robot.heading is not None for robot in robots),
-            glyph(NOSE, 11, 15, fill=INK),
+            glyph(GLYPHS.nose, 11, 15, fill=INK),
             "where a robot faces",
         ),
         (

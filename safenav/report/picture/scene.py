@@ -17,16 +17,15 @@ from safenav.report.picture.floor import (
     draw_numbers,
     number_size,
 )
-from safenav.report.picture.glyphs import NOSE, STATUS_MARKS, separated
-from safenav.report.picture.legend import Row, glyph, key_row, legend_of, lines_of, square
-from safenav.report.picture.names import PlacedName, draw_areas, draw_names, outline, placed_names
-from safenav.report.picture.pictograms import (
-    CHARGER,
-    OBSTACLES,
-    PLATE,
+from safenav.report.picture.glyphs import (
+    GLYPHS,
+    STATUS_MARKS,
     obstacle_pictogram,
     robot_pictogram,
+    separated,
 )
+from safenav.report.picture.legend import Row, glyph, key_row, legend_of, lines_of, square
+from safenav.report.picture.names import PlacedName, draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
 from safenav.report.picture.svg import Layers, SvgWriter, polyline, wrapped
 from safenav.report.replay.perception import Shading
@@ -131,7 +130,7 @@ def _more(scene: Scene, options: Options) -> list[Row]:
     if any(robot.loads for robot in scene.robots):
         rows.append(Row(_load_sign, lines_of("load that the robot carries", 12)))
     if scene.chargers:
-        rows.append(Row(glyph(CHARGER, 7, fill="#B87900"), lines_of("charger", 12)))
+        rows.append(Row(glyph(GLYPHS.charger, 7, fill="#B87900"), lines_of("charger", 12)))
     for each in scene.exclusions:
         words = f"at most one of {listed(sorted(each.robots))} at a time"
         rows.append(Row(square(9, fill="none", **EXCLUSION), lines_of(words, 12)))
@@ -142,7 +141,7 @@ def _more(scene: Scene, options: Options) -> list[Row]:
 
 def _load_sign(page: SvgWriter, x: float, y: float) -> None:
     square(8, rx=1.5, fill="#FFFFFF", stroke=INK, stroke_width=0.8)(page, x, y)
-    page.glyph(OBSTACLES["crate"], x, y, 6, fill=INK)
+    page.glyph(GLYPHS.obstacles["crate"], x, y, 6, fill=INK)
 
 
 def _described(scene: Scene) -> str:
@@ -177,7 +176,7 @@ class _Drawing(Struct):
         for region in self.scene.chargers:
             x, y = self._corner(region)
             place = (x + 0.18 * self.cell, y + 0.8 * self.cell)
-            self.page.glyph(CHARGER, *place, 0.17 * self.cell, fill="#B87900")
+            self.page.glyph(GLYPHS.charger, *place, 0.17 * self.cell, fill="#B87900")
         numbers = self.options.numbers
         if number_size(self.cell) is not None if numbers is None else numbers:
             draw_numbers(self.page, self.scene.map, self.cell, self.names)
@@ -332,20 +331,20 @@ class _Drawing(Struct):
         x, y = (col + 0.5) * self.cell, (row + 0.5) * self.cell
         radius = max(ROBOT * self.cell, LEAST_ROBOT)
         if robot.heading is not None:
-            self.page.glyph(NOSE, x, y, radius * 0.92, robot.heading, fill=INK)
+            self.page.glyph(GLYPHS.nose, x, y, radius * 0.92, robot.heading, fill=INK)
         self.page.glyph(look.path, x, y, radius, fill=look.colour, stroke=INK, stroke_width=0.09)
         size, baseline = radius * look.size, y + radius * look.drop
         centred = {"fill": look.ink, "text_anchor": "middle"}
         self.page.text(x, baseline, look.letters, size, bold=True, **centred)
         if shape := robot_pictogram(robot.model):
             badge_x, badge_y = x + BADGE * radius, y + BADGE * radius
-            self.page.glyph(PLATE, badge_x, badge_y, radius * 0.7, fill="#FFFFFF")
+            self.page.glyph(GLYPHS.plate, badge_x, badge_y, radius * 0.7, fill="#FFFFFF")
             self.page.glyph(shape, badge_x, badge_y, radius * 0.6, fill=INK)
         if robot.loads:
             held_x, held_y, side = x - BADGE * radius, y - BADGE * radius, 1.4 * radius
             corner = (held_x - side / 2, held_y - side / 2, side, side)
             self.page.rect(*corner, rx=side / 12, fill="#FFFFFF", stroke=INK, stroke_width=0.8)
-            shape = obstacle_pictogram(robot.loads[0].type) or OBSTACLES["crate"]
+            shape = obstacle_pictogram(robot.loads[0].type) or GLYPHS.obstacles["crate"]
             self.page.glyph(shape, held_x, held_y, radius * 0.6, fill=INK)
             if len(robot.loads) > 1:
                 words = f"{len(robot.loads)} x"

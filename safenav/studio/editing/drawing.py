@@ -12,7 +12,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.report.page.encode import encoded
-from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
+from safenav.report.picture.glyphs import obstacle_pictogram, robot_pictogram
 from safenav.report.replay.changes import Changes
 from safenav.report.replay.timeline import (
     Hidden,

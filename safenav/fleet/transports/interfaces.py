@@ -1,0 +1,18 @@
+"""Interface definitions of ROS 2 in its own notation, in the order of the bytes.
+
+``interfaces.msg`` has those of common_interfaces, rcl_interfaces and nav2_msgs (Humble and later)
+that transports and bags need.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_TEXT = Path(__file__).with_suffix(".msg").read_text(encoding="utf-8")
+
+INTERFACES = {
+    name: tuple(fields)
+    for name, *fields in (part.split("\n") for part in _TEXT.strip().split("\n\nMSG: "))
+}
+"""The fields (``type name``) of each interface: ``nav_msgs/Path``, or with its folder if that is
+not ``msg``."""
