@@ -21,6 +21,9 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from resource import RUSAGE_CHILDREN
+
+from measuring import cpu_seconds
 
 from safenav.report.terminal.table import table
 
@@ -86,7 +89,7 @@ def measure(folder: Path, jobs: int, verify: bool) -> Run:
     report = folder / "report.json"
     option = "--verify" if verify else "--no-verify"
     command = [sys.executable, "-c", COMMAND, "batch", str(folder), "--jobs", str(jobs), option]
-    before = os.times()
+    before = cpu_seconds(RUSAGE_CHILDREN)
     begun = time.perf_counter()
     done = subprocess.run(
         [*command, "--results", str(report)],
@@ -96,13 +99,10 @@ def measure(folder: Path, jobs: int, verify: bool) -> Run:
         check=False,
     )
     wall = time.perf_counter() - begun
-    after = os.times()
+    cpu = cpu_seconds(RUSAGE_CHILDREN) - before
     if done.returncode != 0:
         sys.exit(f"the batch failed:\n{done.stdout}{done.stderr}")
     results = json.loads(report.read_text())["results"]
-    cpu = (after.children_user + after.children_system) - (
-        before.children_user + before.children_system
-    )
     return Run(jobs, len(results), wall, cpu, sum(result["seconds"] for result in results))
 
 

@@ -12,14 +12,16 @@ specifications, and take the same time.
 import argparse
 import json
 import os
-import resource
 import subprocess
 import sys
 import time
 from hashlib import sha256
 from pathlib import Path
+from resource import RUSAGE_CHILDREN
 from statistics import median
 from tempfile import TemporaryDirectory
+
+from measuring import cpu_seconds
 
 from safenav.report.terminal.table import table
 from safenav.runtime.analysis.team_simulation import simulate_team
@@ -88,11 +90,10 @@ def _run(path: Path, tree: Path, repeat: int) -> tuple[float, str]:
             program = [sys.executable, "-c", PROGRAM, "run", str(path), "--no-map"]
             variables = {"SAFENAV_CACHE": "off", "SAFENAV_SLUGS": str(find_binary().path)}
             environment = {**os.environ, "PYTHONPATH": str(tree), **variables}
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            before = cpu_seconds(RUSAGE_CHILDREN)
             command = [*program, "--trace", str(trace)]
             subprocess.run(command, env=environment, cwd=tree, capture_output=True, check=False)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            costs.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+            costs.append(cpu_seconds(RUSAGE_CHILDREN) - before)
             lines = trace.read_text().splitlines() if trace.exists() else []
             told = [json.loads(line).get("spec") for line in lines if '"synthesis"' in line]
             digest = sha256("".join(map(str, told)).encode()).hexdigest() if told else ""

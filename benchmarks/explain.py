@@ -8,11 +8,12 @@ synthesizer's, too.
 """
 
 import argparse
-import resource
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+
+from measuring import cpu_seconds
 
 from safenav.explain.summary import explain_unrealizable
 from safenav.report.terminal.table import table
@@ -84,14 +85,9 @@ robots:
 
 def _timed(work: Callable[[], object]) -> tuple[float, float]:
     """Wall and CPU seconds, those of ended children included."""
-    wall, cpu = time.perf_counter(), _cpu()
+    wall, cpu = time.perf_counter(), cpu_seconds()
     work()
-    return time.perf_counter() - wall, _cpu() - cpu
-
-
-def _cpu() -> float:
-    uses = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(use.ru_utime + use.ru_stime for use in uses)
+    return time.perf_counter() - wall, cpu_seconds() - cpu
 
 
 if __name__ == "__main__":

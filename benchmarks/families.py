@@ -7,9 +7,11 @@
 Each family is one function from sizes to text, so that tests and runners can import them.
 """
 
+import argparse
+import inspect
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import click
 from published import arbiters, robots
 
 ADVERSARIES = ("none", "four", "king")
@@ -36,7 +38,9 @@ class _Text:
         return "\n".join(blocks)
 
 
-def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False, goals: int = 4) -> str:
+def grid(
+    rows: int = 12, cols: int = 12, adversary: str = "none", walls: bool = False, goals: int = 4
+) -> str:
     """A robot patrols the border of a grid, with or without another robot in its way.
 
     It visits `goals` cells spread evenly over the border, the corners if there are four of them.
@@ -45,6 +49,7 @@ def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False, goa
     never steps onto the robot, and returns to two far cells infinitely often; else it does what
     it likes.  The robot never steps onto it.  With walls, every third column is a wall with a gap.
     """
+    _check(rows, cols, goals)
     text = _Text(f"{rows} x {cols} grid, patrol of {goals} cells, adversary: {adversary}")
     text.add("INPUT")
     text.add("OUTPUT", f"row:0...{rows - 1}", f"col:0...{cols - 1}")
@@ -62,12 +67,13 @@ def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False, goa
     return str(text)
 
 
-def regions(rows: int, cols: int, adversary: str = "none") -> str:
+def regions(rows: int = 12, cols: int = 12, adversary: str = "none") -> str:
     """The same patrol and adversary as in `grid`, with one integer for each robot's cell.
 
     Cells are numbered in reading order; the moves are listed cell by cell.  Harder for symbolic
     methods than coordinates, and what one gets from an abstraction without geometry.
     """
+    _check(rows, cols)
     text = _Text(f"{rows} x {cols} regions, patrol of the corners, adversary: {adversary}")
     last = rows * cols - 1
     corners = (0, cols - 1, last, last - cols + 1)
@@ -88,12 +94,13 @@ def regions(rows: int, cols: int, adversary: str = "none") -> str:
     return str(text)
 
 
-def requests(size: int, goals: int) -> str:
+def requests(size: int = 8, goals: int = 6) -> str:
     """Many goals: a robot on a square grid serves requests at scattered cells.
 
     Each request stays until the robot is there, and a slow door (open infinitely often) divides the
     grid, so that every goal needs both the other player's patience and a path.
     """
+    _check(size, size, goals)
     text = _Text(f"{goals} requests on a {size} x {size} grid with a door in the middle")
     text.add("INPUT", "open", *(f"ask{j}" for j in range(goals)))
     text.add("OUTPUT", f"row:0...{size - 1}", f"col:0...{size - 1}")
@@ -116,7 +123,7 @@ def requests(size: int, goals: int) -> str:
     return str(text)
 
 
-def arbiter(clients: int) -> str:
+def arbiter(clients: int = 4) -> str:
     """Many assumptions: a bus is lent to one client at a time, which may hold on to it.
 
     As in bus arbiters (AMBA), each client must let go at some time: one assumption for each; and
@@ -149,6 +156,11 @@ def arbiter(clients: int) -> str:
     changes = " | ".join(f"(owner = {i} & owner' != {i})" for i in range(clients))
     text.add("SYS_TRANS", f"fresh' <-> ({changes})", why="fresh marks a change of owner")
     return str(text)
+
+
+def _check(rows: int, cols: int, goals: int = 1) -> None:
+    if rows < 2 or cols < 2 or goals < 1:
+        raise ValueError("a grid has at least two rows and columns, and a goal")
 
 
 def _patrol(rows: int, cols: int, goals: int) -> list[tuple[int, int]]:
@@ -213,85 +225,38 @@ def _add_adversary(text: _Text, rows: int, cols: int, diagonal: bool) -> None:
     )
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+FAMILIES: dict[str, Callable[..., str]] = {
+    "grid": grid,
+    "regions": regions,
+    "requests": requests,
+    "arbiter": arbiter,
+    "amba": arbiters.amba,
+    "synt15": arbiters.synt15,
+    "genbuf": arbiters.genbuf,
+    "bunny": robots.bunny,
+    "belief": robots.belief,
+}
+
+
 def main() -> None:
-    """Print a specification of a scalable family."""
-
-
-@main.command("grid")
-@click.option("--rows", type=click.IntRange(2), default=12, show_default=True)
-@click.option("--cols", type=click.IntRange(2), default=12, show_default=True)
-@click.option("--adversary", type=click.Choice(ADVERSARIES), default="none", show_default=True)
-@click.option("--walls", is_flag=True, help="Every third column is a wall with a gap.")
-@click.option("--goals", type=click.IntRange(1), default=4, show_default=True)
-def grid_command(rows: int, cols: int, adversary: str, walls: bool, goals: int) -> None:
-    """Patrol cells on the border of a grid."""
+    """Print a specification of a scalable family: an option for each parameter of its function."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(dest="family", required=True)
+    for family, written in FAMILIES.items():
+        command = commands.add_parser(family, help=str(written.__doc__).splitlines()[0])
+        for name, parameter in inspect.signature(written).parameters.items():
+            default = parameter.default
+            if isinstance(default, bool):
+                command.add_argument(f"--{name}", action="store_true")
+            elif isinstance(default, str):
+                command.add_argument(f"--{name}", choices=ADVERSARIES, default=default)
+            else:
+                command.add_argument(f"--{name}", type=int, default=default)
+    given = vars(parser.parse_args())
     try:
-        click.echo(grid(rows, cols, adversary, walls, goals), nl=False)
+        print(FAMILIES[given.pop("family")](**given), end="")
     except ValueError as error:
-        raise click.UsageError(str(error)) from error
-
-
-@main.command("regions")
-@click.option("--rows", type=click.IntRange(2), default=12, show_default=True)
-@click.option("--cols", type=click.IntRange(2), default=12, show_default=True)
-@click.option("--adversary", type=click.Choice(ADVERSARIES), default="none", show_default=True)
-def regions_command(rows: int, cols: int, adversary: str) -> None:
-    """Patrol the corners of a grid whose cells are numbered."""
-    click.echo(regions(rows, cols, adversary), nl=False)
-
-
-@main.command("requests")
-@click.option("--size", type=click.IntRange(2), default=8, show_default=True)
-@click.option("--goals", type=click.IntRange(1), default=6, show_default=True)
-def requests_command(size: int, goals: int) -> None:
-    """Serve many requests on a grid."""
-    click.echo(requests(size, goals), nl=False)
-
-
-@main.command("arbiter")
-@click.option("--clients", type=click.IntRange(2), default=4, show_default=True)
-def arbiter_command(clients: int) -> None:
-    """Lend a bus to clients that may hold it."""
-    click.echo(arbiter(clients), nl=False)
-
-
-@main.command("amba")
-@click.option("--masters", type=click.IntRange(2), default=4, show_default=True)
-def amba_command(masters: int) -> None:
-    """Arbitrate the AMBA AHB bus (published)."""
-    click.echo(arbiters.amba(masters), nl=False)
-
-
-@main.command("synt15")
-@click.option("--masters", type=click.IntRange(2), default=4, show_default=True)
-@click.option("--coupled", is_flag=True, help="Lock requests come with requests: harder.")
-def synt15_command(masters: int, coupled: bool) -> None:
-    """Arbitrate the AMBA AHB bus, as revised (published)."""
-    click.echo(arbiters.synt15(masters, coupled), nl=False)
-
-
-@main.command("genbuf")
-@click.option("--senders", type=click.IntRange(2), default=4, show_default=True)
-def genbuf_command(senders: int) -> None:
-    """Queue what many senders have for two receivers (published)."""
-    click.echo(arbiters.genbuf(senders), nl=False)
-
-
-@main.command("bunny")
-@click.option("--size", type=click.IntRange(2), default=4, show_default=True)
-def bunny_command(size: int) -> None:
-    """Visit every cell of two sides of a field past a turtle (published)."""
-    click.echo(robots.bunny(size), nl=False)
-
-
-@main.command("belief")
-@click.option("--rows", type=click.IntRange(4), default=7, show_default=True)
-@click.option("--cols", type=click.IntRange(4), default=13, show_default=True)
-@click.option("--adversaries", type=click.IntRange(1), default=1, show_default=True)
-def belief_command(rows: int, cols: int, adversaries: int) -> None:
-    """Deliver while evading adversaries that are seen only from near (after a published one)."""
-    click.echo(robots.belief(rows, cols, adversaries), nl=False)
+        parser.error(str(error))
 
 
 if __name__ == "__main__":

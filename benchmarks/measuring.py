@@ -119,6 +119,12 @@ def summarize(results: Sequence[Measurement]) -> Summary:
     )
 
 
+def cpu_seconds(*whose: int) -> float:
+    """Seconds of user and system time of this process and its ended children, or of these."""
+    uses = map(resource.getrusage, whose or (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(use.ru_utime + use.ru_stime for use in uses)
+
+
 def memory_floor() -> float:
     """MB below which a child's peak cannot be seen: what this process holds when it forks."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -3,7 +3,6 @@
 The random missions are those of the campaigns (``tests/campaigns``), by family and seed.
 """
 
-import resource
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -15,6 +14,7 @@ from typing import Any
 from unittest.mock import patch
 
 import yaml
+from measuring import cpu_seconds
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from campaigns.generate.families import benchmark, maps_folder, mission
@@ -47,10 +47,10 @@ def run(scenario: str | Mapping[str, Any]) -> Run:
         read = load_scenario_text(yaml.safe_dump(dict(scenario), sort_keys=False))
     synthesizer = default_synthesizer(read)
     synthesizer.cache = Cache.off()
-    begun, spent = time.perf_counter(), _cpu()
+    begun, spent = time.perf_counter(), cpu_seconds()
     with _searches() as searches:
         result = Mission(read, synthesizer=synthesizer).run()
-    wall, cpu = time.perf_counter() - begun, _cpu() - spent
+    wall, cpu = time.perf_counter() - begun, cpu_seconds() - spent
     return Run(result.outcome.value, wall, cpu, result.syntheses, tuple(searches))
 
 
@@ -67,11 +67,6 @@ def mirrored(quadcopters: int) -> Run:
 def large(robots: int, flyers: int, doors: int, seed: int = 0) -> Run | None:
     """Robots on random-32-32-10, half of them with headings; None where the map is missing."""
     return run(benchmark(robots, flyers, doors, seed)) if maps_folder() else None
-
-
-def _cpu() -> float:
-    usages = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
 
 
 @contextmanager

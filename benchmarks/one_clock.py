@@ -21,7 +21,7 @@ here is a test: it reports.
 import random
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -33,7 +33,8 @@ import yaml
 from msgspec.structs import replace
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from campaigns.generate.families import maps_folder, mission
+from campaigns.generate.build import scattered
+from campaigns.generate.families import benchmark_map, maps_folder, mission
 from live.missions import crowd
 from safenav.outcome import Outcome
 from safenav.pace.robot import Pace
@@ -166,30 +167,24 @@ def measure(text: str, draw: int) -> Draw | None:
 
 
 def floor(robots: int, seed: int, side: int = 32) -> str:
-    """A floor of ``side`` x ``side`` with a wall in a tenth of its regions."""
+    """A floor of ``side`` x ``side`` with a wall in a tenth of its regions, all in one piece."""
     rng = random.Random(f"floor {seed}")
-    grid = [["#" if rng.random() < 0.1 else "." for _ in range(side)] for _ in range(side)]
-    free = [(r, c) for r in range(side) for c in range(side) if grid[r][c] == "."]
-    known = {free[len(free) // 2]}
-    new = list(known)
-    while new:  # what is in one piece
-        row, col = new.pop()
-        for r, c in ((row + 1, col), (row - 1, col), (row, col + 1), (row, col - 1)):
-            if (r, c) not in known and 0 <= r < side and 0 <= c < side and grid[r][c] == ".":
-                known.add((r, c))
-                new.append((r, c))
-    places = rng.sample(sorted(known), 2 * robots)
-    lines = ["safenav: 1", f"name: floor of {robots}", "map:", "  grid: |"]
-    lines += ["    " + "".join(row) for row in grid]
-    lines += ["catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}"]
-    lines += ["robots:"]
-    for i in range(robots):
-        start, goal = list(places[2 * i]), list(places[2 * i + 1])
-        lines.append(
-            f"  r{i}: {{model: cart, start: {start}, objective: {{visit: [{goal}, {start}]}}}}"
-        )
-    lines += ["until: {rounds: 1}", "limits: {ticks: 2000}"]
-    return "\n".join(lines) + "\n"
+    grid = scattered(rng, side, side, 0.1)
+    free = [[r, c] for r, row in enumerate(grid) for c, cell in enumerate(row) if cell == "."]
+    places = rng.sample(free, 2 * robots)
+    return team_of_carts(grid, list(zip(places[::2], places[1::2], strict=True)))
+
+
+def team_of_carts(grid: list[str], tasks: Sequence[tuple[list[int], list[int]]]) -> str:
+    """Carts to a target each and back."""
+    cart = {"mobility": "free", "layer": "ground", "capabilities": []}
+    team = {
+        f"r{k}": {"model": "cart", "start": start, "objective": {"visit": [[*goal], [*start]]}}
+        for k, (start, goal) in enumerate(tasks)
+    }
+    data: dict[str, object] = {"safenav": 1, "map": {"grid": grid}, "robots": team}
+    data |= {"catalogue": {"robots": {"cart": cart}}, "until": {"rounds": 1}}
+    return written(data | {"limits": {"ticks": 4000}})
 
 
 def benchmark_floor(robots: int, draw: int) -> str:
@@ -197,33 +192,16 @@ def benchmark_floor(robots: int, draw: int) -> str:
     folder = maps_folder()
     if folder is None:
         return floor(robots, draw)
-    rows = (
-        (folder / "random-32-32-10.map").read_text().split("map\n", 1)[1].replace("@", "#").split()
-    )
-    lines = (folder / "random-32-32-10-random-1.scen").read_text().splitlines()[1:]
-    tasks = [[int(number) for number in line.split("\t")[4:8]] for line in lines]
+    rows, tasks = benchmark_map(folder)
     first = draw * robots % (len(tasks) - 2 * robots)
-    team: dict[str, object] = {}
-    taken = set[tuple[int, int]]()
+    team: list[tuple[list[int], list[int]]] = []
+    taken: list[list[int]] = []
     for x, y, goal_x, goal_y in tasks[first:]:
-        start, goal = (y, x), (goal_y, goal_x)
-        if len(team) == robots:
-            break
-        if start == goal or {start, goal} & taken:
-            continue
-        taken |= {start, goal}
-        objective = {"visit": [[*goal], [*start]]}
-        team[f"r{len(team)}"] = {"model": "cart", "start": [*start], "objective": objective}
-    cart = {"mobility": "free", "layer": "ground", "capabilities": []}
-    data = {
-        "safenav": 1,
-        "map": {"grid": rows},
-        "catalogue": {"robots": {"cart": cart}},
-        "robots": team,
-        "until": {"rounds": 1},
-        "limits": {"ticks": 4000},
-    }
-    return written(data)
+        start, goal = [y, x], [goal_y, goal_x]
+        if len(team) < robots and start != goal and start not in taken and goal not in taken:
+            taken += [start, goal]
+            team.append((start, goal))
+    return team_of_carts(rows, team)
 
 
 def rooms(draws: int) -> Iterator[tuple[str, int]]:

@@ -14,16 +14,17 @@ chromium-driver; `--seconds 0` leaves the browser out.
 import argparse
 import json
 import os
-import resource
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from resource import RUSAGE_CHILDREN
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from frames import described, gaps_of
+from measuring import cpu_seconds
 
 from safenav.scenario.reading.loader import load_draft
 from safenav.studio.editing.drawing import drawing_of
@@ -59,7 +60,7 @@ def scenario(
 
 def judged(text: str, cache: str) -> tuple[str, float, float]:
     """The first verdict of the process that judges; CPU and wall seconds until then."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = cpu_seconds(RUSAGE_CHILDREN)
     begun = time.perf_counter()
     process = subprocess.Popen(
         [sys.executable, "-m", "safenav.studio.editing.realizability"],
@@ -76,8 +77,7 @@ def judged(text: str, cache: str) -> tuple[str, float, float]:
         wall = time.perf_counter() - begun
         process.kill()
     process.wait()
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    cpu = cpu_seconds(RUSAGE_CHILDREN) - before
     return f"{answer['robot']} {answer['verdict']}", cpu, wall
 
 

@@ -19,6 +19,7 @@ from statistics import median, quantiles
 
 import click
 import missions
+from measuring import cpu_seconds
 
 from safenav.report.terminal.table import table
 from safenav.runtime.mission import first_results
@@ -62,18 +63,18 @@ def measure(side: int, robots: int, tracking: str, seconds: float) -> dict[str, 
     vision = ", vision: 4" if tracking == "belief" else ""
     scenario = floor(side, robots, tracking, vision)
     synthesizer = Synthesizer(seconds=seconds, memory_mb=4096, cache=Cache(None))
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = cpu_seconds(resource.RUSAGE_CHILDREN)
     begun = time.perf_counter()
     row: dict[str, object] = {"tracking": tracking, "side": side, "robots": robots}
     try:
         answer = first_results(scenario, synthesizer, names=["r0"])["r0"]
     except Exception as error:  # a limit is a figure, too
         return {**row, "wall": None, "cpu": None, "states": None, "assumes": str(error)[:40]}
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = cpu_seconds(resource.RUSAGE_CHILDREN) - before
     return {
         **row,
         "wall": round(time.perf_counter() - begun, 2),
-        "cpu": round(after.ru_utime - before.ru_utime, 2),
+        "cpu": round(spent, 2),
         "states": answer.result.states,
         "assumes": answer.task.fairness.value if answer.realizable else "unrealizable",
     }

@@ -11,7 +11,7 @@
 from published.text import all_of, any_of, code, move, specification
 
 
-def amba(masters: int) -> str:
+def amba(masters: int = 4) -> str:
     """The AMBA AHB arbiter: which master gets the bus, with bursts and locked transfers."""
     if masters < 2:
         raise ValueError("a bus needs at least two masters")
@@ -105,7 +105,7 @@ def amba(masters: int) -> str:
     )
 
 
-def genbuf(senders: int) -> str:
+def genbuf(senders: int = 4) -> str:
     """The generalized buffer: from many senders through a queue to two receivers, in turn."""
     if senders < 2:
         raise ValueError("a buffer needs at least two senders")
@@ -187,7 +187,7 @@ def genbuf(senders: int) -> str:
     )
 
 
-def synt15(masters: int, coupled: bool = False) -> str:
+def synt15(masters: int = 4, coupled: bool = False) -> str:
     """The AMBA AHB arbiter as revised: fewer inputs, and processes in place of monitors.
 
     Two lock requests are left: that of the master which has been granted the bus, and that

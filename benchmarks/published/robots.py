@@ -9,7 +9,7 @@
 from published.text import all_of, specification
 
 
-def bunny(size: int) -> str:
+def bunny(size: int = 4) -> str:
     """A robot visits every cell of two opposite sides of its field; a turtle is in the way.
 
     The turtle walks back and forth in one direction and appears anywhere in the other.  Both are
@@ -48,7 +48,7 @@ def bunny(size: int) -> str:
     )
 
 
-def belief(rows: int, cols: int, adversaries: int, sight: int = 3) -> str:
+def belief(rows: int = 7, cols: int = 13, adversaries: int = 1, sight: int = 3) -> str:
     """A robot delivers on a map while it evades adversaries that it sees only when they are near.
 
     Like the belief maps in safe locomotion planning: one integer for each robot's cell,

@@ -61,7 +61,7 @@ def test_a_written_family_is_the_published_one(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("arbiter --clients 1", "1 is not in the range"),
+        ("arbiter --clients 1", "an arbiter needs at least two clients"),
         ("grid --rows 3 --cols 3 --goals 9", "9 goals on a border of 8 cells"),
     ],
 )

@@ -237,16 +237,21 @@ def maps_folder() -> Path | None:
     return next((folder for folder in found if folder.is_dir()), None)
 
 
+def benchmark_map(folder: Path) -> tuple[list[str], list[list[int]]]:
+    """The grid of random-32-32-10, and starts and goals: column and row of each."""
+    text = (folder / "random-32-32-10.map").read_text().split("map\n", 1)[1]
+    lines = (folder / "random-32-32-10-random-1.scen").read_text().splitlines()[1:]
+    tasks = [list(map(int, line.split("\t")[4:8])) for line in lines]
+    return text.replace("@", "#").split(), tasks
+
+
 def benchmark(robots: int, flyers: int, doors: int, seed: int) -> Data:
     """random-32-32-10 with starts and goals of its .scen: half of the robots with headings."""
     folder = maps_folder()
     assert folder is not None
     random = Random(f"benchmark {seed}")
-    drawn = (folder / "random-32-32-10.map").read_text().split("map\n", 1)[1]
-    text = drawn.replace("@", "#").split()
+    text, tasks = benchmark_map(folder)
     cols = len(text[0])
-    lines = (folder / "random-32-32-10-random-1.scen").read_text().splitlines()[1:]
-    tasks = [list(map(int, line.split("\t")[4:8])) for line in lines]
     draft = Draft(random, text, f"random-32-32-10 {robots} {seed}")
     draft.models["rover"] = {"mobility": "free", "layer": "ground", "capabilities": ["push"]}
     taken: set[int] = set()
