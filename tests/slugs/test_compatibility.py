@@ -86,27 +86,34 @@ def _printed(binary: Path, folder: Path, text: str, *options: str) -> str:
     return process.stdout
 
 
-def _oracle(text: str, bias: bool = False) -> str:
-    specification = read_slugsin(text)
-    return to_json(specification, extract(solve(build_game(specification), bias)))
+NODE = '"0": {\n\t"rank": 0,\n\t"state": [0, 1],\n\t"trans": [0]\n}'
+PRINTED = {
+    "no blank lines without nodes": (NO_START, '["a", "b"],\n\n "nodes": {\n}}\n', ""),
+    "variables in the order of a slugsin file": (
+        OUTPUT_FIRST,
+        f'["q", "k"],\n\n "nodes": {{\n{NODE}\n\n}}}}\n',
+        "State 0 with rank 0 -> <q:0, k:1>\n\tWith successors : 0\n",
+    ),
+    "a line that ends after the colon without successors": (
+        DEAD_END,
+        '["a", "b"],\n\n "nodes": {\n'
+        + NODE.replace("0, 1", "1, 1").replace("[0]", "[]")
+        + "\n\n}}\n",
+        "State 0 with rank 0 -> <a:1, b:1>\n\tWith successors : \n",
+    ),
+}
 
 
-def test_a_strategy_without_nodes_has_no_blank_lines(slugs_binary: Path, tmp_path: Path) -> None:
-    expected = HEAD + '["a", "b"],\n\n "nodes": {\n}}\n'
-    assert _printed(slugs_binary, tmp_path, NO_START, "--jsonOutput") == expected
-    assert _oracle(NO_START) == expected
-    assert _printed(slugs_binary, tmp_path, NO_START) == ""
-
-
-def test_variables_are_printed_in_the_order_of_a_slugsin_file(
-    slugs_binary: Path, tmp_path: Path
+@pytest.mark.parametrize(("text", "nodes", "listed"), PRINTED.values(), ids=PRINTED)
+def test_a_strategy_is_printed_as_by_upstream(
+    slugs_binary: Path, tmp_path: Path, text: str, nodes: str, listed: str
 ) -> None:
-    node = '"0": {\n\t"rank": 0,\n\t"state": [0, 1],\n\t"trans": [0]\n}'
-    expected = f'{HEAD}["q", "k"],\n\n "nodes": {{\n{node}\n\n}}}}\n'
-    assert _printed(slugs_binary, tmp_path, OUTPUT_FIRST, "--jsonOutput") == expected
-    assert _oracle(OUTPUT_FIRST) == expected
-    text = "State 0 with rank 0 -> <q:0, k:1>\n\tWith successors : 0\n"
-    assert _printed(slugs_binary, tmp_path, OUTPUT_FIRST) == text
+    specification = read_slugsin(text)
+    automaton = extract(solve(build_game(specification)))
+    assert _printed(slugs_binary, tmp_path, text, "--jsonOutput") == HEAD + nodes
+    assert to_json(specification, automaton) == HEAD + nodes
+    assert _printed(slugs_binary, tmp_path, text) == listed
+    assert to_text(specification, automaton) == listed
 
 
 def test_inputs_come_first_in_a_structured_file(slugs_binary: Path, tmp_path: Path) -> None:
@@ -114,15 +121,6 @@ def test_inputs_come_first_in_a_structured_file(slugs_binary: Path, tmp_path: Pa
     printed = _printed(slugs_binary, tmp_path, structured, "--jsonOutput")
     assert printed.startswith(HEAD + '["k", "q"],')
     assert '"state": [1, 0]' in printed
-
-
-def test_a_node_without_successors_ends_its_line_after_the_colon(
-    slugs_binary: Path, tmp_path: Path
-) -> None:
-    expected = "State 0 with rank 0 -> <a:1, b:1>\n\tWith successors : \n"
-    assert _printed(slugs_binary, tmp_path, DEAD_END) == expected
-    specification = read_slugsin(DEAD_END)
-    assert to_text(specification, extract(solve(build_game(specification)))) == expected
 
 
 @pytest.mark.parametrize(
@@ -139,7 +137,8 @@ def test_waiting_does_not_use_the_plain_steps_of_its_own_round(
     states: tuple[int, ...],
     successors: tuple[int, ...],
 ) -> None:
-    expected = _oracle(text, bias=True)
-    assert _printed(slugs_binary, tmp_path, text, "--jsonOutput", "--biasForAction") == expected
-    nodes = extract(solve(build_game(read_slugsin(text)), bias_for_action=True)).nodes
-    assert {nodes[state].successors for state in states} == {successors}
+    specification = read_slugsin(text)
+    automaton = extract(solve(build_game(specification), bias_for_action=True))
+    printed = _printed(slugs_binary, tmp_path, text, "--jsonOutput", "--biasForAction")
+    assert printed == to_json(specification, automaton)
+    assert {automaton.nodes[state].successors for state in states} == {successors}
