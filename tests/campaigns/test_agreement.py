@@ -40,7 +40,7 @@ def expected_form(data: dict[str, Any], name: str) -> str | None:
 
 
 @pytest.mark.slow
-def test_check_and_run_agree(tmp_path: Path) -> None:
+def test_check_reports_the_verdicts_and_forms_that_a_run_begins_with(tmp_path: Path) -> None:
     seen: Counter[str] = Counter()
     differ = []
     for seed in range(COUNT):

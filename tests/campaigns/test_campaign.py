@@ -58,7 +58,7 @@ def test_every_mission_is_completed_or_proven_impossible(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family", ["apart", "tight_hidden", "crowd_hidden"])
-def test_an_interrupt_ends_every_mission(family: str, tmp_path: Path) -> None:
+def test_an_interrupted_mission_ends_with_a_sound_trace(family: str, tmp_path: Path) -> None:
     play(tmp_path, family, "0:8", "--interrupt", "1.0")
 
 
@@ -71,5 +71,7 @@ def test_an_interrupt_ends_every_mission(family: str, tmp_path: Path) -> None:
         for part in parts(family, max(WANTED // 10, 8))
     ],
 )
-def test_teams_told_by_signals_do_as_well(family: str, seeds: str, tmp_path: Path) -> None:
+def test_every_mission_with_assignable_goals_is_completed_or_proven_impossible(
+    family: str, seeds: str, tmp_path: Path
+) -> None:
     play(tmp_path, family, seeds, "--assignable", "--seconds", "120")

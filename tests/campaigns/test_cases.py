@@ -14,6 +14,6 @@ CASES = sorted((Path(__file__).parent / "cases").rglob("*.yaml"))
 
 
 @pytest.mark.parametrize("file", CASES, ids=lambda file: file.stem)
-def test_case_ends_as_it_can(file: Path) -> None:
+def test_a_mission_that_once_failed_is_completed_or_proven_impossible(file: Path) -> None:
     done = warm.program("campaigns.__main__", "--file", file, "--seconds", 300)
     assert done.returncode == 0, done.stdout + done.stderr

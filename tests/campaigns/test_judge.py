@@ -115,11 +115,11 @@ def ring(rounds: int, **objective: Any) -> Mission:
         (ring(2, cover=[5, 9]), (joint,), "no"),
     ],
 )
-def test_what_is_possible_is_known(found: Mission, searches: Any, answer: str) -> None:
+def test_both_searches_know_what_is_possible(found: Mission, searches: Any, answer: str) -> None:
     assert {search.can_complete(found, told(found)).value for search in searches} == {answer}
 
 
-def test_what_a_sensor_has_closed_stays_closed_to_those_whom_it_stops() -> None:
+def test_an_untraversable_obstacle_stays_closed_to_robots_it_blocks() -> None:
     here = holder("opener", 8) | {"objective": {"visit": [12]}}
     truth = {**PUSH, "has_truth": True, "blocks": ["ground"]}
     for robots, answer in ({}, Answer.YES), ({"b": here}, Answer.NO):
@@ -139,7 +139,7 @@ def test_rounds_restart_with_a_resolution() -> None:
     assert opened[1] == ((1, 0), (0, 0))
 
 
-def test_a_spent_budget_is_no_answer() -> None:
+def test_an_exhausted_budget_gives_no_verdict() -> None:
     found = read_mission(mission("crowd", 3))
     assert joint.can_complete(found, at_start(found), budget=10) is Answer.OVER_BUDGET
 
@@ -161,7 +161,7 @@ def test_both_searches_agree_without_collisions(family: str) -> None:
 
 
 @pytest.mark.parametrize("family", [name for name in FAMILIES if name != "big"])
-def test_a_seed_gives_the_same_mission_forever(family: str) -> None:
+def test_a_seed_always_gives_the_same_mission(family: str) -> None:
     missions = [mission(family, seed) for seed in range(2, 14)]
     assert missions == [mission(family, seed) for seed in range(2, 14)]
     assert len({str(one) for one in missions}) == len(missions)
@@ -216,13 +216,13 @@ def test_an_obstacle_that_is_resolved_too_early_is_noticed() -> None:
     assert "before that is done" in replay(found, trace).problems[0]
 
 
-def test_a_goal_that_is_met_while_waiting_is_no_part_of_a_round() -> None:
+def test_a_goal_met_while_waiting_does_not_count_towards_a_round() -> None:
     found = corridor(5, {"a": flyer(8, visit=[8, 9])})
     goals = [{"type": "goal", "robot": "a", "goal": 0, "region": 8, "round": k} for k in (0, 1)]
     assert replay(found, [*moves(("a", 8)), *goals]).situation.progress == {"a": (1, 0)}
 
 
-def test_a_goal_of_waiting_elsewhere_is_none_of_its_own() -> None:
+def test_a_goal_reached_elsewhere_while_waiting_does_not_count() -> None:
     found = corridor(5, {"a": flyer(8, visit=[12])})
     goal = {"type": "goal", "robot": "a", "goal": 0, "round": 1}
     met = [replay(found, [*moves(("a", 8)), goal | {"region": r}]) for r in (8, 12)]
@@ -300,14 +300,14 @@ def entries_of(data: dict[str, Any], lines: list[dict[str, Any]]) -> list[str]:
         ({"needs": [PRESS | {"at": [11]}, PRESS]}, {"p": "presser"}, [("p", 11), ("p", 13)], []),
     ],
 )
-def test_who_may_enter(
+def test_entries_of_standing_obstacles_are_noticed(
     kind: dict[str, Any], models: dict[str, str], steps: Any, entries: list[int]
 ) -> None:
     told = entries_of(lab(kind, **models), moves(*steps))
     assert [int(entry.split()[1].rstrip(":")) for entry in told] == entries
 
 
-def test_none_enters_what_was_found_untraversable_or_given_up() -> None:
+def test_entering_an_untraversable_or_permanent_obstacle_is_noticed() -> None:
     data = lab(PRESS | {"resolve_at": [11]}, p="presser")
     found = {"type": "resolved", "tick": 1, "obstacle": "it@13", "traversable": False}
     lines = [*moves(("p", 11)), found, {"type": "blocked", "tick": 1, "obstacle": "it@13"}]
@@ -315,7 +315,7 @@ def test_none_enters_what_was_found_untraversable_or_given_up() -> None:
     assert entries_of(data, [*lines, *moves(("p", 13))]) == ["tick 1: p is in it@13"]
 
 
-def test_a_robot_may_be_inside_of_what_is_given_up() -> None:
+def test_a_robot_inside_a_permanent_obstacle_may_leave_but_not_return() -> None:
     data = lab(PRESS, c="cart")
     data["obstacles"][0]["from"] = 2
     came, left = ({"type": kind, "obstacle": "it@13"} for kind in ("appeared", "blocked"))

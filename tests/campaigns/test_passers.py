@@ -39,7 +39,9 @@ def refused_by_the_audit(passer: Passer, file: Path) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, COUNT, PART))
-def test_who_passes_an_obstacle_that_stands_is_refused(first: int, tmp_path: Path) -> None:
+def test_a_trace_in_which_a_robot_passes_a_standing_obstacle_is_refused(
+    first: int, tmp_path: Path
+) -> None:
     sys.path.insert(0, str(Path(safenav.__file__).parent / "certify" / "checker"))
     check = import_module("check").check
     sys.path.pop(0)

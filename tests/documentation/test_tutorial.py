@@ -80,7 +80,7 @@ def compare(command: str, shown: list[str], output: list[str]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_does_what_it_says(
+def test_commands_print_what_their_page_shows(
     page: str, tmp_path: Path, environment: dict[str, str]
 ) -> None:
     folder = tmp_path / "empty"

@@ -30,7 +30,7 @@ limits: {ticks: 100000000}
 """
 
 
-def test_slugs_killed_mid_run(safenav: Process, slugs_that: Script) -> None:
+def test_a_killed_synthesizer_leaves_a_sound_trace(safenav: Process, slugs_that: Script) -> None:
     done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=slugs_that("kill -9 $$"))
     assert done.returncode == 4
     assert "SIGKILL" in done.stderr
@@ -39,7 +39,7 @@ def test_slugs_killed_mid_run(safenav: Process, slugs_that: Script) -> None:
     assert any(record["type"] == "move" for record in trace)
 
 
-def test_wrong_strategy(safenav: Process, slugs_that: Script) -> None:
+def test_a_wrong_strategy_is_never_executed(safenav: Process, slugs_that: Script) -> None:
     # The lowest bit of every region is turned: the robot would walk somewhere else.
     turn = 's/"state": \\[0/"state": [2/; s/"state": \\[1/"state": [0/; s/\\[2/[1/'
     wrong = slugs_that(f'"$SLUGS" "$@" | sed \'{turn}\'')
@@ -51,7 +51,7 @@ def test_wrong_strategy(safenav: Process, slugs_that: Script) -> None:
     assert safenav("run", CASE_STUDY).returncode == 0
 
 
-def test_truncated_json(safenav: Process, slugs_that: Script) -> None:
+def test_a_strategy_that_is_cut_off_is_refused(safenav: Process, slugs_that: Script) -> None:
     cut = slugs_that('"$SLUGS" "$@" | head -c 100')
     done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=cut)
     assert done.returncode == 4
@@ -59,7 +59,7 @@ def test_truncated_json(safenav: Process, slugs_that: Script) -> None:
     assert records(safenav.folder / "t.jsonl")[-1]["outcome"] == "error"
 
 
-def test_disk_full(safenav: Process) -> None:
+def test_a_full_disk_is_reported_and_leaves_complete_lines(safenav: Process) -> None:
     # The trace: reported immediately, and all written lines but the last are complete.
     done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", limit=small_files)
     assert done.returncode == 2
@@ -78,7 +78,7 @@ def test_disk_full(safenav: Process) -> None:
     assert safenav("run", CASE_STUDY, limit=small_files).returncode == 0
 
 
-def test_read_only_cache(safenav: Process) -> None:
+def test_a_read_only_cache_does_not_stop_a_run(safenav: Process) -> None:
     safenav.cache.mkdir()
     safenav.cache.chmod(0o555)
     for _ in range(2):
@@ -89,7 +89,7 @@ def test_read_only_cache(safenav: Process) -> None:
     assert list(safenav.cache.iterdir()) == []
 
 
-def test_corrupted_cache(safenav: Process) -> None:
+def test_corrupted_cache_entries_are_synthesized_again(safenav: Process) -> None:
     def cached(name: str) -> list[bool]:
         assert safenav("run", CASE_STUDY, "--trace", name).returncode == 0
         return [r["cached"] for r in records(safenav.folder / name) if r["type"] == "synthesis"]
@@ -105,7 +105,7 @@ def test_corrupted_cache(safenav: Process) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
-def test_signals_at_random_moments(safenav: Process, number: signal.Signals) -> None:
+def test_signals_leave_a_sound_trace(safenav: Process, number: signal.Signals) -> None:
     (safenav.folder / "endless.yaml").write_text(ENDLESS)
     source = Random(number)
     for attempt in range(6):
@@ -129,7 +129,7 @@ def _wait_for(trace: Path, process: subprocess.Popen[str]) -> None:
         time.sleep(0.01)
 
 
-def test_yaml_bomb(safenav: Process) -> None:
+def test_a_yaml_bomb_is_refused(safenav: Process) -> None:
     layers = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
     layers += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, 12)]
     (safenav.folder / "bomb.yaml").write_text("\n".join(["safenav: 1", *layers]))
@@ -139,7 +139,7 @@ def test_yaml_bomb(safenav: Process) -> None:
         assert "bomb.yaml:" in done.stderr
 
 
-def test_map_of_ten_thousand_by_ten_thousand(safenav: Process) -> None:
+def test_a_map_of_ten_thousand_by_ten_thousand_regions_is_refused(safenav: Process) -> None:
     folder = safenav.folder
     (folder / "huge.map").write_text(
         "type octile\nheight 10000\nwidth 10000\nmap\n" + "." * 10_000 + "\n"
@@ -160,7 +160,7 @@ def test_map_of_ten_thousand_by_ten_thousand(safenav: Process) -> None:
         assert f"{file.name}:" in done.stderr or "huge." in done.stderr
 
 
-def test_path_names_with_spaces_and_unicode(safenav: Process) -> None:
+def test_path_names_may_have_spaces_and_unicode(safenav: Process) -> None:
     folder = safenav.folder / "mein Gebäude 建物" / "it's 'here'"
     folder.mkdir(parents=True)
     scenario, trace = folder / "сценарий 1.yaml", folder / "след ü.jsonl"
@@ -177,7 +177,7 @@ def test_path_names_with_spaces_and_unicode(safenav: Process) -> None:
     assert (folder / "page ü.html").stat().st_size > 1000
 
 
-def test_scenarios_and_options_that_would_write_elsewhere(safenav: Process) -> None:
+def test_no_file_is_written_outside_the_named_folder(safenav: Process) -> None:
     text = CASE_STUDY.read_text(encoding="utf-8")
     for name in ("../../evil", "/tmp/evil", "a/b", "..", "nul\\0"):
         file = safenav.folder / "names.yaml"
@@ -202,7 +202,7 @@ def test_scenarios_and_options_that_would_write_elsewhere(safenav: Process) -> N
     assert list(locked.iterdir()) == []
 
 
-def test_hostile_yaml_tags(safenav: Process) -> None:
+def test_yaml_tags_never_run_code(safenav: Process) -> None:
     tags = (
         '!!python/object/apply:os.system ["touch pwned"]',
         '!!python/object/new:subprocess.Popen [["touch", "pwned"]]',

@@ -47,7 +47,7 @@ def _mission(
     return Mission(scenario, synthesizer, listeners=[events.append]), events
 
 
-def test_a_robot_that_is_carried_away_breaks_what_others_assume_and_they_go_on() -> None:
+def test_a_robot_that_is_carried_away_breaks_an_assumption_and_the_others_continue() -> None:
     mission, events = _mission(HALL)
     run = Run()
     mission.state.listeners += (run,)
@@ -137,7 +137,7 @@ robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
     assert events[-1].outcome == "error"
 
 
-def test_fairness_that_did_not_hold_for_long_is_told_at_the_end() -> None:
+def test_a_fairness_assumption_that_failed_for_long_is_reported_at_the_end() -> None:
     """Nobody tells the guard to make way, so the walker waits for it until the limit."""
     text = """
 map: {grid: ["#########", "#.......#", "#########"]}

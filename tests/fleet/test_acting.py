@@ -37,7 +37,7 @@ BESIDE = {"one": 9, "two": 11, "fetch": 8}
     ("answers", "result"),
     [((DONE, DONE), DONE), ((DONE, FAILED), FAILED), ((NOTHING, DONE), NOTHING)],
 )
-def test_all_that_lift_are_asked_and_the_worst_answer_counts(
+def test_every_lifter_is_called_and_the_worst_result_counts(
     answers: tuple[ActResult, ActResult], result: ActResult
 ) -> None:
     scenario, crate, _, stations = yard()
@@ -51,7 +51,7 @@ def test_all_that_lift_are_asked_and_the_worst_answer_counts(
     assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, result)]
 
 
-def test_who_cannot_be_asked_fails_for_all() -> None:
+def test_a_robot_without_a_service_fails_the_common_action() -> None:
     scenario, crate, _, stations = yard()
     stations["two"] = Station("/two")
     team_action = TeamAction(scenario.robots[0], (crate,), FleetProgress(scenario))
@@ -59,7 +59,7 @@ def test_who_cannot_be_asked_fails_for_all() -> None:
     assert team_action.reasons == ["no service for 'lift' in the fleet file"]
 
 
-def test_a_need_that_is_met_is_not_the_end() -> None:
+def test_an_obstacle_stays_until_its_last_need_is_fulfilled() -> None:
     """The gate is unlocked, and stays closed until somebody pushes it."""
     scenario, crate, gate, stations = yard()
     progress = FleetProgress(scenario)
@@ -76,7 +76,7 @@ def test_a_need_that_is_met_is_not_the_end() -> None:
 
 
 @pytest.mark.parametrize("answer", [DONE, NOTHING, FAILED])
-def test_who_comes_second_does_not_meet_the_need_after_it(answer: ActResult) -> None:
+def test_the_second_robot_at_a_load_does_not_fulfil_the_next_need(answer: ActResult) -> None:
     """Both reach for one parcel; the one that has it is still to bring it."""
     scenario = load_scenario_text(YARD, "yard.yaml")
     parcel = ObstacleType(

@@ -199,7 +199,7 @@ def test_a_drive_listens_and_sends_on_loopback_only(lab: Lab) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lab", labs((FIRST, "ros1"), (FIRST, "ros2")), indirect=True)
-def test_a_robot_whose_programs_die_is_lost_and_the_run_says_so(lab: Lab) -> None:
+def test_a_robot_whose_programs_die_is_reported_as_lost(lab: Lab) -> None:
     process = under_way(lab, 8)
     lab.processes[-1].kill()  # digit's
     told = process.communicate(timeout=300)[0]
@@ -255,7 +255,7 @@ LIMIT = 30
 TIMES = {"seconds", "synthesis_seconds", "cached", "verified"}
 
 
-def test_what_cannot_be_driven_is_said_before_anything_moves(tmp_path: Path) -> None:
+def test_a_drive_that_cannot_begin_is_refused_before_any_move(tmp_path: Path) -> None:
     case = ROOT / "scenarios" / "case_study_1.yaml"
     fleet = tmp_path / "fleet.yaml"
     fleet.write_text("safenav-fleet: 1\ntransport: simulation\n")

@@ -80,7 +80,7 @@ def test_a_robot_acts_on_what_only_the_fleet_knows(
     assert (world.sense(scenario.robots[0], 9) is None) == done
 
 
-def test_a_reading_from_before_a_resolution_is_of_the_past() -> None:
+def test_a_scan_taken_before_a_resolution_is_ignored_after_it() -> None:
     world, robots, scenario = started(scan=ScanUse("scan", "door"))
     door = seen(world, robots, scenario)
     stamp = robots.stamp + 0.5

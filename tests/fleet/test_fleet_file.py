@@ -178,7 +178,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("text", "told"), MISTAKES)
-def test_a_mistake_is_told_with_its_place(text: str, told: str, tmp_path: Path) -> None:
+def test_a_mistake_is_reported_with_its_position(text: str, told: str, tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         loaded(text, tmp_path)
     assert told in str(error.value)

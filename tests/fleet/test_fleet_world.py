@@ -124,7 +124,7 @@ LOST = {
 
 
 @pytest.mark.parametrize("case", LOST)
-def test_who_is_lost_says_why(case: str) -> None:
+def test_a_lost_robot_reports_the_reason(case: str) -> None:
     script, stays, reason = LOST[case]
     world, robots, _ = set_out(script)
     events: list[WorldEvent] = []
@@ -151,7 +151,7 @@ def test_a_robot_that_refuses_goals_is_asked_again_after_a_pause(back: bool) -> 
     assert len(robots.goals) == tries
 
 
-def test_who_is_stopped_in_such_a_pause_is_sent_back_and_not_on() -> None:
+def test_a_robot_cancelled_between_two_tries_is_sent_back() -> None:
     world, robots, scenario = set_out([("aborted", 1.9), ("succeeded", 1.5)])
     assert world.wait(0.0) == []
     world.cancel(scenario.robots[0])
@@ -160,7 +160,7 @@ def test_who_is_stopped_in_such_a_pause_is_sent_back_and_not_on() -> None:
     assert [goal.x for goal in robots.goals] == [2.5, 1.5]
 
 
-def test_a_time_limit_is_told_in_seconds_of_the_goal() -> None:
+def test_a_time_limit_is_reported_in_seconds_of_the_goal() -> None:
     """It was told in seconds of the run."""
     world, robots, scenario = started(retries=0)
     robots.script = [(None, 1.6), ("canceled", None), ("succeeded", 1.5)]
@@ -171,7 +171,7 @@ def test_a_time_limit_is_told_in_seconds_of_the_goal() -> None:
     assert isinstance(event, Failed) and event.reason == "the goal did not end within 0.4 s"
 
 
-def test_old_and_doubled_answers_end_nothing() -> None:
+def test_results_of_earlier_goals_are_ignored() -> None:
     world, robots, scenario = set_out([("succeeded", 2.5), (None, None)])
     assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]
     world.start(scenario.robots[0], Pose(10, Heading.EAST), 2)
@@ -207,7 +207,7 @@ def test_a_result_waits_for_odometry_that_comes_later(case: str) -> None:
     assert len(robots.goals) == goals
 
 
-def test_who_comes_back_between_two_regions_is_lost_in_both() -> None:
+def test_a_robot_that_returns_to_a_border_is_lost_in_both_regions() -> None:
     """It says that it is back, and still reaches into the region that it was to leave."""
     world, _, _ = set_out([("aborted", 2.1), ("succeeded", 2.05)], retries=0)
     (event,) = world.wait(5.0)
@@ -215,7 +215,7 @@ def test_who_comes_back_between_two_regions_is_lost_in_both() -> None:
 
 
 @pytest.mark.parametrize("jump", [-3600.0, 3600.0])
-def test_a_robot_whose_clock_is_set_is_heard(jump: float) -> None:
+def test_messages_count_after_the_clock_of_a_robot_is_set(jump: float) -> None:
     world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     old = robots.stamp + 0.5
     robots.post(Scanned("digit", old, 0.0, math.pi / 2, rays(9.0, 1)))
@@ -232,7 +232,7 @@ def test_a_robot_whose_clock_is_set_is_heard(jump: float) -> None:
     assert world.sense(scenario.robots[0], 10) is not None
 
 
-def test_what_was_heard_while_the_run_thought_counts_before_its_time_limits() -> None:
+def test_messages_during_a_synthesis_count_before_time_limits() -> None:
     world, robots, _ = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     robots.now += 60.0  # a synthesis; odometry and scans continue
@@ -243,7 +243,7 @@ def test_what_was_heard_while_the_run_thought_counts_before_its_time_limits() ->
     assert robots.cancelled == [] and len(robots.goals) == 1
 
 
-def test_who_goes_to_a_region_into_which_a_person_moves_another_robot_stops() -> None:
+def test_a_robot_stops_when_another_is_carried_into_its_target_region() -> None:
     world, robots, scenario = started()
     other = scenario.robots[1]
     conflicts = scenario.robots[0].conflicts(other)
@@ -282,7 +282,7 @@ def test_a_robot_does_not_set_out_if_a_person_has_moved_one(carried: str) -> Non
         assert event.obstacle.name == "lost_cart@9"  # type: ignore[attr-defined]
 
 
-def test_who_is_cancelled_before_it_sets_out_does_not_move() -> None:
+def test_a_robot_cancelled_before_it_departs_does_not_move() -> None:
     world, robots, scenario = started()
     world.start(scenario.robots[0], EAST, 1)
     world.cancel(scenario.robots[0])
@@ -290,7 +290,7 @@ def test_who_is_cancelled_before_it_sets_out_does_not_move() -> None:
     assert robots.goals == [] and world.idle
 
 
-def test_a_robot_cancelled_at_its_destination_has_arrived() -> None:
+def test_a_robot_cancelled_at_its_destination_is_reported_as_arrived() -> None:
     """Its lidar still looks: the run has no patience for that, and the robot is not lost."""
     world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     assert world.wait(0.02) == []
@@ -300,7 +300,7 @@ def test_a_robot_cancelled_at_its_destination_has_arrived() -> None:
 
 
 @pytest.mark.parametrize("late", [False, True])
-def test_who_is_stopped_by_a_door_that_was_seen_is_blocked(late: bool) -> None:
+def test_a_robot_stopped_by_a_known_door_is_blocked(late: bool) -> None:
     world, robots, _ = set_out([(None, 1.6), ("succeeded", 1.5)], report="obstacles", command=4)
     if late:
         assert world.wait(0.0) == []
@@ -314,7 +314,7 @@ def test_who_is_stopped_by_a_door_that_was_seen_is_blocked(late: bool) -> None:
     assert len(robots.goals) == (2 if late else 0)
 
 
-def test_what_an_operator_does_is_heeded() -> None:
+def test_an_operator_resolves_obstacles_and_puts_robots_back() -> None:
     """A resolved obstacle is forgotten; a robot that is not where it was put is lost in both."""
     world, robots, scenario = started()
     door = seen(world, robots, scenario)
@@ -360,7 +360,7 @@ def test_a_map_without_metres_is_refused() -> None:
         FleetWorld(scenario, {}, Robots())
 
 
-def test_who_comes_back_looks_before_it_says_that_it_failed() -> None:
+def test_a_robot_that_returns_scans_before_it_reports_failure() -> None:
     """A door may have closed after its last look; the goal then failed for a reason."""
     world, robots, _ = set_out(
         [("aborted", 1.6), ("succeeded", 1.5)], scan=ScanUse("scan", "door"), retries=0, command=4

@@ -151,7 +151,7 @@ def test_the_stream_has_the_next_second_and_the_next_steps() -> None:
 
 
 @pytest.mark.parametrize(("robot", "to"), [("quad", SOUTH), ("jackal", 11)])
-def test_who_leaves_its_reference_is_held_where_it_is_and_can_go_back(robot: str, to: int) -> None:
+def test_a_robot_off_its_reference_is_held_and_can_return(robot: str, to: int) -> None:
     follows, bodies, places, scenario = prepared()
     start = next(r.start.region for r in scenario.robots if r.name == robot)
     follows.navigate(robot, goal(places, to))

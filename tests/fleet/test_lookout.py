@@ -29,7 +29,7 @@ from safenav.world.moves import Pose
 pytestmark = pytest.mark.usefixtures("short_limits")
 
 
-def test_a_lidar_finds_a_door_before_the_arrival_is_told() -> None:
+def test_a_lidar_reports_a_door_before_the_arrival_is_reported() -> None:
     """A reading from the way there does not count; the one from the new place does."""
     world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     assert robots.goals == []
@@ -69,7 +69,7 @@ def test_a_door_is_not_gone_while_another_lidar_hits_it(later: str) -> None:
     assert told(gone)[2] is False and world.sense(scenario.robots[1], 10) is None
 
 
-def test_a_ray_without_a_reading_says_nothing() -> None:
+def test_a_ray_without_a_reading_changes_no_obstacle() -> None:
     world, robots, scenario = started(scan=ScanUse("scan", "door"))
     scanned(robots, "digit", 0.6)
     world.wait(0.05)
@@ -82,7 +82,7 @@ def test_a_ray_without_a_reading_says_nothing() -> None:
     assert told(gone)[2] is False
 
 
-def test_another_robot_is_no_obstacle() -> None:
+def test_a_lidar_hit_on_another_robot_is_not_an_obstacle() -> None:
     world, robots, scenario = started(scan=ScanUse("scan", "door"))
     scanned(robots, "digit", 0.6, ahead=3)  # to the south stands the quadcopter, in 15
     assert world.wait(0.05) == []
@@ -116,7 +116,7 @@ def test_a_late_scan_does_not_make_an_obstacle_of_a_robot_that_has_left() -> Non
 
 
 @pytest.mark.parametrize("there", [False, True])
-def test_who_arrives_behind_another_robot_looks_until_it_is_sure(there: bool) -> None:
+def test_a_robot_that_arrives_behind_another_scans_again_before_it_reports(there: bool) -> None:
     """Its first scan hits what was, or is, before it: an arrival is told when that is known."""
     world, robots, scenario = passed_by()
     robots.script = [("succeeded", 2.5)]
@@ -268,7 +268,7 @@ def test_a_door_that_is_ajar_is_not_gone() -> None:
 
 
 @pytest.mark.parametrize("sensor", ["scan", "report"])
-def test_a_late_sighting_of_a_resolved_obstacle_is_of_the_past(sensor: str) -> None:
+def test_a_late_sighting_of_a_resolved_obstacle_is_ignored(sensor: str) -> None:
     """It was on its way when the obstacle was resolved; one that comes 2 s later is new."""
     world, robots, scenario = started(scan=ScanUse("scan", "door"), report="obstacles")
     door = seen(world, robots, scenario)

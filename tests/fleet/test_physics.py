@@ -105,7 +105,7 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
 
 
 @pytest.mark.parametrize(("begins", "yaw"), [(8, 0.0), (8, pi / 2), (10, 0.0)])
-def test_who_walks_into_a_door_that_it_may_enter_pushes_it_open(begins: int, yaw: float) -> None:
+def test_a_robot_that_enters_a_door_pushes_it_open(begins: int, yaw: float) -> None:
     """It goes on through the passage, wherever it faces: one of free mobility keeps its heading."""
     physics, places = hall("[{type: door, region: 9}]", begins)
     physics.send("digit", *places.centre(9), yaw)
@@ -141,7 +141,7 @@ def test_a_cancelled_robot_stops_within_its_braking_distance() -> None:
 
 
 @pytest.mark.parametrize(("heading", "yaw"), [(Heading.NORTH, pi / 2), (Heading.WEST, pi)])
-def test_places_and_headings_of_a_turned_map(heading: Heading, yaw: float) -> None:
+def test_regions_and_headings_follow_a_turned_map(heading: Heading, yaw: float) -> None:
     text = FREE.replace("origin: [3.0, -4.0]", "origin: [3.0, -4.0, 0.3]")
     scenario = load_scenario_text(text, "hall.yaml")
     assert scenario.map.frame is not None

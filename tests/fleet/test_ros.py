@@ -35,7 +35,7 @@ def test_a_tilted_robot_has_the_yaw_of_its_heading() -> None:
 
 
 @pytest.mark.parametrize(("east", "z"), [(nan, 0.0), (inf, 0.0), (1.0, nan)])
-def test_odometry_of_a_filter_that_has_diverged_says_nothing(east: float, z: float) -> None:
+def test_odometry_that_is_not_finite_is_ignored(east: float, z: float) -> None:
     """A robot is in no region by it; the drive ended with an internal error, robots under way."""
     assert ros.located("quad", 0.0, odometry(1.0, 0.0, 0.0, z, east)) is None
 
@@ -114,7 +114,7 @@ def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
     [None, b"HTTP/1.0 404 Not Found\r\n\r\n", b"HTTP/1.0 200 OK\r\n\r\nhello", b"hello\r\n", b""],
     ids=["silent", "404", "a page", "not HTTP", "closed"],
 )
-def test_what_answers_for_a_ros_master_is_refused(
+def test_a_server_that_is_not_a_ros_master_is_refused(
     answer: bytes | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A web server at that port ended the drive with an internal error, a silent one held it."""
@@ -152,7 +152,7 @@ def test_what_answers_for_a_ros_master_is_refused(
         ("lo", ("127.0.0.1:99999",), "ports are 1 to 65535"),
     ],
 )
-def test_a_network_that_is_not_there_is_refused(
+def test_an_unknown_network_interface_or_peer_is_refused(
     interface: str, peers: tuple[str, ...], told: str
 ) -> None:
     """cyclonedds ended the process for a peer whose name it did not know."""

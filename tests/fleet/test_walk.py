@@ -65,7 +65,7 @@ def walked(push: float, at: float, angle: float = 0.0) -> tuple[float, float, bo
     return worst, off, False
 
 
-def test_it_walks_as_planned() -> None:
+def test_the_simulated_walker_follows_its_plan() -> None:
     worst, end, fell = walked(0.0, 0.0)
     assert not fell and worst < 0.005 and end < 0.001
 
@@ -78,6 +78,6 @@ def test_a_push_is_recovered_from_by_the_feet(at: float, angle: float) -> None:
 
 
 @pytest.mark.parametrize("angle", [0.0, 2.0, 4.0])
-def test_a_hard_push_makes_it_fall(angle: float) -> None:
+def test_a_walker_falls_after_a_hard_push(angle: float) -> None:
     assert walked(1.2, 3.1, angle)[2]
     assert REACH < 0.3 and max(SOLE) < 0.1  # otherwise this test proves nothing

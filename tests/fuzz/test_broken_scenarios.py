@@ -71,7 +71,9 @@ def own_cache(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @campaign(150)
 @given(damaged(), st.sampled_from([check.command, run.command, explain.command]))
-def test_every_command_answers_or_says_what_is_wrong(data: dict[str, Any], command: Any) -> None:
+def test_every_command_gives_a_result_or_a_message_for_a_damaged_scenario(
+    data: dict[str, Any], command: Any
+) -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "damaged ü.yaml"
         file.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")

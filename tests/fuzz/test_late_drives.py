@@ -23,7 +23,7 @@ def seeds() -> tuple[int, ...]:
 
 
 @pytest.mark.parametrize("seed", seeds())
-def test_late_messages_do_no_harm(seed: int) -> None:
+def test_drives_with_late_messages_agree_with_the_physics(seed: int) -> None:
     drive = late_drive(seed)
     if drive is not None:
         assert drive.defects == []

@@ -15,7 +15,7 @@ FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "10000"))
 
 
 @pytest.mark.parametrize("seed", (*FAILED, *range(FIRST, FIRST + COUNT)))
-def test_what_can_be_in_time_is_and_when_planned(seed: int) -> None:
+def test_an_order_that_can_be_in_time_is_done_at_its_planned_tick(seed: int) -> None:
     """Before, the robot of a later need set out late; in 66 the audit did not know which of two
     obstacles a robot served, where both are resolved from its region; in 6055 and 6070 a search
     that had used up its budget for two obstacles dropped the acts for the first one; in 9051 a slow

@@ -34,7 +34,7 @@ FAILED = [
 
 
 @pytest.mark.parametrize(("seed", "faults", "why"), FAILED, ids=[str(s) for s, _, _ in FAILED])
-def test_a_run_that_has_failed_is_clean(seed: int, faults: bool, why: str) -> None:
+def test_a_run_that_once_failed_is_sound(seed: int, faults: bool, why: str) -> None:
     assert play(seed, faults=faults).found in ("", "?"), why
 
 
@@ -58,7 +58,7 @@ def run(*options: object) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seeds", PARTS)
-def test_runs_keep_what_the_judge_asks_for(seeds: str) -> None:
+def test_the_judge_finds_no_defect_in_random_runs(seeds: str) -> None:
     run("--seeds", seeds, "--faults", *(["--both"] if int(seeds.split(":")[0]) < LONG // 2 else []))
 
 
@@ -108,7 +108,7 @@ def swept_regions_not_reserved(patch: pytest.MonkeyPatch) -> None:
         (nothing_characterized, "before its sensor", (25, 26, 60, 61)),
     ],
 )
-def test_a_runtime_that_forgets_something_is_found(
+def test_the_judge_finds_each_error_planted_in_the_runtime(
     mutate: Callable[[pytest.MonkeyPatch], None],
     told: str,
     seeds: tuple[int, ...],

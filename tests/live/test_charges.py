@@ -52,7 +52,7 @@ def play(data: Data, scenario: Scenario, seed: int, *, faults: bool = False) -> 
 
 
 @pytest.mark.parametrize("seed", range(1000 if LONG else 8))
-def test_a_lone_robot_gets_there_if_its_charge_can_suffice(seed: int) -> None:
+def test_a_lone_robot_completes_its_mission_exactly_if_its_charge_can_suffice(seed: int) -> None:
     data = alone(seed)
     try:
         scenario = scenario_of(data, Clock.LIVE)
@@ -80,7 +80,7 @@ def test_no_robot_of_a_team_sets_out_without_charge(seed: int) -> None:
     play(data, scenario, seed, faults=seed % 4 == 3)
 
 
-def test_a_team_that_goes_on_when_its_rounds_are_completed_is_told() -> None:
+def test_a_team_that_continues_after_its_rounds_breaks_a_rule() -> None:
     data = team(2303)
     *lines, outcome = play(data, scenario_of(data, Clock.LIVE), 2303)[2]
     late = outcome["tick"] + 1
@@ -89,7 +89,7 @@ def test_a_team_that_goes_on_when_its_rounds_are_completed_is_told() -> None:
     assert ("completed", late) in broken(lines)
 
 
-def test_a_lone_robot_that_stays_off_its_stop_is_told() -> None:
+def test_a_lone_robot_that_delays_its_charging_stop_breaks_the_charge_rule() -> None:
     data = team(2139)
     lines = play(data, scenario_of(data, Clock.LIVE), 2139, faults=True)[2]
     at = next(k for k, line in enumerate(lines) if line["type"] == "depart" and line["tick"] == 21)

@@ -81,7 +81,7 @@ TRAPPED = {
         (OUT, {"outcome": "search_limit", "explanation": "too large"}, "ends as search_limit"),
     ],
 )
-def test_a_log_is_judged_by_what_was_so(log: list[Line], said: Line, found: str) -> None:
+def test_a_log_is_judged_by_what_really_happened(log: list[Line], said: Line, found: str) -> None:
     judged = verdict(PAIR, log, said)
     assert found in judged
     assert bool(found) == bool(judged)
@@ -90,7 +90,7 @@ def test_a_log_is_judged_by_what_was_so(log: list[Line], said: Line, found: str)
 @pytest.mark.parametrize(
     ("log", "found"), [([], "can be completed"), ([shown(0) | {"obstacle": "door@7"}], "")]
 )
-def test_a_statement_is_true_if_what_is_known_makes_it_so(log: list[Line], found: str) -> None:
+def test_operator_needed_is_justified_by_what_the_robots_know(log: list[Line], found: str) -> None:
     assert found in verdict(TRAPPED, log, NEEDED)
     assert bool(found) == bool(verdict(TRAPPED, log, NEEDED))
 
@@ -156,7 +156,7 @@ def play(seed: int, floor: Floor) -> tuple[list[Line], Line]:
 
 
 @pytest.mark.parametrize("seed", [3, 4, 7, 20])
-def test_blocking_runs_keep_what_the_judge_asks_for(seed: int) -> None:
+def test_the_judge_finds_no_defect_in_blocking_runs(seed: int) -> None:
     data = timed(seed)
     log, said = play(seed, Floor(data, seed))
     assert not verdict(data, log, said)

@@ -226,7 +226,7 @@ def test_motion_of_another_trace_is_refused() -> None:
         "an eternity",
     ],
 )
-def test_what_contradicts_itself_is_neither_checked_nor_drawn(
+def test_a_contradictory_motion_file_is_refused(
     old: str, new: str, said: str, tmp_path: Path
 ) -> None:
     """Pages and tables raised KeyError, ValueError, IndexError; the check filled the memory."""
@@ -242,7 +242,7 @@ def test_shorter_makespan_is_refused() -> None:
     assert any(f.rule == "makespan" for f in found)
 
 
-def test_findings_are_told_in_the_order_of_time() -> None:
+def test_findings_are_sorted_by_time() -> None:
     lines = [line for line in motion(DOOR).lines if not (isinstance(line, Moving) and line.t0 > 50)]
     found = judged(replace(motion(DOOR), lines=tuple(lines)))
     assert [f.t for f in found] == sorted(f.t for f in found)

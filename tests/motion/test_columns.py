@@ -79,7 +79,7 @@ def test_flight_in_wind_has_its_attitude_and_its_reference() -> None:
     assert np.abs(length - 1).max() < 0.01
 
 
-def test_unknown_robot_is_told() -> None:
+def test_columns_of_an_unknown_robot_are_refused() -> None:
     with pytest.raises(UsageError, match="known: quad, digit"):
         columns_of(motion(NAME), "nobody", 10.0)
 

@@ -111,7 +111,7 @@ def test_a_robot_that_is_held_as_soon_as_it_lags_breaks_no_rule_if_the_trace_tel
 
 
 @pytest.mark.parametrize("acts", [True, False])
-def test_a_robot_has_no_plan_while_it_acts_whatever_comes_of_it(drive: Drive, acts: bool) -> None:
+def test_an_acting_robot_is_compared_with_no_plan(drive: Drive, acts: bool) -> None:
     """Also if it has failed, on what the team does not know."""
     at = _rows(drive.motion, "jackal")[100:140]
     moved = measured(
@@ -138,7 +138,7 @@ def test_a_robot_that_cuts_a_corner_into_a_neighbours_region_is_found(drive: Dri
     assert {"measured room", "tracking"} <= rules(drive, changed)
 
 
-def test_who_acts_may_reach_into_what_the_resolution_sweeps_and_nowhere_else(drive: Drive) -> None:
+def test_an_acting_robot_may_reach_into_swept_regions_only(drive: Drive) -> None:
     """Three measurements of jackal lie in the region of the other row, meanwhile it acts."""
     middle = drive.motion.outcome.makespan / 2
     at = [r for r in _rows(drive.motion, "jackal") if r.t > middle][:3]
@@ -221,7 +221,7 @@ def test_a_goal_that_is_missed_or_was_never_sent_is_found(drive: Drive) -> None:
     assert {"order", "arrival"} <= rules(drive, replace(drive.motion, lines=tuple(sent)))
 
 
-def test_a_plan_that_goes_on_elsewhere_than_its_robot_is_found(drive: Drive) -> None:
+def test_a_plan_that_continues_elsewhere_than_its_robot_is_found(drive: Drive) -> None:
     row = _rows(drive.motion, "jackal")[100]
     reset = Reset("jackal", 1, row.t, row.x + 0.4, row.y, row.yaw, "told so")
     lines = replace(drive.motion, lines=(*drive.motion.lines, reset))

@@ -70,7 +70,7 @@ def broken(change: dict[str, object] | None = None, without: str | None = None) 
     ],
     ids=["empty", "no header", "another version", "header without a trace", "no JSON", "binary"],
 )
-def test_what_is_no_motion_is_told(content: bytes, words: str) -> None:
+def test_a_file_that_is_not_a_motion_is_refused(content: bytes, words: str) -> None:
     with pytest.raises(InputError, match=words):
         parsed(content, "file")
 
@@ -98,12 +98,12 @@ def test_what_is_no_motion_is_told(content: bytes, words: str) -> None:
         "foot",
     ],
 )
-def test_broken_line_is_told_with_its_field(content, words: str) -> None:  # type: ignore[no-untyped-def]
+def test_a_broken_line_is_reported_with_its_field(content, words: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match=words):
         parsed(content(), "file")
 
 
-def test_cut_off_file_is_told() -> None:
+def test_a_motion_file_that_is_cut_off_is_refused() -> None:
     text = text_of(motion("case_study_1"))
     with pytest.raises(InputError, match="cut off"):
         parsed(text[: text.rindex('{"type":"outcome"')].encode(), "file")

@@ -62,7 +62,7 @@ def test_kind_of_the_documentation_moves_and_is_accepted() -> None:
 
 
 @pytest.mark.usefixtures("installed")
-def test_unknown_kind_is_told_with_those_that_there_are() -> None:
+def test_an_unknown_kind_of_motion_is_refused_with_a_suggestion() -> None:
     from safenav.errors import InputError
 
     with pytest.raises(InputError, match="did you mean 'crawler'"):

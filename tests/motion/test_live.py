@@ -26,7 +26,7 @@ def moved(content: bytes) -> tuple[Trace, Motion, list[str]]:
 
 
 @pytest.mark.parametrize(("name", "delayed"), RUNS)
-def test_it_starts_at_departures_and_ends_at_arrivals(name: str, delayed: float) -> None:
+def test_motion_starts_at_departures_and_ends_at_arrivals(name: str, delayed: float) -> None:
     trace, motion, findings = moved(live_trace(name, delayed))
     assert findings == []
     steps = [p for p in motion.lines if isinstance(p, Moving) and p.origin != p.to]
@@ -77,7 +77,9 @@ def test_a_step_that_failed_stays_where_it_began() -> None:
         ({"type": "arrive", "robot": "quad", "at": 54}, "no motion shows how"),
     ],
 )
-def test_what_no_motion_does_is_refused(wanted: dict[str, Any], found: str) -> None:
+def test_a_live_trace_that_no_motion_can_follow_is_refused(
+    wanted: dict[str, Any], found: str
+) -> None:
     def change(lines: list[dict[str, Any]]) -> None:
         line = first(lines, type=wanted["type"], robot=wanted["robot"])
         line |= {"t": line["t"] + wanted.get("t", 0.0), "at": wanted.get("at", line["at"])}

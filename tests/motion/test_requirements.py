@@ -383,7 +383,7 @@ def test_case_study_1_is_judged_on_its_motion() -> None:
     assert shown.low.max() > 5 > 1 > shown.low.min()
 
 
-def test_a_robot_or_a_rate_that_cannot_be_is_refused() -> None:
+def test_an_unknown_robot_or_a_rate_that_is_too_high_is_refused() -> None:
     recording = MotionRecording(motion("case_study_1"), trace_of("case_study_1"))
     with pytest.raises(UsageError, match="'quat' is not a robot of this motion\n    known: quad"):
         judged(recording, {"a": "speed(quat) < 1"})

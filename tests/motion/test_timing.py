@@ -264,7 +264,7 @@ def test_no_robot_of_any_pace_is_where_an_action_sweeps() -> None:
 
 
 @pytest.mark.parametrize(("text", "rule"), [(APART, "never-together"), (SWEPT, "swept")])
-def test_a_motion_that_heeds_neither_is_refused(text: str, rule: str) -> None:
+def test_a_motion_that_ignores_exclusions_or_swept_regions_is_refused(text: str, rule: str) -> None:
     trace = read_bytes(played(text))
     assert check_motion(motion_of(trace), trace) == []
     scenario = trace.header.scenario

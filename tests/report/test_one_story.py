@@ -67,7 +67,7 @@ def _attributes(tree: ElementTree.ElementTree[ElementTree.Element]) -> list[str]
 
 
 @pytest.mark.slow
-def test_all_tell_of_the_gate_by_its_name_and_that_an_operator_is_needed(
+def test_outputs_name_the_gate_and_the_operator(
     outputs: dict[str, str], browser: Browser, tmp_path: Path
 ) -> None:
     browser.open(tmp_path / "run.html", width=1400, height=900)

@@ -61,7 +61,9 @@ def test_a_moment_is_named_by_number_or_event(
         (["--svg", "1", "-o", "/nowhere/at/all.svg"], "cannot write"),
     ],
 )
-def test_usage_is_checked(traces: dict[str, Path], words: list[str], message: str) -> None:
+def test_invalid_options_are_refused(
+    traces: dict[str, Path], words: list[str], message: str
+) -> None:
     done = safenav("replay", traces["door"], *words)
     assert done.returncode == 2
     assert message in done.stderr and "Traceback" not in done.stderr

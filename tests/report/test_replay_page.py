@@ -15,7 +15,7 @@ CELL = 40.0  # side of a region in the page, see front/src/camera.ts
 
 
 @pytest.mark.parametrize("name", ["door", "chain", "detour", "meeting", "crowd"])
-def test_it_opens_from_disk_without_error_or_request(
+def test_a_page_opens_without_error_or_request(
     browser: Browser, pages: dict[str, Path], name: str
 ) -> None:
     browser.open(pages[name])
@@ -25,7 +25,7 @@ def test_it_opens_from_disk_without_error_or_request(
     assert float(browser.one("input[type=range]").get_attribute("value") or "nan") == 0
 
 
-def test_it_plays_smoothly_to_the_end_and_stops(browser: Browser, pages: dict[str, Path]) -> None:
+def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["door"])
     browser.run("""
         window.seen = [];
@@ -243,7 +243,7 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[
     assert "seen" in (browser.one(".shading .belief").get_attribute("class") or "")
 
 
-def test_whose_view_is_shown_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
+def test_the_shown_view_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["meeting"], "#tick=1")
     chosen = browser.one(".viewer select")
     for option in chosen.find_elements("css selector", "option"):

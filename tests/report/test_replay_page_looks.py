@@ -180,7 +180,7 @@ def test_every_control_has_a_name_and_shows_its_focus(
     assert len(focused) == 14
 
 
-def test_the_map_is_told_to_those_who_do_not_see_it(
+def test_the_map_has_a_description_for_screen_readers(
     browser: Browser, pages: dict[str, Path]
 ) -> None:
     browser.open(pages["door"], "#tick=11")

@@ -49,7 +49,7 @@ def test_the_rest_of_a_run_knows_what_was_requested_before(tmp_path: Path) -> No
     assert replay.statuses["door@47"].at(0) is ObstacleStatus.FOUND
 
 
-def test_an_untraversable_one_stays_blocked(replays: dict[str, Replay]) -> None:
+def test_an_untraversable_obstacle_stays_blocked(replays: dict[str, Replay]) -> None:
     replay = replays["detour"]
     assert replay.statuses["uncertainty@34"].at(replay.last) is ObstacleStatus.BLOCKED
 
@@ -62,7 +62,7 @@ def test_a_found_obstacle_without_helper_is_not_requested(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(("until", "kind"), [(None, "waiting"), (30.0, "paused")])
-def test_a_wait_for_an_operator_is_told_from_one_for_a_change(
+def test_waiting_for_an_operator_differs_from_waiting_for_a_change(
     tmp_path: Path, until: float | None, kind: str
 ) -> None:
     lines = made_traces.door()
@@ -131,7 +131,7 @@ def test_helpers_objectives_and_needs_follow_an_obstacle_with_two_needs(tmp_path
     assert inputs == [(2, "inputs: fog on"), (3, "inputs: none on")]
 
 
-def test_what_stands_for_a_failure_was_not_there_before(tmp_path: Path) -> None:
+def test_a_failure_obstacle_appears_with_its_failure(tmp_path: Path) -> None:
     lines = made_traces.door()
     before = lines.index(_first(lines, "violation"))
     kind = {"type": "unknown_air", "name": "unknown_air@20", "region": 20, "action": "operator"}
@@ -143,7 +143,7 @@ def test_what_stands_for_a_failure_was_not_there_before(tmp_path: Path) -> None:
     assert unknown.since == tick
 
 
-def test_each_round_is_told_once(replays: dict[str, Replay]) -> None:
+def test_each_round_is_reported_once(replays: dict[str, Replay]) -> None:
     """With the target that ends it, not with those of the next round."""
     goals = [event for event in replays["door"].events if event.kind is StoryKind.GOAL]
     for robot in ("quad", "digit"):
@@ -179,14 +179,14 @@ def test_progress_counts_rounds_since_the_objective_changed(replays: dict[str, R
     assert progress.at(replays["door"].last).rounds == 2
 
 
-def test_a_violation_is_told_with_the_safe_action(replays: dict[str, Replay]) -> None:
+def test_a_violation_is_reported_with_the_safe_action(replays: dict[str, Replay]) -> None:
     told = [e for e in replays["door"].events if e.kind is StoryKind.VIOLATION]
     assert [e.text for e in told] == [
         "quad at 46 finds a door at 47 and keeps out: it cannot push; it stays"
     ]
 
 
-def test_holding_on_is_told_once(replays: dict[str, Replay]) -> None:
+def test_holding_a_region_is_reported_once(replays: dict[str, Replay]) -> None:
     goals = [e for e in replays["door"].events if e.kind is StoryKind.GOAL and 11 <= e.tick < 16]
     assert [e.text for e in goals] == ["quad holds 46"]
 

@@ -133,7 +133,7 @@ def test_a_picture_hatches_beliefs_and_tints_sight(replays: dict[str, Replay]) -
     assert "url(#" not in svg_of(scene)
 
 
-def test_regions_are_told_in_short() -> None:
+def test_lists_of_regions_are_abbreviated() -> None:
     assert regions_words([24, 22, 23, 35]) == "22-24, 35"
     assert regions_words([]) == ""
 

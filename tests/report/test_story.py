@@ -87,7 +87,7 @@ def test_the_legend_stands_below_a_map_that_leaves_no_room(width: int | None, be
 
 
 @pytest.mark.parametrize("heading", ["north", "east", "south", "west"])
-def test_every_heading_is_told(heading: str) -> None:
+def test_the_story_names_every_heading(heading: str) -> None:
     assert any(f"facing {heading}: hold 13" in line for line in told(header(), heading=heading))
 
 
@@ -115,17 +115,17 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
         ("lost_quad@9", "quad at 8 [1, 2] is lost: it may also be at gate 9 [1, 3]"),
     ],
 )
-def test_what_stands_for_a_failure_is_no_capability(obstacle: str, said: str) -> None:
+def test_a_failure_is_not_reported_as_a_lacking_capability(obstacle: str, said: str) -> None:
     line = records.Violation(2, "quad", 8, 9, obstacle, vocabulary.OPERATOR_ACTION)
     assert [line[11:] for line in told(line)] == [said]
 
 
-def test_a_run_that_waited_has_ended_when_it_ended() -> None:
+def test_a_run_that_waited_reports_the_clock_at_its_end() -> None:
     ended = records.End(9, Outcome.TIME_LIMIT, "not completed", {}, 9, 0.1, 2, 0.1, makespan=16.4)
     assert told(replace(ended, t=400.0))[1].strip().startswith("6 min 40 s on the clock of the run")
 
 
-def test_what_comes_and_goes_and_joint_plans_are_told() -> None:
+def test_the_story_reports_appearances_joint_plans_and_service() -> None:
     said = told(
         records.Appeared(3, "door@9", vocabulary.ChangeCause.SCENARIO),
         records.Plan(4, "both wait", {"quad": (), "digit": ()}, ()),
@@ -156,14 +156,14 @@ def test_a_goal_of_formulas_is_met_and_not_reached() -> None:
     ]
 
 
-def test_why_an_action_failed_is_said_once() -> None:
+def test_the_reason_of_a_failed_action_is_reported_once() -> None:
     failed = {"door@9": vocabulary.ActResult.FAILED}
     for reason, ends in (("failed", "failed"), ("it jams", "failed, it jams")):
         said = told(records.ActionEnd(4, 1, "quad", failed, None, reason))
         assert said[0].endswith(f"the action of quad ends (door@gate: {ends})")
 
 
-def test_rounds_of_the_objective_of_an_input_are_not_told() -> None:
+def test_rounds_of_an_input_objective_are_not_reported() -> None:
     text = ROOM.replace("[7, 10]}}", "[7, 10]}, when: {alarm: {hold: 7}}}")
     on, off = (records.Inputs(tick, {"alarm": tick == 3}) for tick in (3, 6))
     goals = [records.Goal(4, "quad", 0, 7, 1), records.Goal(8, "quad", 1, 10, 1)]
@@ -175,7 +175,7 @@ def test_rounds_of_the_objective_of_an_input_are_not_told() -> None:
 
 
 @pytest.mark.parametrize("restarts", [True, False], ids=["a door", "a battery"])
-def test_rounds_that_restart_are_told_once(restarts: bool) -> None:
+def test_restarting_rounds_are_reported_once(restarts: bool) -> None:
     """Rounds are counted from the last resolution on, but a flat battery interrupts them only."""
     battery = "catalogue: {obstacles: {cell: {action: push, blocks: []}}}\nflat: cell\n"
     kind = "door" if restarts else "cell"

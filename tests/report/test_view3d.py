@@ -105,7 +105,7 @@ def test_the_page_opens_and_moves_without_a_complaint(page: Path, browser: Brows
     assert browser.errors() == []
 
 
-def test_it_plays_in_seconds(page: Path, browser: Browser) -> None:
+def test_the_3d_page_plays_in_seconds(page: Path, browser: Browser) -> None:
     browser.open(page)
     browser.wait(lambda: browser.all(".stage3d canvas"))
     browser.press(" ")
@@ -132,7 +132,7 @@ def test_a_trace_that_breaks_a_rule_is_refused(trace: Path, tmp_path: Path) -> N
     assert not page.exists()
 
 
-def test_it_has_the_words_of_the_flat_page(trace: Path) -> None:
+def test_the_3d_page_has_the_words_of_the_flat_page(trace: Path) -> None:
     """Bids of a run in lockstep are ticks, whatever its clock: one page had '17' without a unit."""
     run = read_trace(trace)
     flat, solid = (
@@ -143,7 +143,7 @@ def test_it_has_the_words_of_the_flat_page(trace: Path) -> None:
     assert re.search(r"digit needs \d+ ticks", flat[0])
 
 
-def test_its_legend_shows_solids(page: Path, browser: Browser) -> None:
+def test_the_legend_of_the_3d_page_shows_solids(page: Path, browser: Browser) -> None:
     browser.open(page)
     browser.wait(lambda: browser.all(".stage3d canvas"))
     browser.one(".legend summary").click()
@@ -207,7 +207,7 @@ def test_all_places_are_named(ward_page: Path, browser: Browser) -> None:
     assert browser.errors() == []
 
 
-def test_what_is_said_of_a_robot_is_where_it_is_drawn(
+def test_a_robot_is_drawn_in_the_region_that_its_line_names(
     ward: Path, ward_page: Path, browser: Browser
 ) -> None:
     run = read_trace(ward)

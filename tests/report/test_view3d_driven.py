@@ -88,7 +88,7 @@ def test_a_motion_that_is_only_computed_has_no_ghost() -> None:
 
 
 @pytest.mark.slow
-def test_a_reader_sees_both(drive: Drive, browser: Browser, tmp_path: Path) -> None:
+def test_body_and_ghost_are_drawn_apart(drive: Drive, browser: Browser, tmp_path: Path) -> None:
     """A ghost beside its body changes the picture; on its body it hardly does."""
     pictures = []
     for metres in (EAST, 0.0):

@@ -256,7 +256,7 @@ def test_counterstrategies(
         ('{"a\\q": 0}', "found an unknown escape in a string"),
     ],
 )
-def test_what_is_no_strategy_is_bad_input(
+def test_malformed_strategies_are_bad_input(
     own_slugs: Path, tmp_path: Path, text: str, said: str
 ) -> None:
     """Exit status 2 and the place in the file."""

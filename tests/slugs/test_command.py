@@ -172,7 +172,7 @@ def test_two_dashes_end_the_options(own_slugs: Path, folder: Path) -> None:
     assert run(own_slugs, folder, "--realizability", "--", "--odd").returncode == 0
 
 
-def test_statistics_are_json(own_slugs: Path, folder: Path) -> None:
+def test_statistics_are_valid_json(own_slugs: Path, folder: Path) -> None:
     """Also for an unrealizable specification, and also on standard error."""
     run(own_slugs, folder, "--stats", "stats.json", "follow.structuredslugs")
     stats = json.loads((folder / "stats.json").read_text())
@@ -183,7 +183,7 @@ def test_statistics_are_json(own_slugs: Path, folder: Path) -> None:
     assert json.loads(done.stderr[done.stderr.index("{") :])["verdict"] == "unrealizable"
 
 
-def test_a_vacuous_win_is_told(own_slugs: Path, folder: Path) -> None:
+def test_statistics_report_a_vacuous_win(own_slugs: Path, folder: Path) -> None:
     """An environment that gets stuck makes any guarantee realizable."""
     text = FOLLOW.replace("[SYS_TRANS]", "light' > light\n[SYS_TRANS]")
     done = run(own_slugs, folder, "--stats", "stats.json", "-", text=text)

@@ -116,7 +116,7 @@ def test_a_strategy_is_printed_as_by_upstream(
     assert to_text(specification, automaton) == listed
 
 
-def test_inputs_come_first_in_a_structured_file(slugs_binary: Path, tmp_path: Path) -> None:
+def test_a_structured_file_prints_its_inputs_first(slugs_binary: Path, tmp_path: Path) -> None:
     structured = OUTPUT_FIRST.replace("! q'", "!(q')")
     printed = _printed(slugs_binary, tmp_path, structured, "--jsonOutput")
     assert printed.startswith(HEAD + '["k", "q"],')

@@ -103,7 +103,9 @@ def _sha256(path: Path) -> str:
 
 
 @pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.verdict == "realizable"]))
-def test_realizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
+def test_published_strategies_are_met_to_the_byte(
+    slugs_binary: Path, tmp_path: Path, row: Row
+) -> None:
     """The verdict, the bytes of the strategy where they are known, and its certificate."""
     file, strategy = str(CORPUS / row.file), tmp_path / "strategy.json"
     huge = _is_huge(row)
@@ -121,7 +123,9 @@ def test_realizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
 
 
 @pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.verdict == "unrealizable"]))
-def test_unrealizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
+def test_counterstrategies_of_published_files_are_sound(
+    slugs_binary: Path, tmp_path: Path, row: Row
+) -> None:
     """The verdict, no strategy, and a counterstrategy that holds up."""
     file, counterstrategy = str(CORPUS / row.file), tmp_path / "counterstrategy.json"
     verdict, messages = _ask(slugs_binary, counterstrategy, *STRATEGY, file)

@@ -109,7 +109,7 @@ def constraint(section: str, line: str) -> str:
         ("GOALS", "a", "7:1: error: unknown section [GOALS]", "the sections are [INPUT]"),
     ],
 )
-def test_a_mistake_in_a_formula(
+def test_a_mistake_in_a_formula_is_located(
     own_slugs: Path, section: str, line: str, message: str, hint: str | None
 ) -> None:
     """Line, column, what was found and expected, and what to write instead."""
@@ -143,7 +143,9 @@ def test_a_mistake_in_a_formula(
         ("b\n[OUTPUT]\nb", "4:1: error: variable 'b' is declared twice"),
     ],
 )
-def test_a_mistake_in_a_declaration(own_slugs: Path, declaration: str, message: str) -> None:
+def test_a_mistake_in_a_declaration_is_located(
+    own_slugs: Path, declaration: str, message: str
+) -> None:
     """One message, with its place."""
     said = ask(own_slugs, f"[INPUT]\n{declaration}\n")
     assert said.status == 2
@@ -166,7 +168,7 @@ def test_a_mistake_in_a_declaration(own_slugs: Path, declaration: str, message: 
         ("[INPUT]\na\n[SYS_LIVENESS]\nF a\n", "-:4:1: error: temporal operator 'F'"),
     ],
 )
-def test_a_mistake_in_the_frame_or_in_slugsin(own_slugs: Path, text: str, message: str) -> None:
+def test_a_mistake_in_a_section_is_located(own_slugs: Path, text: str, message: str) -> None:
     """Files that have no integers, no sections, or nothing."""
     said = ask(own_slugs, text)
     assert said.status == 2
@@ -245,7 +247,7 @@ def test_a_comparison_that_cannot_fail_is_a_warning(own_slugs: Path) -> None:
         pytest.param("[OUTPUT]\na\n[SYS_TRANS]\n" + "$ 1 " * 99_999 + "a\n", id="deep buffers"),
     ],
 )
-def test_what_is_legal_is_read(own_slugs: Path, text: str) -> None:
+def test_unusual_but_legal_texts_are_read(own_slugs: Path, text: str) -> None:
     """Line ends, marks, depth and length that a person or a generator may produce."""
     said = ask(own_slugs, text)
     assert (said.status, said.errors) == (0, "")
@@ -268,7 +270,7 @@ def test_what_is_legal_is_read(own_slugs: Path, text: str) -> None:
         pytest.param(b"[INPUT]\nx:0...3\n[SYS_TRANS]\nx = " + b"7" * 99_999, id="a long number"),
     ],
 )
-def test_what_is_no_text_is_refused(own_slugs: Path, text: bytes) -> None:
+def test_a_file_that_is_not_text_is_refused(own_slugs: Path, text: bytes) -> None:
     """An error, no crash, and nothing on the terminal that is not printable."""
     said = ask(own_slugs, text)
     assert said.status == 2

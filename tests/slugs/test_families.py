@@ -48,7 +48,7 @@ def test_family_is_won_by_moving(slugs_binary: Path, tmp_path: Path, arguments: 
     ("arguments", "nodes"),
     [("genbuf --senders 2", 381), ("bunny --size 2", 230), ("bunny --size 4", 1074)],
 )
-def test_a_written_family_is_the_published_one(
+def test_a_regenerated_family_has_the_published_states(
     slugs_binary: Path, tmp_path: Path, arguments: str, nodes: int
 ) -> None:
     """So many nodes has the strategy of the published file of this size."""
@@ -65,7 +65,7 @@ def test_a_written_family_is_the_published_one(
         ("grid --rows 3 --cols 3 --goals 9", "9 goals on a border of 8 cells"),
     ],
 )
-def test_sizes_are_checked(arguments: str, message: str, tmp_path: Path) -> None:
+def test_invalid_sizes_are_refused(arguments: str, message: str, tmp_path: Path) -> None:
     refused = family(tmp_path, arguments)
     assert refused.returncode == 2
     assert message in refused.stderr

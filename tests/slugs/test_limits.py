@@ -96,7 +96,7 @@ def test_a_time_limit_ends_waiting_for_input(own_slugs: Path, folder: Path) -> N
         assert "slugs: time limit reached while reading" in process.stderr.read()
 
 
-def test_a_sum_has_no_more_bits_than_its_value_needs(own_slugs: Path, folder: Path) -> None:
+def test_a_sum_takes_only_the_bits_of_its_value(own_slugs: Path, folder: Path) -> None:
     """3,000 terms: the formulas of their sum stay in 40 MB, as diagrams and before."""
     total = " + ".join(["x"] * 3000)
     text = f"[OUTPUT]\nx: 0...7\n[SYS_INIT]\nx = 7\n[SYS_TRANS]\n{total} = 21000\nx' = x\n"

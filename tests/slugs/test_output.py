@@ -40,7 +40,7 @@ def test_an_unwritten_verdict_is_an_error(own_slugs: Path, folder: Path, how: st
     assert not (folder / "out.txt").exists()
 
 
-def test_output_that_is_lost_is_an_error(own_slugs: Path, folder: Path) -> None:
+def test_output_that_cannot_be_written_is_an_error(own_slugs: Path, folder: Path) -> None:
     """A full disk and a closed pipe: exit status 4 and the reason."""
     with Path("/dev/full").open("w") as full:
         process = subprocess.run(

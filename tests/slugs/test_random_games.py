@@ -51,7 +51,7 @@ def test_random_games_are_played_as_by_the_oracle(duel: Duel, batch: int) -> Non
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_games_with_many_goals(duel: Duel, seed: int) -> None:
+def test_games_with_many_goals_are_played_as_by_the_oracle(duel: Duel, seed: int) -> None:
     """Long lists of assumptions and guarantees: the order of goals and ranks matters."""
     seed += FIRST
     specification = random_specification(Random(seed), bits=4, many_goals=True)
@@ -77,7 +77,7 @@ def test_the_verdict_alone_takes_shortcuts_to_the_same_end(
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
+def test_longer_games_are_played_as_by_the_oracle(duel: Duel, seed: int) -> None:
     """Longer plays than in the tiny games."""
     seed += FIRST
     _compare(duel, random_specification(Random(seed), integers=seed % 2 == 0, bits=8), seed)
@@ -85,13 +85,13 @@ def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", DENSE)
-def test_games_that_need_reordering(duel: Duel, seed: int) -> None:
+def test_games_that_need_reordering_are_played_as_by_the_oracle(duel: Duel, seed: int) -> None:
     """Thousands of nodes at 2,048 states: sifting and collection must not change a byte."""
     _compare(duel, dense_game(Random(FIRST + seed)), seed)
 
 
 @pytest.mark.parametrize("batch", DENSE)
-def test_games_whose_environment_has_independent_parts(duel: Duel, batch: int) -> None:
+def test_independent_environment_parts_are_played_as_by_the_oracle(duel: Duel, batch: int) -> None:
     """Solved and listed with one relation for each part."""
     for seed in range(FIRST + batch * 6, FIRST + (batch + 1) * 6):
         _compare(duel, independent_game(Random(seed)), seed)

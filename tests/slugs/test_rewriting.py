@@ -95,7 +95,7 @@ def _repeated(text: str, source: Random) -> str:
 
 
 @pytest.mark.parametrize("flags", [(), ("--biasForAction",)], ids=["plain", "bias"])
-def test_order_of_constraints(
+def test_order_of_constraints_changes_no_byte(
     slugs_binary: Path, specification: str, flags: tuple[str, ...]
 ) -> None:
     expected = _strategy(slugs_binary, specification, *flags)
@@ -105,7 +105,7 @@ def test_order_of_constraints(
         assert _strategy(slugs_binary, text, *flags) == expected
 
 
-def test_names_of_variables(slugs_binary: Path, specification: str) -> None:
+def test_names_of_variables_change_no_byte(slugs_binary: Path, specification: str) -> None:
     expected = _strategy(slugs_binary, specification)
     for seed in range(3):
         text, new = _renamed(specification, Random(seed))
@@ -115,6 +115,6 @@ def test_names_of_variables(slugs_binary: Path, specification: str) -> None:
         assert found == expected
 
 
-def test_constraints_said_twice(slugs_binary: Path, specification: str) -> None:
+def test_repeated_constraints_change_no_byte(slugs_binary: Path, specification: str) -> None:
     expected = _strategy(slugs_binary, specification)
     assert _strategy(slugs_binary, _repeated(specification, Random(1))) == expected

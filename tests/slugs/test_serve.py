@@ -83,7 +83,7 @@ def test_a_move_says_what_to_do_and_how_far_it_is(own_slugs: Path, lift: Path) -
         ({"state": [0, 0, 0], "goal": 0, "inputs": [0]}, {"refused": "inputs"}),
     ],
 )
-def test_what_the_strategy_does_not_have_is_refused(
+def test_a_state_outside_the_strategy_is_refused(
     own_slugs: Path, lift: Path, request_: object, answer: object
 ) -> None:
     server = begin(own_slugs, lift)
@@ -104,7 +104,7 @@ def test_a_node_is_found_as_a_list_would_have_it_first(own_slugs: Path, lift: Pa
     assert server.close() == 0
 
 
-def test_many_initial_nodes_are_met_as_far_as_it_takes(own_slugs: Path, tmp_path: Path) -> None:
+def test_a_node_is_found_among_a_million_initial_ones(own_slugs: Path, tmp_path: Path) -> None:
     """A million of them; their numbers are the values of the outputs, the first one highest."""
     file = tmp_path / "open.slugsin"
     file.write_text("[OUTPUT]\n" + "".join(f"x{bit}\n" for bit in range(20)))
@@ -116,7 +116,7 @@ def test_many_initial_nodes_are_met_as_far_as_it_takes(own_slugs: Path, tmp_path
     assert server.close() == 0
 
 
-def test_nothing_is_found_beyond_so_many_nodes(own_slugs: Path, tmp_path: Path) -> None:
+def test_a_node_is_found_among_the_given_number_only(own_slugs: Path, tmp_path: Path) -> None:
     """A counter to 999: node n is the number n."""
     file = tmp_path / "count.structuredslugs"
     file.write_text("[OUTPUT]\nx:0...999\n[SYS_INIT]\nx = 0\n[SYS_TRANS]\nx' = x + 1 | x = 999\n")
@@ -154,7 +154,7 @@ def test_a_lost_state_is_refused(own_slugs: Path, tmp_path: Path) -> None:
         ("nonsense", "expected '{'"),
     ],
 )
-def test_a_request_that_is_none_gets_an_error_and_serving_goes_on(
+def test_an_invalid_request_gets_an_error_and_serving_continues(
     own_slugs: Path, lift: Path, request_: object, error: str
 ) -> None:
     server = begin(own_slugs, lift)
@@ -203,13 +203,13 @@ def test_served_moves_are_those_of_the_listed_strategy(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_served_moves_of_large_diagrams(own_slugs: Path, tmp_path: Path, seed: int) -> None:
+def test_large_games_are_served_as_they_are_listed(
+    own_slugs: Path, tmp_path: Path, seed: int
+) -> None:
     _compare(own_slugs, tmp_path, dense_game(Random(FIRST + seed)), seed)
 
 
-def test_served_moves_where_the_environment_has_independent_parts(
-    own_slugs: Path, tmp_path: Path
-) -> None:
+def test_independent_parts_are_served_as_they_are_listed(own_slugs: Path, tmp_path: Path) -> None:
     """Each part is looked at by itself; together they allow the inputs that they should."""
     seeds = range(FIRST, FIRST + 12)
     assert sum(_compare(own_slugs, tmp_path, independent_game(Random(s)), s) for s in seeds) > 0
@@ -247,7 +247,7 @@ def test_published_files_are_served_as_they_are_listed(own_slugs: Path, name: st
     assert difference(own_slugs, file) is None
 
 
-def test_a_strategy_of_millions_is_served_without_a_list(own_slugs: Path) -> None:
+def test_a_strategy_of_millions_of_states_is_served_without_listing_it(own_slugs: Path) -> None:
     file = CORPUS / "gr1" / "genbuf_20.slugsin"
     if not file.is_file():
         pytest.skip(f"no corpus at {CORPUS}; set SAFENAV_CORPUS to the corpus")

@@ -43,7 +43,7 @@ def _reachable(game: Game) -> int:
     return reached
 
 
-def test_counts_and_vacuous_wins(duel: Duel) -> None:
+def test_statistics_agree_with_brute_force(duel: Duel) -> None:
     """Vacuous: the environment cannot start, or the system may win where it cannot move on."""
     vacuous = 0
     for seed in range(200):

@@ -128,7 +128,7 @@ def test_a_broken_scenario_shows_its_mistakes_at_their_place(board: Board) -> No
     browser.wait(lambda: browser.all("g.wrong"))
 
 
-def test_a_robot_that_cannot_gets_the_reason_and_a_repair_at_a_click(board: Board) -> None:
+def test_an_unrealizable_robot_gets_a_reason_and_a_repair_by_click(board: Board) -> None:
     browser = board.browser
     board.write((SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text())
     browser.wait(lambda: browser.all('[data-verdict="unrealizable"] .repair'))

@@ -215,7 +215,7 @@ def test_regions_keep_their_places_when_the_map_grows() -> None:
         {"op": "paint"},
     ],
 )
-def test_an_edit_that_cannot_be_is_refused(operation: dict[str, Any]) -> None:
+def test_an_impossible_edit_is_refused(operation: dict[str, Any]) -> None:
     with pytest.raises(UsageError):
         edited(DOOR, operation)
 

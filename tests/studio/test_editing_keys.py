@@ -90,7 +90,7 @@ def test_a_field_of_text_changes_its_own_lines(operation: dict[str, Any], lines:
         ({"path": ["robots", "ann"], "key": "visions", "text": "3"}, "no key 'visions'"),
     ],
 )
-def test_what_is_not_yaml_or_no_key_is_refused(operation: dict[str, Any], found: str) -> None:
+def test_invalid_yaml_and_unknown_keys_are_refused(operation: dict[str, Any], found: str) -> None:
     with pytest.raises(UsageError, match=found):
         edited(FULL, {"op": "set_part", **operation})
 
@@ -225,7 +225,7 @@ def test_formulas_partitions_and_frames_follow_a_map_that_grows(
         ),
     ],
 )
-def test_what_cannot_be_moved_is_named(old: str, new: str, found: str) -> None:
+def test_a_formula_that_cannot_be_shifted_is_named(old: str, new: str, found: str) -> None:
     text = FULL.replace(old, new).replace("0.1), ", "0.1), always(x(ann) >= 1), ")
     with pytest.raises(UsageError, match=found):
         edited(text, {"op": "resize", "left": 1})

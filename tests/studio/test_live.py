@@ -84,7 +84,7 @@ def test_a_region_is_not_closed_on_a_robot_that_stands_in_it(served: Served) -> 
         ({"kind": "magic"}, "unknown change"),
     ],
 )
-def test_a_change_that_cannot_be_is_refused_with_the_reason(
+def test_an_impossible_change_is_refused_with_the_reason(
     change: dict[str, Any], told: str, served: Served
 ) -> None:
     async def story(page: Page) -> None:
@@ -135,7 +135,7 @@ def test_a_run_that_is_ended_leaves_a_sound_trace_and_can_begin_anew(served: Ser
     visit(served.address, story)
 
 
-def test_a_run_with_a_clock_is_told_in_seconds() -> None:
+def test_a_live_run_is_shown_in_seconds() -> None:
     async def story(page: Page) -> None:
         await page.say("speed", value=64)
         await page.say("restart", play=True)
@@ -151,7 +151,7 @@ def test_a_run_with_a_clock_is_told_in_seconds() -> None:
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "case_study_3_beliefs", "team_of_six", "live"])
-def test_the_news_of_all_ticks_are_the_whole(name: str) -> None:
+def test_the_news_of_all_ticks_add_up_to_the_whole_run(name: str) -> None:
     """What a page that was there from the beginning has, and one that was opened later."""
     clocked = name == "live"
     data = live_trace("team_of_six") if clocked else trace_of_shipped(name).read_bytes()

@@ -73,7 +73,7 @@ def message(chance: random.Random) -> dict[str, Any]:
     )
 
 
-def test_random_sessions_are_survived(browser: Browser, served: Served) -> None:
+def test_random_sessions_raise_no_error_in_page_or_server(browser: Browser, served: Served) -> None:
     """One page in a browser looks on, another one says whatever comes."""
     browser.visit(served.address)
 

@@ -35,7 +35,7 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> Processes:
 
 
 @pytest.mark.parametrize("asked_for", ["pause", "whole", "nothing"])
-def test_the_end_of_a_long_tick_is_told(processes: Processes, asked_for: str) -> None:
+def test_pages_learn_that_a_long_tick_has_ended(processes: Processes, asked_for: str) -> None:
     """Also where something else has told that the tick takes long before the regular look did: a
     pause, or a page that was just opened."""
     told: list[dict[str, Any]] = []

@@ -40,7 +40,7 @@ def trace() -> bytes:
     return "".join(json.dumps(as_data(record)) + "\n" for record in records).encode()
 
 
-def test_a_picture_of_every_tick(trace: bytes) -> None:
+def test_the_saved_pictures_show_every_tick(trace: bytes) -> None:
     lines = trace.splitlines(keepends=True)
     short = b"".join(line for line in lines if json.loads(line).get("tick", 0) <= 1)
     with zipfile.ZipFile(io.BytesIO(session.frames(short, "run.jsonl"))) as files:

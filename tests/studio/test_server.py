@@ -48,7 +48,7 @@ def test_the_page_comes_with_its_files_and_forbids_everything_else(served: Serve
     asyncio.run(main())
 
 
-def test_it_listens_on_the_loopback_interface_only(served: Served) -> None:
+def test_a_studio_listens_on_the_loopback_interface_only(served: Served) -> None:
     listening = Path("/proc/net/tcp")
     if not listening.exists():
         pytest.skip("asks Linux who listens where")
@@ -101,7 +101,7 @@ def test_a_large_upload_is_refused_before_it_is_read(served: Served) -> None:
         assert b" 413 " in connection.recv(4096)
 
 
-def test_a_thousand_connections_are_survived(served: Served) -> None:
+def test_a_thousand_connections_do_not_stop_a_studio(served: Served) -> None:
     held = []
     try:
         for _ in range(1000):
@@ -114,7 +114,7 @@ def test_a_thousand_connections_are_survived(served: Served) -> None:
     assert answer(served, path)[0] == 200
 
 
-def test_nonsense_is_answered_and_the_next_message_is_taken(served: Served) -> None:
+def test_an_invalid_message_is_refused_and_the_next_one_served(served: Served) -> None:
     async def story(page: Page) -> None:
         for nonsense in ({"do": "fly"}, {"do": "speed", "value": "fast"}, {"do": "change"}):
             await page.say(str(nonsense.pop("do")), **nonsense)
@@ -147,7 +147,7 @@ def test_a_port_is_taken_before_it_is_served() -> None:
             listening(taken)
 
 
-def test_it_ends_when_the_last_page_has_been_closed_for_a_while() -> None:
+def test_a_studio_ends_after_its_last_page_is_closed() -> None:
     async def main() -> None:
         server = Server(Studio.of_run(HELLO, None, None), port=None, keep=False, abandoned=0.2)
         ready = asyncio.Event()
@@ -163,7 +163,7 @@ def test_it_ends_when_the_last_page_has_been_closed_for_a_while() -> None:
     asyncio.run(main())
 
 
-def test_without_the_extra_it_says_how_to_get_it() -> None:
+def test_a_missing_studio_extra_is_refused_with_its_installation() -> None:
     program = (
         "import sys; sys.modules['aiohttp'] = None\n"
         f"sys.argv = ['safenav', 'run', {str(HELLO)!r}, '--live']\n"

@@ -60,7 +60,7 @@ def test_a_page_that_comes_late_gets_the_whole_run(browser: Browser) -> None:
         view.wait()
 
 
-def test_a_port_that_is_taken_is_told() -> None:
+def test_a_port_in_use_is_refused() -> None:
     scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
     with LiveView(scenario, browser=False) as view:
         port = int(view.address.split(":")[2].split("/")[0])
