@@ -8,7 +8,6 @@ import pytest
 
 from once import SCENARIOS
 from report.browser import Browser
-from runtime.deadlines.test_timed_runs import LATE
 from runtime.played import play
 from safenav.motion.making import motion_of
 from safenav.report.page.encode import encoded
@@ -18,9 +17,14 @@ from safenav.report.replay.timeline import Replay
 from safenav.report.view3d.html import page3d_of
 from safenav.trace.reading import read_trace
 
-TIMED = LATE.replace("late: stop", "late: go_on").replace(
-    "[[1, 5], [1, 1]]}", "[[1, 5], [1, 1]], within: 14}"
-)
+TIMED = """
+map:
+  grid: ["#######", "#.....#", "#.....#", "#######"]
+robots:
+  r: {model: digit, start: [1, 1], heading: east, objective: OBJECTIVE}
+until: {rounds: 2, by: 60}
+late: go_on
+""".replace("OBJECTIVE", "{visit: [[1, 5], [1, 1]], within: 14}")
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +34,7 @@ def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
 
 def _trace(folder: Path) -> Path:
     path = folder / "timed.jsonl"
-    path.write_text(play(TIMED.replace("by: 8", "by: 60")).text)
+    path.write_text(play(TIMED).text)
     return path
 
 
