@@ -15,9 +15,9 @@ Line = Any
 """A line of a trace, with its ``type``; a missing field is None or its default (docs/trace.md)."""
 
 _NAMED = (
-    *("again", "asked", "beliefs", "bids", "due", "inputs", "knowledge", "memory", "met", "nodes"),
-    *("objectives", "others_targets", "refused", "results", "robots", "rounds", "unrealizable"),
-    *("values", "waited", "within"),
+    *("again", "asked", "beliefs", "bids", "busy", "due", "inputs", "knowledge", "memory", "met"),
+    *("nodes", "objectives", "others_targets", "refused", "results", "robots", "rounds"),
+    *("unrealizable", "values", "waited", "waiting", "within"),
 )
 """Fields whose value may be a mapping from names."""
 _SETS = ("blocks", "capabilities", "conflicts")

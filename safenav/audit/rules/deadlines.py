@@ -17,7 +17,7 @@ from safenav.audit.possibilities.bound import (
 )
 from safenav.audit.rules.batteries import BATTERY, lasts_until
 from safenav.audit.rules.requests import SETTLES
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Rule, Said, differences
 from safenav.audit.run.situation import Situation
 
 MISSION = "mission"
@@ -302,8 +302,7 @@ class DeadlineRule(Rule):
             yield "the scenario has no deadline"
             return
         by_charge = record.verdict != "lost" and record.of in self._by_charge
-        if record.cause != ("battery" if by_charge else None):
-            yield f"a charge is {'' if by_charge else 'not '}the cause of what is due {record.due}"
+        yield from differences(record, now, cause="battery" if by_charge else None)
         if record.tick > self._tick:
             for _, problem in self._tick_begins(record.tick):
                 yield problem
@@ -325,13 +324,11 @@ class DeadlineRule(Rule):
             self._past.add(record.of)
         elif record.verdict == "set":
             self._open[record.of] = record.due
-            truth = self._bounds(now).resolution(record.of)
-            if record.earliest != truth:
-                yield f"{record.of} is possible from tick {truth} on, not {record.earliest}"
+            earliest = self._bounds(now).resolution(record.of)
             planned = self._planned.get(record.of)
-            if record.planned != planned:
-                yield f"{record.of} is planned for {planned}, not {record.planned}"
-            elif planned is not None and planned > record.due and record.of not in self._beyond:
+            yield from differences(record, now, earliest=earliest, planned=planned)
+            late = planned is not None and planned > record.due
+            if late and record.planned == planned and record.of not in self._beyond:
                 yield f"{record.of} is planned for {planned}, and due at {record.due}"
         elif (
             record.verdict == "kept"

@@ -6,13 +6,19 @@ from collections.abc import Iterator
 
 from safenav.audit.kinds import STAYING
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, judges
+from safenav.audit.rules.rule import Rule, Said, differences, judges
 from safenav.audit.run.actions import WITHOUT_EFFECT
 from safenav.audit.run.situation import Situation
-from safenav.audit.run.turn import FINAL, SCENARIO_CHANGES, Status, is_of_user, moment, taken
+from safenav.audit.run.turn import (
+    FINAL,
+    ROUNDED,
+    SCENARIO_CHANGES,
+    Status,
+    is_of_user,
+    moment,
+    taken,
+)
 
-_ROUNDED = 1e-6
-"""Seconds by which sums of written times may differ."""
 _INTERVENTION = "intervention"
 _WHILE_WAITING = ("interrupted", "error", "time_limit", "tick_limit", "late")
 """Outcomes that a run may have while the team waits."""
@@ -68,8 +74,7 @@ class CommandRule(Rule):
         if record.command <= self._numbers.get(robot, -1):
             yield f"the command number {record.command} of {robot} is not new"
         if record.type == "depart":
-            if record.from_ != now.region[robot]:
-                yield f"{robot} departs from {now.show(record.from_)}, but is elsewhere"
+            yield from differences(record, now, from_=now.region[robot])
             if robot in now.out:
                 yield f"{robot} departs, but is out of service"
             taking = [one for one, act in now.acting.items() if robot in act.robots]
@@ -96,13 +101,11 @@ class CommandRule(Rule):
             yield f"{robot} ends command {record.command}, which is not open"
             return
         wanted = {"arrived": depart.to, "blocked": depart.from_}
-        if record.at != wanted.get(record.result, record.at):
-            at = now.show(record.at)
-            yield f"the step of {robot} has ended as {record.result}, but at {at}"
+        yield from differences(record, now, at=wanted.get(record.result, record.at))
         if record.result == "lost" and not record.regions:
             yield f"{robot} is lost, but its possible regions are missing"
-        if record.result == "arrived" and record.heading != depart.heading:
-            yield f"{robot} should face {depart.heading}, but faces {record.heading}"
+        if record.result == "arrived":
+            yield from differences(record, now, heading=depart.heading)
 
 
 @judges("line", "act")
@@ -186,7 +189,7 @@ class LateRule(Rule):
             yield f"the event that ends command {record.command} of {record.robot} is dropped"
         learnt = self._learnt.get(record.obstacle or "", -1.0)
         about = record.command is None and record.obstacle is not None
-        if about and record.at is not None and record.at > learnt + _ROUNDED:
+        if about and record.at is not None and record.at > learnt + ROUNDED:
             yield (
                 None,
                 f"the report on {record.obstacle} is dropped, but newer than the knowledge of it",

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from safenav.audit.formulas import rules_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, Wrong, judges
+from safenav.audit.rules.rule import Rule, Said, Wrong, differences, judges
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status, taken
 from safenav.audit.world import opposite
@@ -16,10 +16,7 @@ from safenav.audit.world import opposite
 @judges("line", "move")
 def continuity(record: Line, now: Situation) -> Iterator[Said]:
     """A robot moves from its region: ``from`` is its former ``to``, at first its start (T)."""
-    was = now.region[record.robot]
-    if record.from_ != was:
-        origin = now.show(record.from_)
-        yield f"{record.robot} moves from {origin}, but was at {now.show(was)}"
+    yield from differences(record, now, from_=now.region[record.robot])
 
 
 @judges("line", "move")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, judges
+from safenav.audit.rules.rule import Rule, Said, differences, judges, names
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status, taken
 
@@ -16,24 +16,19 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     and an unresolved obstacle that it must not enter is there; or its action on one there fails.
     The line names the action of its next need (D 5.1)."""
     robot, obstacle = record.robot, now.obstacles[record.obstacle]
-    acts = robot in now.acting and record.at == record.proposed
-    here, proposed = now.show(record.at), now.show(record.proposed)
-    if record.at != now.region[robot]:
-        yield f"{robot} is recorded at {here}, but is at {now.show(now.region[robot])}"
+    status, acts = now.status[obstacle.name], robot in now.acting and record.at == record.proposed
+    again = now.external and status.away  # with all needs unmet
+    action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
+    where = {"at": now.region[robot], "proposed": obstacle.region}
+    yield from differences(record, now, **where, action=action)
     heading, mobility = now.heading[robot], now.header.robots[robot].mobility
     ways = now.grid.steps(mobility, (record.at, heading))
     # A robot that acts, or is lost, has proposed no step: it is, or may be, in that region.
     proposes = not acts and not (now.lost.get(robot) and obstacle.type == f"lost_{robot}")
     if proposes and record.proposed not in {region for region, _ in ways}:
         faces = f", facing {heading}," if heading else ""
-        yield f"{robot} cannot step from {here}{faces} to {proposed}"
-    if obstacle.region != record.proposed:
-        yield f"{obstacle.name} is not at {proposed}"
-    status = now.status[obstacle.name]
-    again = now.external and status.away  # with all needs unmet
-    action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
-    if record.action != action:
-        yield f"{obstacle.name} needs {action}, not {record.action}"
+        steps = f"{now.show(record.at)}{faces} to {now.show(record.proposed)}"
+        yield f"{robot} cannot step from {steps}"
     stopped = now.stopped_by if obstacle.sweeps or acts else now.blocked_by
     if robot not in stopped(obstacle.name):
         yield f"{obstacle.name} does not block {robot}"
@@ -85,8 +80,7 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
     left = len(obstacle.all_needs) - 1 - now.open[name].stage
     if left > 0 and not untold:
         yield f"{name} has {left} more open needs"
-    if record.at != now.region[robot]:
-        yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
+    yield from differences(record, now, at=now.region[robot])
     if record.at not in need.regions:
         yield f"{name} cannot be resolved from {at}"
     if now.status[name] is Status.ABSENT and not now.external:  # there appearances are not recorded
@@ -98,12 +92,9 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
         return
     if not untold:
         yield from _group_problems(record, now)
-    if record.traversable is not now.truth[name] and not now.external:
-        found, truth = _truth(record.traversable), _truth(now.truth[name])
-        yield f"{name} is {truth}, but {robot} finds it {found}"
-    if record.requested is not any(entry.obstacle == name for entry in now.stack):
-        claim, fact = (" not", "was") if not record.requested else ("", "was not")
-        yield f"{name} is recorded as{claim} requested, but it {fact}"
+    truth = record.traversable if now.external else now.truth[name]
+    requested = any(entry.obstacle == name for entry in now.stack)
+    yield from differences(record, now, traversable=truth, requested=requested)
 
 
 def _group_problems(record: Line, now: Situation) -> Iterator[str]:
@@ -150,19 +141,16 @@ class NeedRule(Rule):
             for robot in (
                 full if record.need == now.open[name].stage and now.open[name].takes() else ()
             ):
-                yield f"{robot} carries {_names({*now.loads(robot)})}, and takes {name} as well"
+                yield f"{robot} carries {names({*now.loads(robot)})}, and takes {name} as well"
             yield f"{what} is not fulfilled in this turn"
             return
         if any((r.obstacle, r.need) == (name, record.need) for r in now.turn.all("met")):
             yield f"{what} is fulfilled twice"
-        if record.action != needs[record.need].action:
-            yield f"{what} needs '{needs[record.need].action}', not '{record.action}'"
-        if record.at != now.region[record.robot]:
-            here = now.show(now.region[record.robot])
-            yield f"{record.robot} acts at {now.show(record.at)}, but is at {here}"
+        action, at = needs[record.need].action, now.region[record.robot]
+        yield from differences(record, now, action=action, at=at)
         told = frozenset(record.robots or (record.robot,))
         if told != group:
-            yield f"{what} is fulfilled by {_names(group)}, not by {_names(told)}"
+            yield f"{what} is fulfilled by {names(group)}, not by {names(told)}"
 
 
 class MissedResolutionRule(Rule):
@@ -271,12 +259,12 @@ def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
     # without a request, a robot in its region is unaware of it and does not resolve it
     resolving = now.resolving(name) - {robot} if name in now.requests else set()
     if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
-        yield f"{robot} is in a region that {name} sweeps while {_names(resolving)} resolves it"
+        yield f"{robot} is in a region that {name} sweeps while {names(resolving)} resolves it"
 
 
 def _free(name: str, robots: set[str], now: Situation) -> Iterator[str]:
     for other in now.swept_with(name, robots):
-        yield f"{_names(robots)} resolves {name}, which sweeps the region of {other}"
+        yield f"{names(robots)} resolves {name}, which sweeps the region of {other}"
 
 
 class BlockedRule(Rule):
@@ -312,10 +300,7 @@ class BlockedRule(Rule):
         name, turn = record.obstacle, now.turn
         if name in self._blocked:
             yield f"{name} became permanent before"
-        stopped = now.stopped_by(name)
-        if record.robots != stopped:
-            told, truth = _names(record.robots), _names(stopped)
-            yield f"{name} is recorded to block {told}, but it blocks {truth}"
+        yield from differences(record, now, robots=now.stopped_by(name))
         if record.reason == "untraversable":
             if not any(r.obstacle == name and r.traversable is False for r in turn.all("resolved")):
                 yield f"no robot found {name} untraversable in this turn"
@@ -328,13 +313,4 @@ class BlockedRule(Rule):
         if name not in now.requests:
             yield f"no request for {name} is open"
         reason = "no_capable_robot" if any(now.too_few(name)) else "unresolvable"
-        if record.reason != reason:
-            yield f"the reason for {name} is {reason}, not {record.reason}"
-
-
-def _truth(traversable: bool | None) -> str:
-    return {True: "traversable", False: "untraversable", None: "only to be resolved"}[traversable]
-
-
-def _names(robots: set[str] | frozenset[str]) -> str:
-    return ", ".join(sorted(robots)) or "no robot"
+        yield from differences(record, now, reason=reason)

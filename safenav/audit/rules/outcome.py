@@ -9,22 +9,30 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective, proof_of
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.run.situation import Situation
-from safenav.audit.run.turn import Status
+from safenav.audit.run.turn import ROUNDED, Status
 
 
 class OutcomeRule(Rule):
     """The outcome agrees with the run: it counts ticks and syntheses correctly, the tick limit
     (live: the limit in seconds) is neither exceeded nor claimed early, no robot acts at completion,
-    and a negative has its cause in the last turn (D 5.7, T). The count of syntheses may be higher
-    than the recorded ones, because one may take several attempts."""
+    the seconds with and without a command (live) follow from the lines of the commands, and a
+    negative has its cause in the last turn (D 5.7, T). The count of syntheses may be higher than
+    the recorded ones, because one may take several attempts."""
 
-    name, kinds = "outcome", ("synthesis", "assumption", "move", "order", "waiting")
+    name = "outcome"
+    kinds = (
+        *("synthesis", "assumption", "move", "order", "waiting"),
+        *("depart", "act", "arrive", "acted"),
+    )
 
     def __init__(self) -> None:
         self._syntheses = self._assumptions = 0
         self._moves: dict[str, int] = {}
         self._passed_limit = False
         self._ordered = 0
+        self._begun: dict[str, float] = {}  # live: the time of each robot's open command
+        self._busy: dict[str, float] = {}
+        self._over = 0.0  # live: the time at which the last command ended
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         match record.type:
@@ -34,6 +42,12 @@ class OutcomeRule(Rule):
                 self._assumptions += 1
             case "order":
                 self._ordered = record.tick
+            case "depart" | "act":
+                self._begun[record.robot] = record.t or 0.0
+            case "arrive" | "acted":
+                self._over, name = record.t or 0.0, record.robot
+                took = self._over - self._begun.pop(name, self._over)
+                self._busy[name] = self._busy.get(name, 0.0) + took
             case "waiting" if record.proof is not None:
                 yield from _wrong_cause(record, now)
             case "move":
@@ -79,6 +93,14 @@ class OutcomeRule(Rule):
             yield f"it reports the time limit after {outcome.t} s, but the limit is {limit} s"
         if outcome.outcome == "completed" and now.acting:
             yield f"the run is completed while {', '.join(sorted(now.acting))} act"
+        if outcome.makespan is not None and abs(outcome.makespan - self._over) > ROUNDED:
+            yield f"the last command ended at {self._over} s, not {outcome.makespan} s"
+        for name in now.header.robots:
+            busy = self._busy.get(name, 0.0)
+            facts = (outcome.busy, busy, "with"), (outcome.waiting, self._over - busy, "without")
+            for stated, seconds, how in facts:
+                if stated is not None and abs(stated.get(name, -1.0) - seconds) > ROUNDED:
+                    yield f"{name} was {seconds:g} s {how} a command, not {stated.get(name)} s"
 
     def _cause(self, outcome: Line, now: Situation) -> Iterator[str]:
         negative = [s for s in now.turn.all("synthesis") if s.verdict == "unrealizable"]

@@ -17,7 +17,7 @@ from safenav.audit.possibilities.deriving import (
 )
 from safenav.audit.possibilities.members import Act, Duty, Settlement
 from safenav.audit.possibilities.team import MOST_NODES, TooManyError, TrappedError
-from safenav.audit.rules.rule import Finding, Postponed, Rule, Said, judges
+from safenav.audit.rules.rule import Finding, Postponed, Rule, Said, differences, judges, names
 from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import FINAL, helpers_of
 
@@ -119,8 +119,8 @@ class RequestRule(Rule):
         made = {*now.requests.get(name, ()), *([None] if name in now.orders else [])}
         if record.requester not in made:
             yield f"{record.requester or 'nobody'} requests {name} without having encountered it"
-        if record.need is not None and record.need != now.open[name].stage:
-            yield f"need {record.need} of {name} is requested, but {now.open[name].stage} is next"
+        if record.need is not None:
+            yield from differences(record, now, need=now.open[name].stage)
         listed = now.need(name).regions
         wanted = {region for region in listed if now.grid.is_free(region)}
         if not wanted <= set(record.regions) <= set(listed):
@@ -283,8 +283,8 @@ class HelperRule(Rule):
         told, truth = {*helpers_of(line)} - now.out, truth - now.out
         if told != truth:
             wrong = [name for name in now.header.robots if name in truth - told]
-            chosen, right = (", ".join(sorted(some)) or "no robot" for some in (told, truth))
-            problem = f"{chosen} helps with {line.obstacle}, but the rules choose {right}"
+            right = f"the rules choose {names(truth)}"
+            problem = f"{names(told)} helps with {line.obstacle}, but {right}"
             yield (wrong or sorted(told))[0], problem, line
 
     def _wrong(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import ClassVar, cast
+from typing import Any, ClassVar, cast
 
 from safenav.audit.lines import Line
 from safenav.audit.run.situation import Situation
@@ -34,6 +34,29 @@ Wrong = tuple[str | None, str, Line]
 """The robot, the error, and the line (or turn) that shows it."""
 Said = str | tuple[str | None, str] | Wrong | Finding
 """Result of a rule: the error, with a robot or a line if they differ from those it judges."""
+
+
+_REGIONS = ("at", "from_", "proposed", "region")
+
+
+def differences(record: Line, now: Situation, **derived: object) -> Iterator[str]:
+    """Yield the fields of a line that differ from their values derived from the lines before it."""
+    for name, truth in derived.items():
+        stated = getattr(record, name)
+        if stated != truth:
+            here, there = (_shown(name, value, now) for value in (stated, truth))
+            yield f"'{name.rstrip('_')}' of this {record.type} line is {here}, not {there}"
+
+
+def _shown(field: str, value: Any, now: Situation) -> str:
+    if field in _REGIONS and isinstance(value, int):
+        return now.show(value)
+    return names(value) if isinstance(value, set | frozenset) else str(value)
+
+
+def names(robots: Iterable[str]) -> str:
+    """Return names of robots, in alphabetical order, for a finding."""
+    return ", ".join(sorted(robots)) or "no robot"
 
 
 class Postponed:

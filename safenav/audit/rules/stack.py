@@ -8,7 +8,7 @@ from functools import partial
 from safenav.audit.kinds import ALTERNATION
 from safenav.audit.lines import Line, Objective
 from safenav.audit.possibilities.deriving import can_alternate
-from safenav.audit.rules.rule import Postponed, Rule, Said, Wrong, judges
+from safenav.audit.rules.rule import Postponed, Rule, Said, Wrong, differences, judges
 from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import StackEntry, helpers_of
 
@@ -17,8 +17,7 @@ from safenav.audit.run.turn import StackEntry, helpers_of
 def push(record: Line, now: Situation) -> Iterator[Said]:
     """A push adds an entry for an open request, with helpers that have its action, and states each
     robot's new objective, which follows from the known state (D 5.2; see ``helper``)."""
-    if record.depth != len(now.stack) + 1:
-        problem = f"the stack is {len(now.stack) + 1} deep after the push, not {record.depth}"
+    for problem in differences(record, now, depth=len(now.stack) + 1):
         yield now.turn.robot, problem
     yield from _missing(record.objectives, now)
     name, requester = record.obstacle, record.requester
@@ -60,13 +59,12 @@ class PopRule(Rule):
         if record.type == "reopened":
             self._reopened[record.obstacle] = record.line
             return
-        deep, robot = len(now.stack) - 1, now.turn.robot
-        entry = now.entry_of(record)
+        robot, entry = now.turn.robot, now.entry_of(record)
         before = entry is not None and entry.line < self._reopened.get(record.obstacle, 0)
         if entry is None:
             yield robot, f"no such entry for {record.obstacle} is on the stack"
-        if record.depth != deep:
-            yield robot, f"the stack is {deep} deep after the pop, not {record.depth}"
+        for problem in differences(record, now, depth=len(now.stack) - 1):
+            yield robot, problem
         if record.obstacle in now.requests and not before:
             yield robot, f"{record.obstacle} is popped, but neither resolved, gone nor given up"
         yield from _missing(record.objectives, now)

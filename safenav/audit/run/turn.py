@@ -42,6 +42,10 @@ FINAL = ("untraversable", "operator")
 """Reasons for which an obstacle is permanent."""
 
 
+ROUNDED = 1e-6
+"""Seconds by which sums of written times may differ."""
+
+
 @dataclass(frozen=True)
 class StackEntry:
     """An entry of the objective stack: helpers, requester and obstacle; ``before``: the stored
