@@ -138,8 +138,7 @@ class Passes(Algorithm):
             self.traffic.tick()
         if names := self.traffic.given_up():
             self.settle([RequestsSetAside(names)])
-        turned, self.traffic.turned = self.traffic.turned, {}
-        for name, target in turned.items():
+        for name, target in self.traffic.turned().items():
             robot = self.team.robots[name]
             robot.own.begin_with(target)
             self.settle(

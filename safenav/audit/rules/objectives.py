@@ -82,7 +82,9 @@ def missed_goal(now: Situation) -> Iterator[Said]:
     (after one round, if the objective is not its own)."""
     turn = now.turn
     for synthesis in () if now.live or now.is_cut_short() else turn.all("synthesis"):
-        robot, since = synthesis.robot, synthesis.line
+        robot = synthesis.robot
+        same = (s for s in turn.all("synthesis") if s.objective == synthesis.objective)
+        since = min(s.line for s in same if s.robot == robot)  # a second one counts no new goal
         told = any(goal.robot == robot and goal.line > since for goal in turn.all("goal"))
         if not told and _begins_on_target(synthesis, now):
             place = now.show(now.region[robot])

@@ -8,7 +8,7 @@ keep no state.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -66,7 +66,8 @@ class Settlement(Struct, frozen=True):
 
 class TrafficNotes(Struct):
     """Findings of traffic while a settlement is in force. A plan was requested: ``cleared``, for a
-    robot that blocks a helper; ``hurried``, for a deadline; ``turned``, with other targets first.
+    robot that blocks a helper; ``hurried``, for a deadline; ``turned``, with other targets first:
+    the robots that need a strategy for that before, each with its target (None: no such plan).
     ``followed``: a plan was begun, at whose end ``followers`` stand behind their helper;
     ``hopeless``: obstacles that no joint state serves; ``hemmed_in``: robots, with their poses,
     that no order of moves brings to their next target; ``impasses``: states in which no plan
@@ -74,7 +75,7 @@ class TrafficNotes(Struct):
 
     cleared: bool = False
     hurried: bool = False
-    turned: bool = False
+    turned: Mapping[str, int] | None = None
     followed: bool = False
     followers: frozenset[str] = frozenset()
     hopeless: frozenset[str] = frozenset()

@@ -54,8 +54,6 @@ class Traffic:
         self.stop = stop
         self.clock = clock
         self.wanted: PlanTrigger | None = None
-        self.turned: Mapping[str, int] = {}
-        """Robots that, by the last search, must begin with another of their targets."""
         self._looked = -1.0
         self._pending: PendingSearch | None = None
         self._all_wait = False
@@ -85,6 +83,15 @@ class Traffic:
         """The obstacles that no joint state can serve, by a search since the last call."""
         notes = self.state.last_settled.notes
         found, notes.hopeless = notes.hopeless, frozenset()
+        return found
+
+    def turned(self) -> Mapping[str, int]:
+        """The robots that, by a search since the last call, must begin with another target, each
+        with that target; none if the team has decided again since then."""
+        notes = self.state.last_settled.notes
+        found = notes.turned or {}
+        if found:
+            notes.turned = {}
         return found
 
     def holds(self, name: str) -> bool:
@@ -292,9 +299,9 @@ class Traffic:
         requires."""
         turned = self.search.turned(problem, answer.states)
         notes = self.state.last_settled.notes
-        if not turned or notes.turned:
+        if not turned or notes.turned is not None:
             return False
-        self.turned, notes.turned = turned, True
+        notes.turned = turned
         self.occasions.watch.begin_anew()
         return True
 
