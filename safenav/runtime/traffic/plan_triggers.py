@@ -76,11 +76,9 @@ class PlanTriggers:
             if not 0 < self._distance(floor, name) < FAR:
                 continue
             # A repetition only helps while budgets grow, and some robot must move first.
-            key = floor.poses, floor.stages, tuple(robot.active for robot in robots.values())
+            key, active = self._present(floor), all(r.active for r in robots.values())
             self.tried[key] += 1
-            if self.tried[key] > (
-                1 if not all_still or not all(key[2]) else 4 * budgets.MOST_FAILURES
-            ):
+            if self.tried[key] > (4 * budgets.MOST_FAILURES if all_still and active else 1):
                 return None
             return PlanTrigger(f"{name} makes no progress towards its target", name)
         return None
@@ -91,9 +89,14 @@ class PlanTriggers:
         possible = self.state.scenario.deadlock and name in self._searches.sharing
         if not possible or not 0 < self._distance(floor, name) < FAR:
             return False
-        key = name, floor.poses, floor.stages
+        key = name, self._present(floor)
         self.tried[key] += 1
         return self.tried[key] <= 4 * budgets.MOST_FAILURES
+
+    def _present(self, floor: Floor) -> Hashable:
+        """Return the state on which the success of a plan depends."""
+        robots = [(r.active, r.own.objective) for r in self.state.robots.values()]
+        return floor.poses, floor.stages, tuple(robots), tuple(self.state.inputs.items())
 
     def _due(self) -> PlanTrigger | None:
         """Return a trigger if by the last decision an obstacle has a deadline and the robot that
