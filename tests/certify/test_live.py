@@ -11,10 +11,8 @@ from audit.living import living
 from certify.making import SCENARIOS, files_of, judged, rewrite, shipped
 from certify.mutants import lines_of, with_lines
 from certify.tasks import scenario_of, task_of, verdict_of
-from runtime.counting import COUNTING
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_trace
-from safenav.outcome import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
@@ -75,27 +73,6 @@ def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
     assert f"All {by.total()} moves are legal" in said
     some = f"{by['strategy']} follow strategies; the others follow a joint plan"
     assert (some if by["strategy"] < by.total() else "All follow strategies.") in said
-
-
-ENDS = """
-safenav: 1
-map: {grid: [".....", "....."]}
-robots: {q: {model: quadcopter, start: 0, objective: {once: [4]}}}
-until: {rounds: 3}
-"""
-
-
-@pytest.mark.parametrize("text", [COUNTING, ENDS], ids=["memory", "the last pass"])
-def test_passes_without_a_line_count_for_what_a_strategy_remembers(
-    text: str, tmp_path: Path
-) -> None:
-    """The robot stays for two passes to count, and says so in the first."""
-    scenario = replace(load_scenario_text(text), clock=Clock.LIVE)
-    with TraceWriter(tmp_path / "run.jsonl") as writer:
-        assert Mission(scenario, listeners=[writer]).run().outcome is Outcome.COMPLETED
-    bundle_of_trace(tmp_path / "run.jsonl", tmp_path / "bundle")
-    status, said = judged(tmp_path / "bundle")
-    assert status == 0, said
 
 
 @pytest.mark.parametrize("tracking", ["exact", "belief"])

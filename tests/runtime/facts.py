@@ -11,13 +11,12 @@ from click.testing import CliRunner
 
 from certify.making import certified
 from runtime.played import Line, Run, loaded, play, whole
-from safenav.audit.check import audit, check_trace
+from runtime.resuming.cuts import continued, moves
+from safenav.audit.check import check_trace
 from safenav.cli.check import command
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
-from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission
-from safenav.trace.reading import read_lines
 from safenav.trace.records import KINDS
 
 Facts = dict[str, Any]
@@ -45,6 +44,7 @@ def hold(text: str, facts: Facts) -> None:
         _has(str(error.value), facts["refused"])
         return
     run, damages, rests = play(text), facts.pop("damaged", ()), facts.pop("rests", ())
+    cut = facts.pop("cut", None)
     if said := facts.pop("certified", ()):
         _has(certified(text), () if said is True else said)
     if said := facts.pop("notes", ()):
@@ -55,6 +55,8 @@ def hold(text: str, facts: Facts) -> None:
         _refused(Run(deepcopy(run.records)), damage)
     for rest in rests:
         _continued(run, text, dict(rest))
+    if cut:
+        _cut(run, text, cut)
 
 
 def _has(text: str, words: list[str]) -> None:
@@ -149,8 +151,19 @@ def _place(line: Line, path: str) -> tuple[Any, Any]:
 def _continued(run: Run, text: str, rest: Facts) -> None:
     """Check the rest of the run that is cut after a line."""
     last = _found(run, *rest.pop("after"))
-    first = read_lines(run.lines[: 1 + next(k for k, r in enumerate(run.records) if r is last)])
-    continued = play(resumed(first, loaded(text)))
-    findings = audit(read_lines(continued.lines), first).findings
-    assert findings == (), [*map(str, findings)]
-    _recorded(continued, rest)
+    end = next(k for k, line in enumerate(run.records, 1) if line is last)
+    found = continued(run, end, loaded(text))
+    assert not found.findings, found.findings
+    _recorded(found, rest)
+
+
+def _cut(run: Run, text: str, alike: str) -> None:
+    """Check that each rest of the run has its outcome, or the moves of the run from there on."""
+    expected, scenario = moves(run.records), loaded(text)
+    for end in range(2, len(run.records) - 1, 1 if alike == "moves" else 3):
+        rest = continued(run, end, scenario)
+        assert rest.outcome["outcome"] == run.outcome["outcome"], end
+        had = rest.records[0]["scenario"]["begun"].get("had", ())
+        after = [move for move in rest.all("move") if move["tick"] > 1 or move["robot"] not in had]
+        both = moves(run.records[:end]) + moves(after)
+        assert alike != "moves" or both == expected, (end, run.records[end])

@@ -32,59 +32,13 @@ def with_another(rest: Scenario) -> Scenario:
     return joined(rest, f"bee: {{model: quadcopter, start: {place}, objective: {{hold: {place}}}}}")
 
 
+def moves(records: Iterable[Line]) -> list[tuple[str, int, int, str]]:
+    keys = "robot", "from", "to", "by"
+    return [tuple(one[key] for key in keys) for one in records if one["type"] == "move"]
+
+
 def goals(records: Iterable[Line]) -> list[tuple[str, int, int]]:
     return [(one["robot"], one["goal"], one["round"]) for one in records if one["type"] == "goal"]
-
-
-ORDERS = """
-map: {grid: [".......", "......."]}
-catalogue:
-  robots: {arm: {mobility: free, layer: ground, capabilities: [take, put]}}
-  obstacles:
-    load: {needs: [{action: take, at: [0]}, {action: put, at: [13], same: true}], blocks: []}
-robots: {a: {model: arm, start: 3, objective: {visit: [6, 7]}}}
-orders: [{at: 2, type: load, region: 13}, {at: 2, type: load, region: 13}]
-until: {rounds: 1}
-"""
-
-
-COMES_BACK = """
-map: {grid: [".....", "....."]}
-robots:
-  d: {model: digit, start: 0, heading: east, objective: {visit: [4, 5]}}
-  q: {model: quadcopter, start: 9, objective: {visit: [0, 9]}}
-obstacles: [{type: door, region: 2, until: 6}, {type: door, region: 2, from: 8}]
-"""
-
-
-BATTERY = """
-map: {grid: ["......."]}
-catalogue:
-  robots: {cart: {mobility: free, layer: ground, battery: {capacity: 12, charge: 3, start: 0}}}
-robots: {c: {model: cart, start: 0, objective: {visit: [6, 0]}}}
-chargers: [0]
-until: {rounds: 1}
-"""
-
-
-CLOSED = """
-map: {grid: [".....", ".#.#.", "....."]}
-robots:
-  q: {model: quadcopter, start: 4, objective: {hold: 4}}
-  r: {model: husky, start: 0, objective: {visit: [4, 0]}}
-obstacles:
-  - {type: uncertainty, region: 2, traversable: {probability: 0.01}}
-  - {type: uncertainty, region: 7, traversable: {probability: 0.99}}
-"""
-
-
-ALARM = """
-map: {grid: ["....."]}
-robots:
-  q: {model: quadcopter, start: 0, objective: {visit: [1, 0]}, when: {alarm: {visit: [4, 3]}}}
-inputs: {alarm: {at: ["2-4"]}}
-until: {rounds: 1}
-"""
 
 
 REMEMBERS = """
@@ -122,15 +76,6 @@ ONE = """
 map: {grid: [".....", "....."]}
 robots: {r: {model: husky, start: 0, objective: {%s}}}
 until: {rounds: 3}
-"""
-
-
-DOOR = """
-map: {grid: [".....", ".###.", "....."]}
-robots:
-  d: {model: digit, start: 10, heading: east, objective: {visit: [14, 10]}}
-  q: {model: quadcopter, start: 0, objective: {visit: [4, 0], within: 9}}
-obstacles: [{type: door, region: 2, resolve_within: 12}]
 """
 
 

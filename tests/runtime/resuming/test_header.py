@@ -4,11 +4,14 @@ import re
 
 import pytest
 
+from runtime.facts import case
 from runtime.played import loaded, play
-from runtime.resuming.cuts import BATTERY, DOOR, KINDS, ONE, ORDERS, continued
+from runtime.resuming.cuts import KINDS, ONE, continued
 from safenav.audit.check import audit
 from safenav.runtime.analysis.resuming import resumed
 from safenav.trace.reading import read_lines
+
+DOOR = case("resumed/door_with_deadlines")
 
 
 @pytest.mark.parametrize(
@@ -100,7 +103,7 @@ def told_otherwise(text: str, end: int, where: tuple[str, ...], other: object) -
 
 
 def test_a_charge_and_the_progress_with_a_load_are_compared() -> None:
-    told = told_otherwise(BATTERY, 20, ("robots", "c", "battery", "start"), 12)
+    told = told_otherwise(case("resumed/charge"), 20, ("robots", "c", "battery", "start"), 12)
     assert told[0].startswith("charge of c: 12; in the first run: ")
-    told = told_otherwise(ORDERS, 20, ("begun", "met"), {})
+    told = told_otherwise(case("resumed/loads"), 20, ("begun", "met"), {})
     assert told[0].startswith("fulfilled needs of load@13#2: 0; in the first run: 1")

@@ -5,8 +5,9 @@ import json
 import pytest
 from msgspec.structs import replace
 
+from runtime.facts import case
 from runtime.played import completed, loaded, play
-from runtime.resuming.cuts import DOOR, DUE, KINDS, ONE, TIGHT, begun, continued, goals
+from runtime.resuming.cuts import DUE, KINDS, ONE, TIGHT, begun, continued, goals
 from safenav.begun import Begun, Done
 from safenav.runtime.analysis.resuming import resumed
 from safenav.trace.reading import read_lines
@@ -60,7 +61,7 @@ def test_a_target_that_a_robot_crosses_does_not_count_again() -> None:
 
 def test_deadlines_keep_their_ages() -> None:
     """At the end of a tick, the rest is due with the run, and completed no later."""
-    scenario = loaded(DOOR)
+    scenario = loaded(case("resumed/door_with_deadlines"))
     whole = play(scenario)
     ticks = [line.get("tick", 0) for line in whole.records]
     due = {(line["of"], line["due"]) for line in whole.all("deadline")}

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 import warm
 from once import SCENARIOS
+from runtime.facts import case
 from runtime.played import play, whole
-from runtime.resuming.cuts import CLOSED, DOOR
 from safenav.errors import InputError, UsageError
 from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.model import Scenario
@@ -94,7 +94,7 @@ def test_a_resumed_run_keeps_its_clock(option: list[str], path: Path) -> None:
 
 def test_a_live_run_stays_live(tmp_path: Path) -> None:
     source, trace = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
-    source.write_text(whole(CLOSED))
+    source.write_text(whole(case("resumed/untraversable")))
     run = ("run", source, "--clock", "live", "--seed", "7", "--trace", trace)
     assert warm.safenav(*run).returncode == 0
     trace.write_text("".join(trace.read_text().splitlines(keepends=True)[:6]))
@@ -105,8 +105,8 @@ def test_a_live_run_stays_live(tmp_path: Path) -> None:
 def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None:
     first, rest = tmp_path / "first.jsonl", tmp_path / "rest.jsonl"
     source = tmp_path / "s.yaml"
-    source.write_text(whole(DOOR))
-    lines = play(DOOR).lines
+    source.write_text(whole(case("resumed/door_with_deadlines")))
+    lines = play(case("resumed/door_with_deadlines")).lines
     first.write_text("".join(lines[:40]))
     assert warm.safenav("resume", first, source, "--trace", rest, "--no-map").returncode == 0
     assert warm.safenav("check-trace", rest, "--after", first).returncode == 0

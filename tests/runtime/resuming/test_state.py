@@ -7,19 +7,9 @@ import pytest
 from msgspec.structs import replace
 
 from once import SCENARIOS
-from runtime.counting import COUNTING
+from runtime.facts import case
 from runtime.played import Run, begin, completed, loaded, play
-from runtime.resuming.cuts import (
-    ALARM,
-    BATTERY,
-    CLOSED,
-    COMES_BACK,
-    DOOR,
-    DUE,
-    ORDERS,
-    begun,
-    continued,
-)
+from runtime.resuming.cuts import DUE, begun, continued
 from runtime.test_operator import GATE, attended
 from safenav.audit.check import audit
 from safenav.runtime.analysis.resuming import resumed
@@ -28,6 +18,10 @@ from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_bytes, read_lines
+
+ORDERS, BATTERY, CLOSED, ALARM = (
+    case(f"resumed/{name}") for name in ("loads", "charge", "untraversable", "alarm")
+)
 
 
 @pytest.mark.parametrize("name", ["case_study_3", "corridor_swap", "beam", "two_digits"])
@@ -77,18 +71,6 @@ def test_a_run_that_never_began_is_refused_again() -> None:
     run = play(scenario)
     assert run.outcome["outcome"] == "unrealizable"
     assert continued(run, 1, scenario).outcome["outcome"] == "unrealizable"
-
-
-@pytest.mark.parametrize(
-    "text",
-    [ORDERS, COMES_BACK, COUNTING, BATTERY, CLOSED, ALARM, DOOR],
-    ids=["orders", "back", "memory", "charge", "closed", "alarm", "deadlines"],
-)
-def test_a_run_continues_from_each_of_its_lines(text: str) -> None:
-    scenario = loaded(text)
-    run = play(scenario)
-    for end in range(2, len(run.lines) - 1, 3):
-        assert continued(run, end, scenario).outcome["outcome"] == "completed", end
 
 
 def test_what_an_input_has_changed_is_as_it_was() -> None:
@@ -266,22 +248,6 @@ def test_an_input_that_a_user_has_set_stays_so(
     assert sorted({goal["region"] for goal in rest.all("goal")}) == last
 
 
-FLAT = """
-map: {grid: ["......."]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, battery: {capacity: 12, charge: 3, stay: 1, start: 2}}
-    van: {mobility: free, layer: ground, capabilities: [lift]}
-  obstacles: {empty: {needs: [{action: lift, at: neighbours}], blocks: []}}
-robots:
-  c: {model: cart, start: 3, objective: {visit: [4, 0]}}
-  v: {model: van, start: 6, objective: {hold: 6}}
-chargers: [0]
-flat: empty
-until: {rounds: 1}
-"""
-
-
 BEHIND = """
 map: {grid: [".....", "....."]}
 catalogue:
@@ -315,15 +281,6 @@ def test_a_request_is_due_for_the_charge_at_the_end_of_the_tick(first: str) -> N
     assert dues == {9}
 
 
-def test_a_run_continues_with_an_empty_battery(clock: str) -> None:
-    scenario = loaded(f"{FLAT}clock: {clock}\n")
-    rest = resumed(read_lines(play(scenario).upto("appeared")), scenario)
-    battery = rest.robots[0].model.battery
-    assert battery is not None
-    assert battery.start == 0
-    completed(rest)
-
-
 TWICE = """
 map: {grid: ["..........", "##########"]}
 robots:
@@ -347,25 +304,3 @@ def test_the_rest_of_a_rest_begins_where_that_ends() -> None:
     assert [obstacle.name for obstacle in rest.obstacles] == ["door@6"]
     assert (rest.until.by, [change.at for change in rest.changes]) == (17, [9])
     assert rest.inputs[0].spans == ((25, 25),)
-
-
-NARROW = """
-map: {grid: ["#######", "#..#..#", "#.....#", "#..#..#", "#######"]}
-catalogue:
-  robots: {cart: {mobility: free, layer: ground, capabilities: [lift]}}
-  obstacles: {beam: {needs: [{action: lift, robots: 2, at: neighbours, together: true}]}}
-robots:
-  a: {model: cart, start: [2, 1], objective: {visit: [[2, 5], [2, 1]]}}
-  b: {model: cart, start: [1, 1], objective: {hold: [1, 1]}}
-obstacles: [{type: beam, region: [2, 3]}]
-until: {rounds: 1}
-"""
-
-
-def test_a_request_that_was_open_is_part_of_the_first_impasse_of_the_rest() -> None:
-    """Only one of the two that must lift the beam has room beside it."""
-    run = play(NARROW)
-    rest = continued(run, len(run.upto("backtrack")), loaded(NARROW))
-    for ended in (run, rest):
-        assert ended.outcome["outcome"] == "operator_needed"
-        assert "no room for all of them" in ended.outcome["explanation"]
