@@ -7,7 +7,7 @@ team with all of them either.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from itertools import pairwise
 
 from msgspec.structs import replace
@@ -33,7 +33,7 @@ class ContinuationPlans:
         self._searches = searches
         self._last: tuple[Course, Sequence[JointState]] | None = None
         self._known: dict[JointState, bool] = {}
-        self._about: Course | None = None
+        self._about: Hashable = None
         self._work = Effort(budgets.CERTIFICATE_WORK)
 
     @property
@@ -149,14 +149,10 @@ class ContinuationPlans:
 
     def _concern(self, course: Course) -> None:
         """Discard results of another problem or mission."""
-        of, self._about = self._about, course
-        same = of is not None and of.problem is course.problem and of.rounds == course.rounds
-        if not (of and same and _mission(of) == _mission(course)):
+        about = course.problem, course.rounds, course.served, course.sent, course.excused
+        if about != self._about:
             self._known.clear()
-
-
-def _mission(course: Course) -> tuple[Collection[int], Mapping[int, int], Collection[int]]:
-    return course.served, course.sent, course.excused
+        self._about = about
 
 
 def rejoined(

@@ -60,21 +60,26 @@ class PlanSearch(Struct):
         """Return a search limited by the remaining work."""
         return self.searches.search(problem, goals, work=self.work)
 
-    def sought(self, plain: Floor, floor: Floor, helping: bool) -> tuple[SearchProblem, Answer]:
+    @property
+    def helping(self) -> bool:
+        """Return whether a robot helps: then plans end with a resolution."""
+        return any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
+
+    def sought(self, plain: Floor, floor: Floor) -> tuple[SearchProblem, Answer]:
         """Search for a plan, including the last resorts; return it with the problem that gives its
         start. Raises RunEnded as ``_check_small_groups``."""
         self.work = Effort(budgets.MOST_WORK - self.used)
         problem = self.searches.problem(floor)
         if self.state.live and problem.start.stages != floor.stages:
             return problem, BudgetExhausted()  # a robot is about to resolve an obstacle
-        problem, search, answer = self._searched(problem, helping)
+        problem, search, answer = self._searched(problem)
         if (isinstance(answer, Exhausted) or self.hopeless) and floor is not plain:
             if remembering(floor.problem):
                 if isinstance(answer, Exhausted) and (proof := self._proof(plain)) is not None:
                     return proof
                 self.searches.give_up(plain)
             # there are paths besides those of the strategies
-            problem, search, answer = self._searched(self.searches.problem(plain), helping)
+            problem, search, answer = self._searched(self.searches.problem(plain))
         exhausted, floor = isinstance(answer, Exhausted), problem.floor
         if (exhausted or self.hopeless) and any(m.any_first for m in floor.problem.members):
             tried = [problem.course] if exhausted else []
@@ -92,7 +97,7 @@ class PlanSearch(Struct):
             answer = (None if self.searches.turning else one_leg(search)) or answer
         if isinstance(answer, Found):
             answer = self._repeatable(problem, answer)
-            answer = self._left_well(problem, answer, helping)
+            answer = self._left_well(problem, answer)
         return problem, answer
 
     def _repeatable(self, problem: SearchProblem, found: Found) -> Found:
@@ -125,7 +130,7 @@ class PlanSearch(Struct):
         answer = self.search_of(problem).singles(budgets.PROOF_BUDGET)
         return (problem, answer) if isinstance(answer, Exhausted) else None
 
-    def _left_well(self, problem: SearchProblem, found: Found, helping: bool) -> Found:
+    def _left_well(self, problem: SearchProblem, found: Found) -> Found:
         """Return a plan for which each robot's charge suffices, and at whose end each may stay or
         return to service: the plan that was found, if it has these properties or no other has."""
         charged = self.searches.charged(problem)
@@ -136,11 +141,11 @@ class PlanSearch(Struct):
             stay = done(state) and all(m >> state.poses[i] & 1 for i, m in stays.items())
             return stay and self.in_service.ends_well(problem, state)
 
-        cut = self.cut(problem, found.states, helping)
+        cut = self.cut(problem, found.states)
         states = charged.course.along(begun, (state.poses for state in cut[1:]))
         if ends_well(states[-1]) and all(map(lasts, states)):
             return found
-        done = partial(self.leg_done, charged, helping=helping)
+        done = partial(self.leg_done, charged)
         there = partial(self.starving_is_there, charged)
         for rounds, goal in ((1, done), (budgets.ROUNDS_FIRST, there)):
             search = self.search_of(charged)
@@ -237,42 +242,35 @@ class PlanSearch(Struct):
         changed = any(state.stages[k] != start.stages[k] for k in some)
         return changed or bool(goal >> state.poses[index] & 1)
 
-    def cut(
-        self, problem: SearchProblem, states: Sequence[JointState], helping: bool
-    ) -> list[JointState]:
+    def cut(self, problem: SearchProblem, states: Sequence[JointState]) -> list[JointState]:
         """Return the plan up to the first resolution or, if it is not followed through the mission,
         until each robot has counted a goal."""
-        found, through = [], self._through_the_mission(helping)
+        found, through = [], self._through_the_mission()
         for state in states:
             found.append(state)
             resolved = state.stages != problem.start.stages
-            done = resolved if through else self.leg_done(problem, state, helping)
+            done = resolved if through else self.leg_done(problem, state)
             if len(found) == self._leg_end or done:
                 break
         return found
 
-    def _through_the_mission(self, helping: bool) -> bool:
+    def _through_the_mission(self) -> bool:
         """Live: return whether the robots follow the whole plan, since on a narrow floor they would
         soon starve again. Not with helpers, robots out of service, batteries or formulas: these
         may invalidate the rest of the plan."""
-        return (
-            self.state.live
-            and not helping
-            and all(
-                robot.active
-                and robot.assignment.role is Role.OWN
-                and robot.robot.model.battery is None
-                and not isinstance(robot.own.objective, Ltl)
-                for robot in self.state.robots.values()
-            )
+        return self.state.live and all(
+            robot.active
+            and robot.assignment.role is Role.OWN
+            and robot.robot.model.battery is None
+            and not isinstance(robot.own.objective, Ltl)
+            for robot in self.state.robots.values()
         )
 
-    def leg_done(self, problem: SearchProblem, state: JointState, helping: bool) -> bool:
+    def leg_done(self, problem: SearchProblem, state: JointState) -> bool:
         """Return whether a plan may end in a state: after a resolution or, if no robot helps, when
         each robot has counted a goal."""
-        if state.stages != problem.start.stages:
-            return True
-        return not helping and self._each_has_counted(problem, state)
+        resolved = state.stages != problem.start.stages
+        return resolved or (not self.helping and self._each_has_counted(problem, state))
 
     def charges(self, robot: RobotState) -> bool:
         """Return whether this is the starving robot, on its way to a charger."""
@@ -292,9 +290,7 @@ class PlanSearch(Struct):
                 return False
         return True
 
-    def _searched(
-        self, problem: SearchProblem, helping: bool
-    ) -> tuple[SearchProblem, Search, Answer]:
+    def _searched(self, problem: SearchProblem) -> tuple[SearchProblem, Search, Answer]:
         """Search for a plan; return the search and its result."""
         self.hopeless, floor = frozenset(), problem.floor
         self._cut_off, self._leg_end = self.searches.cut_off(floor), 0
@@ -314,9 +310,9 @@ class PlanSearch(Struct):
             if turning or not isinstance(answer, BudgetExhausted):
                 return problem, search, answer
         # All moves can be undone, so a plan for the present goals alone is safe.
-        search.goal = partial(self.leg_done, problem, helping=helping)
+        search.goal = partial(self.leg_done, problem)
         answer = search.run(self._rounds, 0)
-        if isinstance(answer, Found) and self._through_the_mission(helping):
+        if isinstance(answer, Found) and self._through_the_mission():
             answer = self._with_further_legs(problem, answer)
         if isinstance(answer, Exhausted):
             aside, sent = self.state.requests.aside, problem.course.sent.values()
@@ -336,7 +332,7 @@ class PlanSearch(Struct):
         while not problem.course.completed(here := states[-1]) and here.stages == states[0].stages:
             leg = problem.at(here)
             search = self.search_of(leg)
-            search.goal = partial(self.leg_done, leg, helping=False)
+            search.goal = partial(self.leg_done, leg)
             answer = search.run(1, 0)
             if not isinstance(answer, Found) or len(answer.states) == 1:
                 break

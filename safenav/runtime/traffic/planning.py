@@ -194,9 +194,8 @@ class Traffic:
     def _plan(self, occasion: PlanTrigger) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
         here, self.search.starved = self.searches.floor(), occasion.robot
-        helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
         pending = self._search_from(here)
-        found = self._sought(pending, occasion, helping)
+        found = self._sought(pending, occasion)
         if found is None:
             return
         problem, answer = found
@@ -215,7 +214,7 @@ class Traffic:
         if self.searches.turning:
             self._certificates.keep(problem.course, answer.states)
         counts = self.searches.counts(floor)
-        cut = self.search.cut(problem, answer.states, helping)
+        cut = self.search.cut(problem, answer.states)
         states = pending.from_here(problem.course, counts, cut)
         if states is None:
             self._search_again(occasion)
@@ -232,16 +231,14 @@ class Traffic:
         self._begin(floor, states, counts, occasion.reason)
 
     def _sought(
-        self, pending: PendingSearch, occasion: PlanTrigger, helping: bool
+        self, pending: PendingSearch, occasion: PlanTrigger
     ) -> tuple[SearchProblem, Answer] | None:
         """The result of a search with its problem and first state; None if it is not available yet,
         or does not apply to the robots' present state."""
         plain = pending.floor
         floor = self.searches.aimed(plain)
         try:
-            found = self.thinking.ask(
-                pending.moment, lambda: self.search.sought(plain, floor, helping)
-            )
+            found = self.thinking.ask(pending.moment, lambda: self.search.sought(plain, floor))
         except Unknown:
             self.wanted, self._pending = replace(occasion, gate=None), pending
             return None

@@ -37,12 +37,11 @@ class GuaranteeError(SafenavError):
 
 class _Watched(Struct):
     """One robot's specification in execution. ``met``: when each fairness assumption last held;
-    ``good``: steps that break nothing; ``broken``: the assumptions that an observation breaks at a
-    node; ``fair``: the fairness assumptions that hold in a step."""
+    ``broken``: the assumptions that an observation breaks at a node; ``fair``: the fairness
+    assumptions that hold in a step, which breaks no guarantee."""
 
     spec: Specification
     met: dict[Constraint, int]
-    good: set[tuple[int, int | None, tuple[int, ...]]] = field(default_factory=set)
     broken: dict[tuple[int, tuple[int, ...]], list[Constraint]] = field(default_factory=dict)
     fair: dict[tuple[int, int | None, tuple[int, ...]], list[Constraint]] = field(
         default_factory=dict
@@ -91,19 +90,16 @@ class Monitors:
         watched, planner = self._watched[robot.name], robot.planner
         if planner.node is None or not self._complete(watched.spec, observed):
             return
-        before = planner.values()
-        after = {**before, **observed}
         step = (planner.node, proposal.node, tuple(observed.values()))
-        if proposal.node is not None:
-            after |= planner.strategy.values(proposal.node)
-            if step not in watched.good:
-                for broken in _violated(watched.spec, Section.SYS_TRANS, before, after):
-                    raise self._defect(robot, broken)
-                watched.good.add(step)
         held = watched.fair.get(step)
         if held is None:
-            held = [c for c in watched.met if holds(c.formula)(before, after)]
-            watched.fair[step] = held
+            before = planner.values()
+            after = {**before, **observed}
+            if proposal.node is not None:
+                after |= planner.strategy.values(proposal.node)
+                for broken in _violated(watched.spec, Section.SYS_TRANS, before, after):
+                    raise self._defect(robot, broken)
+            held = watched.fair[step] = [c for c in watched.met if holds(c.formula)(before, after)]
         for constraint in held:
             watched.met[constraint] = self._state.tick
 

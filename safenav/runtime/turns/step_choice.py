@@ -44,14 +44,7 @@ class StepChoice(Struct, frozen=True):
 
     def look_around(self, robot: RobotState, shown: frozenset[Region] = frozenset()) -> Sightings:
         """Look around, once per turn: each look extends beliefs by one step of the other robots. So
-        beliefs stay true also in turns without a decision."""
-        sightings = self._sightings(robot, shown)
-        self.tell.looked(robot.planner.task, sightings.known)
-        return sightings
-
-    def _sightings(self, robot: RobotState, shown: frozenset[Region]) -> Sightings:
-        """Return what a robot observes of the robots in its task; regions ``shown`` count as
-        occupied."""
+        beliefs stay true also in turns without a decision. Regions ``shown`` count as occupied."""
         team, here, task = self.state, robot.pose.region, robot.planner.task
         positions = {o.name: team.robots[o.name].pose.region for o in task.observed}
         known = team.beliefs.look(task, team.scenario.map, here, positions)
@@ -61,6 +54,7 @@ class StepChoice(Struct, frozen=True):
         # A specification assumes at most as many busy sides as robots (spec.other_robots.nearby).
         room = len(sides) if task.exclusive else len(moving) - len(sides & busy)
         busy |= set(sorted(shown - busy)[: max(0, room)])
+        self.tell.looked(task, known)
         return Sightings(here, frozenset(busy), positions, known)
 
     def observation(self, robot: RobotState) -> Hashable:
@@ -138,27 +132,20 @@ class StepChoice(Struct, frozen=True):
         return planner.held_back(robot.pose, observed)
 
     def _may_move(self, robot: RobotState, pose: Pose) -> bool:
-        """Whether a move loses nothing: the team can continue from there, alone and together."""
+        """Whether a move loses nothing: the team can continue from there, alone and together. Live:
+        it also avoids regions that others occupy or still need for the joint plan; and, while a
+        decision waits for strategies, lets the robot return."""
         if pose == robot.pose:
             return True
-        if pose.region in swept(self.state, robot.robot):
+        state, graph, safe = self.state, self.state.graph(robot), robot.assignment.safe_poses
+        closed = taken(state, robot.robot) if state.live else swept(state, robot.robot)
+        if state.live and self.traffic.plan.ahead(robot.name) >> pose.region & 1:
             return False
-        if self.state.live and not self._out_of_ways(robot, pose):
+        number = graph.number(pose)
+        if pose.region in closed or (graph.one_way and safe is not None and not safe >> number & 1):
             return False
-        graph = self.state.graph(robot)
-        kept = robot.assignment.safe_poses
-        if graph.one_way and kept is not None and not kept >> graph.number(pose) & 1:
-            return False
+        if state.deferred and graph.one_way:
+            free = graph.everywhere & ~graph.poses_on(region_mask(closed))
+            if not graph.returns(number, graph.number(robot.pose), free):
+                return False
         return self.traffic.certified(robot.name, pose)
-
-    def _out_of_ways(self, robot: RobotState, pose: Pose) -> bool:
-        """Live: whether ``pose`` avoids regions that others occupy or still need for the joint
-        plan; and, while a decision waits for strategies, lets the robot return."""
-        had = taken(self.state, robot.robot)
-        if pose.region in had or self.traffic.plan.ahead(robot.name) >> pose.region & 1:
-            return False
-        graph = self.state.graph(robot)
-        if not self.state.deferred or not graph.one_way:
-            return True
-        allowed = graph.everywhere & ~graph.poses_on(region_mask(had))
-        return graph.returns(graph.number(pose), graph.number(robot.pose), allowed)

@@ -82,8 +82,8 @@ def test_nothing_is_searched_where_others_that_stay_close_the_way() -> None:
     )
     problem = Problem(members, (gate,), tuple(frozenset(range(3)) - {i} for i in range(3)))
     looked: list[int] = []
-    search = Quickest(problem, (Stage(),), (10, 28, 22), 0, lambda: looked.append(1))
-    assert search._search([0, 1], 1 << 30) is None
+    search = Quickest(problem, (Stage(),), (10, 28, 22), 0, lambda: looked.append(1), (0, 1))
+    assert search._search(1 << 30) is None
     assert len(looked) < 2
 
 

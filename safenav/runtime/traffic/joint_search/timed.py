@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Floor, OpenNeed, Problem, Stages
 from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
-from safenav.world.poses import FAR, Mask
+from safenav.world.poses import FAR, Mask, region_mask
 
 Robot = tuple[int, int, int]
 """A robot's pose, its destination, and the remaining ticks of its step (0: it has arrived)."""
@@ -30,13 +30,15 @@ Poses = tuple[int, ...]
 
 
 class Quickest(Struct, frozen=True, eq=False, dict=True):
-    """Searches from ``poses`` for the next need of an obstacle (``gate``)."""
+    """Searches from ``poses`` for the next need of an obstacle (``gate``). ``movers``: the robots
+    that move in the present search; all others are parked."""
 
     problem: Problem
     stages: Stages
     poses: tuple[int, ...]
     gate: int
     stopping: Callable[[], None] = lambda: None
+    movers: Sequence[int] = ()
 
     @cached_property
     def _need(self) -> OpenNeed:
@@ -53,54 +55,55 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
     def plan(self) -> list[Poses] | None:
         """Return the joint poses of the earliest plan found, the present ones first, then those
         after each tick; None if there is none, or the budget is exhausted."""
-        free = self._fields(range(len(self.poses)), parked=False)
+        everybody = replace(self, movers=range(len(self.poses)))
         reach = sorted(
             (field[self.poses[i]] * self.problem.members[i].ticks, i)
-            for i, field in free.items()
+            for i, field in everybody._fields.items()
             if field[self.poses[i]] < FAR
         )
         if len(reach) < self._missing:
             return None
         least = reach[self._missing - 1][0]
         movers = [i for _, i in reach[: max(MOST_HELPERS, self._missing)]]
-        others = self._by_nearness(movers, free)
+        others = everybody._by_nearness(movers)
         best: list[Poses] | None = None
         for more in range(min(2, len(others)) + 1):
             most = FAR if best is None else len(best) - 2
-            best = self._search(sorted((*movers, *others[:more])), most) or best
+            moving = replace(self, movers=sorted((*movers, *others[:more])))
+            best = moving._search(most) or best
             if best is not None and len(best) - 1 <= least:  # no robot blocks another
                 break
         return best
 
-    def _fields(self, movers: Sequence[int], *, parked: bool = True) -> dict[int, list[int]]:
-        """Return the steps from each pose to the need's regions, for the movers that can fulfil it;
-        ``parked``: the other robots count as walls."""
+    @cached_property
+    def _fields(self) -> dict[int, list[int]]:
+        """The steps from each pose to the need's regions, for the movers that can fulfil it."""
         found = {}
-        for i in movers:
-            if i in self._able:
-                graph = self.problem.members[i].graph
-                allowed = self._allowed(i, movers) if parked else self._floor(i)
-                goal = graph.poses_on(self._need.regions) & (allowed | 1 << self.poses[i])
-                found[i] = graph.distances(goal, allowed)
+        for i in sorted(self._able.intersection(self.movers)):
+            graph, allowed = self.problem.members[i].graph, self._allowed[i]
+            goal = graph.poses_on(self._need.regions) & (allowed | 1 << self.poses[i])
+            found[i] = graph.distances(goal, allowed)
         return found
 
-    def _floor(self, robot: int) -> Mask:
-        return self.problem.allowed(robot, self.stages)
-
-    def _allowed(self, robot: int, movers: Sequence[int]) -> Mask:
-        graph, walls = self.problem.members[robot].graph, 0
-        for other in self.problem.conflicts[robot].difference(movers):
-            walls |= 1 << self._region(other, self.poses[other])
-        return self._floor(robot) & ~graph.poses_on(walls)
+    @cached_property
+    def _allowed(self) -> dict[int, Mask]:
+        """The poses that each mover may take: parked robots are walls."""
+        found = {}
+        for i in self.movers:
+            parked = self.problem.conflicts[i].difference(self.movers)
+            walls = region_mask(self._region(other, self.poses[other]) for other in parked)
+            graph = self.problem.members[i].graph
+            found[i] = self.problem.allowed(i, self.stages) & ~graph.poses_on(walls)
+        return found
 
     def _region(self, robot: int, pose: int) -> int:
         return pose % self.problem.members[robot].graph.size
 
-    def _by_nearness(self, movers: Sequence[int], free: dict[int, list[int]]) -> list[int]:
+    def _by_nearness(self, movers: Sequence[int]) -> list[int]:
         """Return the other robots that can block a mover, the nearest to its path first."""
         ways = 0
         for i in movers:
-            graph, pose, field = self.problem.members[i].graph, self.poses[i], free[i]
+            graph, pose, field = self.problem.members[i].graph, self.poses[i], self._fields[i]
             while 0 < field[pose] < FAR:
                 pose = min(graph.steps(pose), key=lambda q: field[q])
                 ways |= 1 << pose % graph.size
@@ -108,123 +111,117 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         found = []
         for i in sorted(rivals):
             graph = self.problem.members[i].graph
-            away = graph.steps_between(1 << self.poses[i], graph.poses_on(ways), self._floor(i))
+            away = graph.steps_between(1 << self.poses[i], graph.poses_on(ways), self._allowed[i])
             found.append((FAR if away is None else away, i))
         return [i for _, i in sorted(found)]
 
-    def _search(self, movers: Sequence[int], most: int) -> list[Poses] | None:
-        fields, steps, most = self._fields(movers), {}, min(most, FAR - 1)  # others are walls
-        for i in movers:
-            steps[i] = self._allowed(i, movers)
-        here = tuple((self.poses[i], self.poses[i], 0) for i in movers)
+    def _search(self, most: int) -> list[Poses] | None:
+        most = min(most, FAR - 1)
+        here = tuple((self.poses[i], self.poses[i], 0) for i in self.movers)
         start: State = (here, frozenset())
         before: dict[tuple[State, int], tuple[State, int] | None] = {(start, 0): None}
         ticket = counting()
-        first = self._bound(start, 0, movers, fields)
+        first = self._bound(start, 0)
         heap = [(first, 0, next(ticket), 0, start)]
         seen: dict[tuple[State, int], int] = {}
         while heap:
             bound, _, _, turn, state = heapq.heappop(heap)
             if bound > most or len(seen) > TIMED_STATES:
                 return None
-            at = turn % len(movers)
+            at = turn % len(self.movers)
             if seen.get((state, at), FAR) <= turn:
                 continue
             seen[state, at] = turn
             self.stopping()
-            for after in self._after(state, at, movers, steps[movers[at]]):
+            for after in self._after(state, at):
                 key = (after, turn + 1)
                 if key in before:
                     continue
                 before[key] = (state, turn)
-                if self._met(after, movers):
-                    return self._ways(before, key, movers)
-                ahead = self._bound(after, turn + 1, movers, fields)
+                if self._met(after):
+                    return self._ways(before, key)
+                ahead = self._bound(after, turn + 1)
                 if ahead <= most:
                     heapq.heappush(heap, (ahead, -turn, next(ticket), turn + 1, after))
         return None
 
-    def _after(
-        self, state: State, at: int, movers: Sequence[int], allowed: Mask
-    ) -> Iterator[State]:
+    def _after(self, state: State, at: int) -> Iterator[State]:
         """Yield the states after the turn of a mover: it stays, begins a step or continues one, and
         takes part in the need if it is in one of its regions."""
         robots, done = state
         pose, to, left = robots[at]
-        robot = movers[at]
+        robot = self.movers[at]
         if left:
             options = [(to, to, 0) if left == 1 else (pose, to, left - 1)]
         else:
-            member, taken = self.problem.members[robot], self._taken(robots, robot, movers)
+            member, taken = self.problem.members[robot], self._taken(robots, robot)
             options = [(pose, pose, 0)]
             for step in member.graph.steps(pose):
-                if allowed >> step & 1 and not taken >> step % member.graph.size & 1:
+                if self._allowed[robot] >> step & 1 and not taken >> step % member.graph.size & 1:
                     ticks = member.ticks - 1
                     options.append((pose, step, ticks) if ticks else (step, step, 0))
         for option in options:
             there = option[0] if option[2] == 0 else pose
             after, part = (*robots[:at], option, *robots[at + 1 :]), done
             if not self._need.together and robot in self._able and self._is_there(robot, there):
-                part = done | {robot} if self._clear(after, robot, movers) else done
+                part = done | {robot} if self._clear(after, robot) else done
             yield after, part
 
-    def _taken(self, robots: tuple[Robot, ...], robot: int, movers: Sequence[int]) -> Mask:
+    def _taken(self, robots: tuple[Robot, ...], robot: int) -> Mask:
         """Return the regions that a robot must not enter because of others."""
         found = 0
-        for other, (pose, to, _) in zip(movers, robots, strict=True):
+        for other, (pose, to, _) in zip(self.movers, robots, strict=True):
             if other in self.problem.conflicts[robot]:
                 found |= 1 << self._region(other, pose) | 1 << self._region(other, to)
         if self.problem.apart:
-            at = self._regions_of(robots, movers)
-            for other, (_, to, _) in zip(movers, robots, strict=True):
+            at = self._regions_of(robots)
+            for other, (_, to, _) in zip(self.movers, robots, strict=True):
                 for group, zone in self.problem.zones:
                     if other != robot and {robot, other} <= group and zone >> to & 1:
                         found |= zone
             found |= self.problem.held(robot, at, self.stages)
         return found
 
-    def _regions_of(self, robots: tuple[Robot, ...], movers: Sequence[int]) -> list[int]:
+    def _regions_of(self, robots: tuple[Robot, ...]) -> list[int]:
         at = [self._region(i, pose) for i, pose in enumerate(self.poses)]
-        for robot, (pose, _, _) in zip(movers, robots, strict=True):
+        for robot, (pose, _, _) in zip(self.movers, robots, strict=True):
             at[robot] = self._region(robot, pose)
         return at
 
-    def _clear(self, robots: tuple[Robot, ...], robot: int, movers: Sequence[int]) -> bool:
+    def _clear(self, robots: tuple[Robot, ...], robot: int) -> bool:
         """Return whether no other robot is in a region that the obstacle sweeps."""
         if not self.problem.gates[self.gate].sweeps:
             return True
-        return self.problem.clear_of(self.gate, robot, self._regions_of(robots, movers))
+        return self.problem.clear_of(self.gate, robot, self._regions_of(robots))
 
     def _is_there(self, robot: int, pose: int) -> bool:
         return bool(self._need.regions >> self._region(robot, pose) & 1)
 
-    def _met(self, state: State, movers: Sequence[int]) -> bool:
+    def _met(self, state: State) -> bool:
         robots, done = state
         if not self._need.together:
             return len(done) >= self._missing
-        here = dict(zip(movers, (pose for pose, _, _ in robots), strict=True))
+        here = dict(zip(self.movers, (pose for pose, _, _ in robots), strict=True))
         there = sum(
-            self._is_there(i, here.get(i, self.poses[i])) and self._clear(robots, i, movers)
+            self._is_there(i, here.get(i, self.poses[i])) and self._clear(robots, i)
             for i in self._able
         )
         return there >= self._missing
 
-    def _bound(
-        self, state: State, turn: int, movers: Sequence[int], fields: dict[int, list[int]]
-    ) -> int:
+    def _bound(self, state: State, turn: int) -> int:
         """Return a lower bound on the ticks of a plan through a state."""
         robots, done = state
-        tick, had = divmod(turn, len(movers))
+        tick, had = divmod(turn, len(self.movers))
         ends = []
-        for at, (robot, (_, to, left)) in enumerate(zip(movers, robots, strict=True)):
+        for at, (robot, (_, to, left)) in enumerate(zip(self.movers, robots, strict=True)):
             if robot in self._able and robot not in done:
-                away = fields[robot][to]
+                away = self._fields[robot][to]
                 ticks = left + away * self.problem.members[robot].ticks
                 acts = 0 if self._need.together and not ticks else max(1, ticks)
                 ends.append(tick + (at < had) + acts if away < FAR else FAR)
         ends += [tick] * len(done)
         if self._need.together:
-            parked = self._able.difference(movers)
+            parked = self._able.difference(self.movers)
             ends += [tick for i in parked if self._is_there(i, self.poses[i])]
         ends.sort()
         return ends[self._missing - 1] if len(ends) >= self._missing else FAR
@@ -233,16 +230,15 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         self,
         before: dict[tuple[State, int], tuple[State, int] | None],
         last: tuple[State, int],
-        movers: Sequence[int],
     ) -> list[Poses]:
         """Return the joint poses after each tick of the path to a state."""
         found: list[Poses] = []
         key: tuple[State, int] | None = last
         while key is not None:
             (robots, _), turn = key
-            if key is last or turn % len(movers) == 0:
+            if key is last or turn % len(self.movers) == 0:
                 poses = list(self.poses)
-                for robot, (pose, _, _) in zip(movers, robots, strict=True):
+                for robot, (pose, _, _) in zip(self.movers, robots, strict=True):
                     poses[robot] = pose
                 found.append(tuple(poses))
             key = before[key]
