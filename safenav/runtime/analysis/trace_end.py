@@ -10,9 +10,8 @@ from msgspec import Struct, field
 
 from safenav.begun import Begun, Done, RoundClock
 from safenav.outcome import Outcome
-from safenav.runtime.analysis.followed_plan import FollowedPlan
 from safenav.runtime.analysis.obstacles_end import ObstaclesEnd
-from safenav.runtime.analysis.pursued import Pursued
+from safenav.runtime.analysis.pursued import FollowedPlan, Pursued
 from safenav.runtime.deadline_monitor.ledger import Round
 from safenav.scenario.model import name_parts
 from safenav.scenario.objective import Ltl, station

@@ -18,7 +18,7 @@ from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.joint_search.formula_memory import StateGraph, plain_poses
 from safenav.runtime.traffic.joint_search.states import Answer, Course, Effort, Found, JointState
-from safenav.runtime.traffic.searches import Goals, Searches, SearchProblem
+from safenav.runtime.traffic.searches import Searches, SearchProblem
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, region_mask
 
@@ -87,31 +87,27 @@ class ContinuationPlans:
         service, or could not be completed without the plan either."""
         if not (self._state.out_of_service and self._searches.turning):
             return True
-        floor = self._searches.in_service()
-        course, _ = rest = self._rest(floor)
+        rest = self._rest(self._searches.in_service())
         poses = plain_poses(problem.floor.problem, state.poses)
-        now = self._searches.problem(floor, course).start
-        there = course.begun(poses, state.counts, state.stages)
-        return self._possible(floor, rest, there) or not self._possible(floor, rest, now)
+        there = rest.course.begun(poses, state.counts, state.stages)
+        return self._possible(rest.at(there)) or not self._possible(rest)
 
     def _continues(self, floor: Floor, index: int, number: int) -> bool:
         """Return whether a plan for the whole mission exists with a robot in a pose."""
         poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
-        rest = self._rest(floor)
-        start = self._searches.problem(floor, rest[0], poses).start
-        return self._possible(floor, rest, start)
+        return self._possible(self._rest(floor, poses))
 
-    def _rest(self, floor: Floor) -> tuple[Course, Goals]:
-        """Return the rules of a plan for the whole mission, and its first goals."""
-        course, own = self._searches.course(floor), self._searches.own_of_charging()
+    def _rest(self, floor: Floor, poses: tuple[int, ...] | None = None) -> SearchProblem:
+        """Return the search problem for the whole mission."""
+        course, goals = self._searches.course(floor), self._searches.own_of_charging()
         if self._all:
             course = replace(course, excused=frozenset())
-            own |= dict.fromkeys(self._searches.cut_off(floor))
-        return course, own
+            goals |= dict.fromkeys(self._searches.cut_off(floor))
+        return replace(self._searches.problem(floor, course, poses), goals=goals)
 
-    def _possible(self, floor: Floor, rest: tuple[Course, Goals], start: JointState) -> bool:
+    def _possible(self, problem: SearchProblem) -> bool:
         """Return whether a plan for the whole mission exists from a joint state."""
-        course, own = rest
+        course, start = problem.course, problem.start
         self._concern(course)
         known = self._known.get(start)
         if known is None:
@@ -119,8 +115,7 @@ class ContinuationPlans:
             if answer is None and self._work.done:
                 return False
             if answer is None:
-                problem = SearchProblem(floor, course, start)
-                search = self._searches.search(problem, own, work=self._work)
+                search = self._searches.search(problem, work=self._work)
                 answer = search.run(*budgets.CERTIFICATE)
             known = isinstance(answer, Found)
             if len(self._known) > budgets.CERTIFICATES_KEPT:

@@ -26,7 +26,7 @@ from safenav.runtime.traffic.joint_search.states import (
     Found,
     JointState,
 )
-from safenav.runtime.traffic.searches import Goals, Searches, SearchProblem
+from safenav.runtime.traffic.searches import Searches, SearchProblem
 from safenav.scenario.objective import Ltl
 
 
@@ -56,9 +56,9 @@ class PlanSearch(Struct):
         out = not self.searches.sharing.isdisjoint(self.state.out_of_service)
         return out and self.searches.turning
 
-    def search_of(self, problem: SearchProblem, goals: Goals | None = None) -> Search:
+    def search_of(self, problem: SearchProblem, goal: Goal | None = None) -> Search:
         """Return a search limited by the remaining work."""
-        return self.searches.search(problem, goals, work=self.work)
+        return self.searches.search(problem, goal, work=self.work)
 
     @property
     def helping(self) -> bool:
@@ -106,11 +106,11 @@ class PlanSearch(Struct):
         the plan that was found if it has this property, or no other plan is found."""
         if not self.searches.turning or self._can_restart(problem, found.states[-1]):
             return found
-        search = self.search_of(problem)
-        search.goal = lambda state: (
-            problem.course.completed(state) and self._can_restart(problem, state)
-        )
-        answer = search.run(*budgets.CERTIFICATE)
+
+        def goal(state: JointState) -> bool:
+            return problem.course.completed(state) and self._can_restart(problem, state)
+
+        answer = self.search_of(problem, goal).run(*budgets.CERTIFICATE)
         return answer if isinstance(answer, Found) else found
 
     def _can_restart(self, problem: SearchProblem, state: JointState) -> bool:
@@ -148,8 +148,7 @@ class PlanSearch(Struct):
         done = partial(self.leg_done, charged)
         there = partial(self.starving_is_there, charged)
         for rounds, goal in ((1, done), (budgets.ROUNDS_FIRST, there)):
-            search = self.search_of(charged)
-            search.goal = partial(ends_well, done=goal)
+            search = self.search_of(charged, partial(ends_well, done=goal))
             search.keeps = lambda s: lasts(s) and (s.stages == begun.stages or ends_well(s))
             leg = search.run(rounds)
             if isinstance(leg, Found):
@@ -170,7 +169,7 @@ class PlanSearch(Struct):
     def continued(self, problem: SearchProblem, states: Sequence[JointState]) -> Found | None:
         """Return moves followed by a plan for the rest of the mission; None if none is found."""
         own = self.searches.own_of_charging()
-        rest = self.search_of(problem.at(states[-1]), own).run(1)
+        rest = self.search_of(replace(problem, start=states[-1], goals=own)).run(1)
         return Found((*states, *rest.states[1:])) if isinstance(rest, Found) else None
 
     def leg(self, problem: SearchProblem) -> list[JointState] | None:
@@ -224,11 +223,12 @@ class PlanSearch(Struct):
         """Search for moves that bring the starving robot to its target."""
         floor = problem.floor
         goals = {floor.index(self.starved): self.searches.goal(floor, self.starved)}
-        search = self.search_of(problem, goals)
-        search.goal = lambda state: (
-            self.starving_is_there(problem, state) and self.in_service.ends_well(problem, state)
-        )
-        return search.run(1)
+
+        def goal(state: JointState) -> bool:
+            there = self.starving_is_there(problem, state)
+            return there and self.in_service.ends_well(problem, state)
+
+        return self.search_of(replace(problem, goals=goals), goal).run(1)
 
     def starving_is_there(self, problem: SearchProblem, state: JointState) -> bool:
         """Return whether the starving robot has reached its target, or resolved its obstacle (any,
@@ -331,9 +331,7 @@ class PlanSearch(Struct):
         states = list(found.states)
         while not problem.course.completed(here := states[-1]) and here.stages == states[0].stages:
             leg = problem.at(here)
-            search = self.search_of(leg)
-            search.goal = partial(self.leg_done, leg)
-            answer = search.run(1, 0)
+            answer = self.search_of(leg, partial(self.leg_done, leg)).run(1, 0)
             if not isinstance(answer, Found) or len(answer.states) == 1:
                 break
             states += answer.states[1:]

@@ -102,14 +102,15 @@ class ResolutionPlans(Struct):
     def _next_leg(self, problem: SearchProblem) -> int | None:
         """Return the ticks until each robot has counted a goal after a resolution, or another
         resolution occurs; None if that is not found soon."""
-        course, start, search = problem.course, problem.start, self.search.search_of(problem)
-        search.goal = lambda state: (
-            state.stages != start.stages
-            or all(
+        course, start = problem.course, problem.start
+
+        def goal(state: JointState) -> bool:
+            return state.stages != start.stages or all(
                 course.is_done(i, count) or state.counts[i] != count
                 for i, count in enumerate(start.counts)
             )
-        )
+
+        search = self.search.search_of(problem, goal)
         answer = search.run(*budgets.CERTIFICATE)
         if not isinstance(answer, Found):
             return None

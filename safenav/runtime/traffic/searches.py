@@ -17,7 +17,7 @@ from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.background_search import BackgroundSearch
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint_search import formula_memory
-from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.search import Goal, Search
 from safenav.runtime.traffic.joint_search.states import Count, Course, Effort, JointState
 from safenav.runtime.traffic.milestone import Milestones
 from safenav.scenario.guarantees import guarantees_of
@@ -34,11 +34,13 @@ Goals = Mapping[int, Mask | None]
 
 
 class SearchProblem(Struct, frozen=True):
-    """A search problem for a joint plan: its floor, its rules, and its first joint state."""
+    """A search problem for a joint plan: its floor, its rules, and its first joint state.
+    ``goals``: initial goals in place of the assigned ones."""
 
     floor: Floor
     course: Course
     start: JointState
+    goals: Goals = {}
 
     def at(self, start: JointState) -> SearchProblem:
         """Return the same problem from another joint state."""
@@ -312,22 +314,21 @@ class Searches:
                 found.append((0, seen, progress.rounds))
         return tuple(found)
 
-    def search(self, problem: SearchProblem, goals: Goals | None = None, *, work: Effort) -> Search:
-        """Return a search for a plan. ``goals``: initial goal poses of robots, in place of the
-        assigned ones (None: those of its own objective); ``work``: the effort that it may take."""
-        start = problem.start
+    def search(self, problem: SearchProblem, goal: Goal | None = None, *, work: Effort) -> Search:
+        """Return a search for a plan. ``goal``: where the plan may end (None: once the mission is
+        completed); ``work``: the effort that it may take."""
 
         def guide(stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
             found = self._guide(problem.floor, stages, poses)
-            for robot, goal in (goals or {}).items() if stages == start.stages else ():
-                found[robot] = goal
+            for robot, aim in problem.goals.items() if stages == problem.start.stages else ():
+                found[robot] = aim
             return found
 
         return Search(
             problem.course,
             guide,
-            start,
-            problem.course.completed,
+            problem.start,
+            goal or problem.course.completed,
             seed=self._state.scenario.seed + self._state.tick,
             stopping=self._stop.check,
             work=work,

@@ -9,7 +9,9 @@ delays cannot invalidate it, and every execution is a prefix of an order of the 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import reduce
 from itertools import chain, pairwise
+from operator import or_
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -117,7 +119,7 @@ class Execution:
         self.schedule = schedule
         self.dues = dues
         self.taken = [0] * len(schedule.ways)
-        self._needed: dict[tuple[int, int], Mask] = {}
+        self._ahead: dict[int, Mask] = {}
         self._waits: dict[tuple[int, int], list[Order]] = {}
         for order in schedule.orders:
             self._waits.setdefault((order.robot, order.step), []).append(order)
@@ -140,19 +142,11 @@ class Execution:
 
     def ahead(self, robot: int, size: int) -> Mask:
         """Return the remaining regions of a robot's path, from its present one; empty at the end.
-        ``size``: number of regions of its map."""
-        way = self.schedule.ways[robot][self.taken[robot] :]
-        return region_mask(pose % size for pose in way) if len(way) > 1 else 0
-
-    def needed(self, robot: int, others: Collection[int], size: int) -> Mask:
-        """Return the remaining regions of ``others``, the robots in conflict with this one."""
-        found = self._needed.get((robot, size))
-        if found is None:
-            found = 0
-            for other in others:
-                found |= self.ahead(other, size)
-            self._needed[robot, size] = found
-        return found
+        ``size``: number of regions of the map."""
+        if robot not in self._ahead:
+            way = self.schedule.ways[robot][self.taken[robot] :]
+            self._ahead[robot] = region_mask(p % size for p in way) if len(way) > 1 else 0
+        return self._ahead[robot]
 
     def next(self, robot: int) -> int | None:
         """Return the pose to which a robot may step now; None if it is done or must wait."""
@@ -172,7 +166,7 @@ class Execution:
     def arrived(self, robot: int) -> None:
         """Record that a robot has taken its next step."""
         self.taken[robot] += 1
-        self._needed.clear()
+        self._ahead.pop(robot, None)
 
 
 def in_turn(schedule: Schedule) -> list[tuple[int, ...]] | None:
@@ -202,7 +196,7 @@ def still_needed(problem: Problem, plan: Execution, robot: int, stages: Stages) 
     that has completed its own path. If it enters none of them, and can return without entering
     them, the rest of the plan stays valid (docs/coordination.md, A live run)."""
     size = problem.members[robot].graph.size
-    found = plan.needed(robot, problem.conflicts[robot], size)
+    found = reduce(or_, (plan.ahead(other, size) for other in problem.conflicts[robot]), 0)
     for each in problem.exclusions(stages):
         others = each.others - {robot}
         if robot in each.robots and any(each.there & plan.ahead(i, size) for i in others):
