@@ -164,18 +164,18 @@ class Passes(Algorithm):
                 self._require_return()
             if self._inputs_may_change():
                 return
-            said = f"no robot moves; {what_is_left(self.team)}"
+            words = f"no robot moves; {what_is_left(self.team)}"
             if team.inputs:
                 on = sorted(name for name, value in team.inputs.items() if value)
-                said += f"; inputs: {' and '.join(on) or 'none'} on"
-            raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
+                words += f"; inputs: {' and '.join(on) or 'none'} on"
+            raise RunEnded(Conclusion(Outcome.TIME_LIMIT, words))
 
     def _end_livelock(self) -> None:
         """End the run if robots decide repeatedly while no time passes. Raises RunEnded."""
         robots = self.team.robots.values()
         rounds = sum(robot.own.rounds for robot in robots)
-        if said := self._instant.livelock(self.world.now(), rounds, len(robots)):
-            raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, f"{said}; {what_is_left(self.team)}"))
+        if words := self._instant.livelock(self.world.now(), rounds, len(robots)):
+            raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, f"{words}; {what_is_left(self.team)}"))
 
     def _inputs_may_change(self) -> bool:
         """Return whether idle robots may wait for an input that the world still changes. If an
@@ -269,8 +269,8 @@ class Passes(Algorithm):
         out = [r.name for r in robots if not r.active and r.own.rounds < wanted]
         if conclusion.outcome is not Outcome.SEARCH_LIMIT or not out or self._times():
             return conclusion
-        said = f"{' and '.join(out)} out of service; {conclusion.explanation}"
-        return Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service")
+        words = f"{' and '.join(out)} out of service; {conclusion.explanation}"
+        return Conclusion(Outcome.OPERATOR_NEEDED, words, "out_of_service")
 
     def wait(self, conclusion: Conclusion) -> None:
         """Stop the robots until an operator intervenes or the scenario changes something, except
@@ -307,13 +307,13 @@ class Passes(Algorithm):
         while self.world.dropped:
             event, reason = self.world.dropped.pop(0)
             kind, name = type(event).__name__.lower(), getattr(event, "robot", None)
-            self.turns.tell.late(kind, reason, name, None, self.world.at(event))
+            self.turns.recorder.late(kind, reason, name, None, self.world.at(event))
         while self.world.sensed:
             sensed = self.world.sensed.pop(0)
-            obstacle, said = sensed.obstacle, "the obstacle was opened later"
+            obstacle, words = sensed.obstacle, "the obstacle was opened later"
             at = self.world.at(sensed)
             if failures.is_late(obstacle.name, at):
-                self.turns.tell.late("sensed", said, sensed.by, obstacle, at)
+                self.turns.recorder.late("sensed", words, sensed.by, obstacle, at)
             elif sensed.there:  # as if a robot that may enter it had sensed it
                 team.knowledge.sight(obstacle)
             else:  # as if an operator had resolved it
@@ -368,11 +368,11 @@ class Passes(Algorithm):
     def _completed(self) -> Conclusion:
         wanted = self.team.scenario.until.rounds
         plural = "round" if wanted == 1 else "rounds"
-        said = f"every robot has met its objective for {wanted} {plural}"
+        words = f"every robot has met its objective for {wanted} {plural}"
         if undone := self._undone():
-            said += f"; still open: {', '.join(left_words(self.team, name) for name in undone)}"
+            words += f"; still open: {', '.join(left_words(self.team, name) for name in undone)}"
         self.deadlines.completed()
-        return Conclusion(Outcome.COMPLETED, said)
+        return Conclusion(Outcome.COMPLETED, words)
 
     def _undone(self) -> list[str]:
         """The open orders."""
@@ -388,12 +388,12 @@ class Passes(Algorithm):
         charges = live and any(time > now for time in self.batteries.times())
         if not (self.batteries.returns or charges or self._to_come()):  # no random inputs
             out = [self.team.robots[name] for name in self.team.out_of_service]
-            said = f"{' and '.join(where_out(self.team, robot) for robot in out)} out of service"
+            words = f"{' and '.join(where_out(self.team, robot) for robot in out)} out of service"
             flat = " and ".join(robot.name for robot in out if robot.too_flat)
-            said += f" (battery of {flat} empty)" if flat else ""
-            said += f"; {what_is_left(self.team)}"
-            raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
+            words += f" (battery of {flat} empty)" if flat else ""
+            words += f"; {what_is_left(self.team)}"
+            raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, words, "out_of_service"))
 
     def _out_of(self, limit: Outcome) -> Conclusion:
-        said = "; ".join([what_is_left(self.team), *self.turns.monitors.unmet_fairness()])
-        return Conclusion(limit, said)
+        words = "; ".join([what_is_left(self.team), *self.turns.monitors.unmet_fairness()])
+        return Conclusion(limit, words)

@@ -127,13 +127,13 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
             return self.battery.capacity
         return charge - self.battery.move if moves else charge
 
-    def takes_way(self, way: Sequence[int], turn: int) -> int:
+    def takes_way(self, path: Sequence[int], turn: int) -> int:
         """The charge for a path (poses) to its next charger, or to its end plus the need there with
         target ``turn`` next."""
-        for steps, pose in enumerate(way[1:], 1):
+        for steps, pose in enumerate(path[1:], 1):
             if self.chargers >> pose & 1:
                 return steps * self.battery.move
-        return (len(way) - 1) * self.battery.move + self.need(way[-1], turn)
+        return (len(path) - 1) * self.battery.move + self.need(path[-1], turn)
 
     def for_duty(self, goal: Mask, turn: int) -> Stops | None:
         """The stops of a helper: its duty is its next target, then target ``turn``. It can reach a
@@ -302,10 +302,10 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         """Return for each other reachable pose of the next target the charge for the path and the
         need there."""
         move = self.battery.move
-        ways = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
+        steps_to = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
         return {
             at: n * move + self._need_after_target(at, turn)
-            for at, n in ways.items()
+            for at, n in steps_to.items()
             if 0 < n < FAR
         }
 

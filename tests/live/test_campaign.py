@@ -83,7 +83,7 @@ def origin_released_at_departure(patch: pytest.MonkeyPatch) -> None:
 
 def orders_of_plans_ignored(patch: pytest.MonkeyPatch) -> None:
     def next_pose(self: Execution, robot: int) -> int | None:
-        return None if self.done(robot) else self.schedule.ways[robot][self.taken[robot] + 1]
+        return None if self.done(robot) else self.schedule.paths[robot][self.taken[robot] + 1]
 
     patch.setattr(Execution, "next", next_pose)
 

@@ -526,7 +526,7 @@ def test_a_plan_begins_with_the_steps_under_way() -> None:
     assert poses == [(1, 4), (1, 5), (2, 6)]
     assert [state.poses for state in after] == [(1, 4), (1, 5), (2, 6)]
     plan = schedule(poses, [9, 9], [frozenset({1}), frozenset({0})])
-    assert plan.ways == ((1, 2), (4, 5, 6))
+    assert plan.paths == ((1, 2), (4, 5, 6))
     assert with_steps_under_way([(1, 5)], states, counts, {}) == ([(1, 5)], states)
 
 

@@ -181,14 +181,14 @@ class FollowedPlan(Struct):
         """The rest of the plan; None if a robot has left it, or all have arrived."""
         if self.plan is None or self.plan.robots.keys() != poses.keys():
             return None
-        left = {name: way[self.taken[name] :] for name, way in self.plan.robots.items()}
-        if all(len(way) == 1 for way in left.values()):
+        left = {name: path[self.taken[name] :] for name, path in self.plan.robots.items()}
+        if all(len(path) == 1 for path in left.values()):
             return None
-        for name, way in left.items():
+        for name, path in left.items():
             here = poses[name]
-            if len(way) == 1:  # the robot may have left the plan
+            if len(path) == 1:  # the robot may have left the plan
                 left[name] = (here.place,)
-            elif Pose.of(*way[0]) != here:
+            elif Pose.of(*path[0]) != here:
                 return None
         orders = (
             (first, i - self.taken[first], then, j - self.taken[then])

@@ -125,8 +125,8 @@ def _since_then(base: Scenario, header: setting.ScenarioHeader) -> Scenario:
 
 def _robot(robot: Robot, state: TraceEnd, charges: TracedCharges) -> Robot:
     own = state.own[robot.name]
-    told = objective_of(own.objective)
-    objective = robot.objective if told is None or isinstance(told, Ltl) else told
+    last = objective_of(own.objective)
+    objective = robot.objective if last is None or isinstance(last, Ltl) else last
     within = own.within if own.objective != objective_in_trace(robot.objective) else robot.within
     model, charge = robot.model, charges.now(robot.name)
     if model.battery is not None and charge is not None:
@@ -164,8 +164,8 @@ def _obstacles(
             continue
         if obstacle.goes is not None and obstacle.goes <= state.time:
             continue
-        told = truths.get((obstacle.name, obstacle.appears))
-        truth = obstacle.traversable if told is None else told  # unknown in external worlds
+        drawn = truths.get((obstacle.name, obstacle.appears))
+        truth = obstacle.traversable if drawn is None else drawn  # unknown in external worlds
         met = 0 if to_come else len(known.met.get(obstacle.name, ()))
         if met == len(obstacle.needs) and truth is None:
             continue  # the trace lacks the line of its resolution
@@ -242,8 +242,8 @@ def _scenario(header: setting.ScenarioHeader, clock: settings.Clock) -> Scenario
     missing += ["batteries"] if any(robot.battery for robot in robots) else []
     missing += ["'when'"] if any(robot.when for robot in robots) else []
     if missing:
-        said = f"the trace does not fully describe {listed(missing)}"
-        raise UsageError(f"{said}: also name the scenario (safenav resume TRACE SCENARIO)")
+        words = f"the trace does not fully describe {listed(missing)}"
+        raise UsageError(f"{words}: also name the scenario (safenav resume TRACE SCENARIO)")
     world = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
     if header.map.resolution is not None:
         x, y, yaw = header.map.origin or (0.0, 0.0, 0.0)
@@ -309,42 +309,42 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
     )
 
 
-def _motion(told: Mapping[str, Any]) -> MotionModel:
+def _motion(header: Mapping[str, Any]) -> MotionModel:
     """Return a robot's motion model with all parameters."""
     values: dict[str, Any] = {
         name: tuple(map(tuple, value)) if isinstance(value, list | tuple) else value
-        for name, value in told.items()
+        for name, value in header.items()
         if name != "kind"
     }
-    return MotionModel(str(told["kind"]), tuple(values.items()))
+    return MotionModel(str(header["kind"]), tuple(values.items()))
 
 
-def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:
+def _made_obstacle(header: setting.ObstacleHeader) -> Obstacle:
     needs = tuple(
         Need(n.action, n.robots, frozenset(n.regions), n.together, bool(n.same))
-        for n in told.all_needs
+        for n in header.all_needs
     )
     kind = ObstacleType(
-        told.type,
-        told.action,
-        frozenset(told.resolution_regions),
-        told.blocks,
-        told.traversable is not None,
-        needs if told.needs else (),
+        header.type,
+        header.action,
+        frozenset(header.resolution_regions),
+        header.blocks,
+        header.traversable is not None,
+        needs if header.needs else (),
     )
-    times = told.from_, told.until, told.resolve_within
-    swept = None if told.sweeps is None else frozenset(told.sweeps)
-    _, _, number = name_parts(told.name)
+    times = header.from_, header.until, header.resolve_within
+    swept = None if header.sweeps is None else frozenset(header.sweeps)
+    _, _, number = name_parts(header.name)
     return Obstacle(
-        kind, told.region, told.traversable, *times, bool(told.ordered), number, sweeps=swept
+        kind, header.region, header.traversable, *times, bool(header.ordered), number, sweeps=swept
     )
 
 
-def rest_with(told: Sequence[records.Record], scenario: Scenario, robot: str) -> Scenario:
-    """Return the rest of a run with a robot that joins the team. ``told``: the records of the run
+def rest_with(lines: Sequence[records.Record], scenario: Scenario, robot: str) -> Scenario:
+    """Return the rest of a run with a robot that joins the team. ``lines``: the records of the run
     so far; ``robot``: an item of ``robots`` in a scenario, as YAML. Raises UsageError."""
-    header = next(record for record in told if isinstance(record, records.Header))
-    trace = Trace("<run>", header, tuple(told), cut_off=False, ignored=0)
+    header = next(record for record in lines if isinstance(record, records.Header))
+    trace = Trace("<run>", header, tuple(lines), cut_off=False, ignored=0)
     return joined(resumed(trace, scenario), robot)
 
 

@@ -58,10 +58,9 @@ def simulate_team(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulatio
     for robot in varying:
         if any(scenario.interfere(robot, o) for o in scenario.robots if o is not robot):
             timing = robot.model.timing
-            told = f"a step of {robot.name} takes {timing.least} to {timing.most} ticks"
-            return TeamSimulation(
-                {}, why=f"{told}, and it shares its floor: faster steps can end later"
-            )
+            why = f"a step of {robot.name} takes {timing.least} to {timing.most} ticks"
+            why += ", and it shares its floor: faster steps can end later"
+            return TeamSimulation({}, why=why)
     if scenario.inputs:
         return TeamSimulation({}, why="the inputs of the environment are not known before the run")
     alone = replace(

@@ -112,7 +112,7 @@ class Interventions(Struct):
                 yield from self._give(robot, change.objective, _SCENARIO, change.within)
             if change.active and self._is_lost(robot.name):
                 said = f"{robot.name} is lost: only an operator can bring it back"
-                self.turns.tell.late("service", said, robot.name, None, self.state.time)
+                self.turns.recorder.late("service", said, robot.name, None, self.state.time)
             elif change.active is not None:
                 yield from self.turns.relocation.serve(robot, active=change.active, cause=_SCENARIO)
         if self.world is None:
@@ -123,7 +123,7 @@ class Interventions(Struct):
                 self._check(wanted)
             except UsageError as error:  # it has become impossible meanwhile
                 now = self.state.time if self.state.live else None
-                self.turns.tell.late("intervention", str(error), None, None, now)
+                self.turns.recorder.late("intervention", str(error), None, None, now)
                 continue
             self.took_effect |= self._has_effect(wanted)
             yield from self._bring_about(wanted)

@@ -134,8 +134,8 @@ class PendingSearch(Struct):
             return list(states)
         back = [*reversed(self.poses), *(state.poses for state in states[1:])]
         found = course.along(course.begun(back[0], tuple(counts), states[0].stages), back[1:])
-        ways = zip(found[: len(self.poses)], reversed(self.poses), strict=True)
-        undone = all(state.stages == states[0].stages for state, _ in ways)
+        pairs = zip(found[: len(self.poses)], reversed(self.poses), strict=True)
+        undone = all(state.stages == states[0].stages for state, _ in pairs)
         return found if undone and found[-1].stages == states[-1].stages else None
 
 

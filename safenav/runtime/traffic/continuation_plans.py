@@ -78,8 +78,8 @@ class ContinuationPlans:
     def _returns(self, floor: Floor, index: int, number: int, ahead: Mask = 0) -> bool:
         """Return whether a robot can return from a pose while all others stand."""
         graph = floor.problem.members[index].graph
-        shut = region_mask(taken(self._state, self._state.scenario.robots[index])) | ahead
-        allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(shut)
+        closed = region_mask(taken(self._state, self._state.scenario.robots[index])) | ahead
+        allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(closed)
         return graph.returns(number, floor.poses[index], allowed)
 
     def ends_well(self, problem: SearchProblem, state: JointState) -> bool:

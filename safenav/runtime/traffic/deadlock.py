@@ -49,9 +49,9 @@ def deadlock_of_few(
         few = _only(floor, group)
         course = Course(few.problem, rounds, any_first=True)
         start = course.begun(few.poses, tuple(counts[i] for i in group), ())
-        wishes = [None] * len(group)
+        goals = [None] * len(group)
         search = Search(
-            course, lambda *_, w=wishes: w, start, course.completed, stopping=stopping, work=work
+            course, lambda *_, g=goals: g, start, course.completed, stopping=stopping, work=work
         )
         answer = search.singles(FEW_STATES) if group in groups else search.run(1, FEW_STATES)
         if isinstance(answer, Exhausted):
@@ -118,16 +118,16 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
     label = state.scenario.map.label
     robots = [state.robots[name] for name in floor.names]
     robots = [robot for robot in robots if state.rivals(robot.robot)] or robots
-    words = (
+    poses = (
         f"{robot.name} {'at' if robot.transit is None else 'on its way to'} "
         f"{label(robot.next_pose.region)}"
         for robot in robots
     )
-    where = ", ".join(words)
+    where = ", ".join(poses)
     alone = ""
     if len(floor.names) < len(state.robots):
         alone = ", even with all other robots and open obstacles out of the way"
-    said = (
+    words = (
         f"{where}: deadlock; none of the {len(answer.states)} reachable joint states "
         f"completes every objective{alone}"
     )
@@ -148,4 +148,6 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
         hashlib.sha256(text.encode()).hexdigest(),
         memory or None,
     )
-    return RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "deadlock", proof, stuck=floor.names))
+    return RunEnded(
+        Conclusion(Outcome.OPERATOR_NEEDED, words, "deadlock", proof, stuck=floor.names)
+    )

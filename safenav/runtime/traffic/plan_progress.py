@@ -99,9 +99,9 @@ class PlanProgress:
             return None
         if arrived and robot.pose.region in self.state.scenario.chargers:
             return 0
-        way, turn = self.execution.remaining(index)
+        path, turn = self.execution.remaining(index)
         turn = stops.turn(robot.own.memory.index if turn is None else turn)
-        return stops.takes_way(way, turn) + (stops.battery.stay if arrived else 0)
+        return stops.takes_way(path, turn) + (stops.battery.stay if arrived else 0)
 
     def _charges(self, robot: RobotState) -> bool:
         """Return whether a robot waits on a charger for the charge for the rest of the plan."""

@@ -134,7 +134,7 @@ class PlanSearch(Struct):
         """Return a plan for which each robot's charge suffices, and at whose end each may stay or
         return to service: the plan that was found, if it has these properties or no other has."""
         charged = self.searches.charged(problem)
-        begun, lasts = charged.start, charged.course.lasts
+        begun, has_charge = charged.start, charged.course.has_charge
         stays = self.searches.stays(problem.floor)
 
         def ends_well(state: JointState, done: Goal = lambda _: True) -> bool:
@@ -143,13 +143,13 @@ class PlanSearch(Struct):
 
         cut = self.cut(problem, found.states)
         states = charged.course.along(begun, (state.poses for state in cut[1:]))
-        if ends_well(states[-1]) and all(map(lasts, states)):
+        if ends_well(states[-1]) and all(map(has_charge, states)):
             return found
         done = partial(self.leg_done, charged)
         there = partial(self.starving_is_there, charged)
         for rounds, goal in ((1, done), (budgets.ROUNDS_FIRST, there)):
             search = self.search_of(charged, partial(ends_well, done=goal))
-            search.keeps = lambda s: lasts(s) and (s.stages == begun.stages or ends_well(s))
+            search.keeps = lambda s: has_charge(s) and (s.stages == begun.stages or ends_well(s))
             leg = search.run(rounds)
             if isinstance(leg, Found):
                 leg = Found(tuple(replace(state, charges=()) for state in leg.states))
@@ -200,7 +200,7 @@ class PlanSearch(Struct):
     def _with_those_after(self, gates: Set[int]) -> frozenset[int]:
         """Return these obstacles with all served ones that cannot be resolved without them: they
         block the path, or are loads that a robot carries."""
-        floor, hopeless, kept = self.searches.floor(), {*gates}, frozenset[int]()
+        floor, hopeless, resolved = self.searches.floor(), {*gates}, frozenset[int]()
         everybody = frozenset(range(len(floor.names)))
         left = [
             replace(g, refused=everybody) if k in gates else g
@@ -211,8 +211,8 @@ class PlanSearch(Struct):
         try:
             served = self.state.last_settled.found.served if solver.feasible(now) else ()
             for gate in served:
-                if gate not in gates and solver.feasible(now, kept | {gate}):
-                    kept |= {gate}
+                if gate not in gates and solver.feasible(now, resolved | {gate}):
+                    resolved |= {gate}
                 else:
                     hopeless.add(gate)
         except BudgetExhaustedError:

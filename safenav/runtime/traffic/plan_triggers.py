@@ -138,12 +138,12 @@ class PlanTriggers:
                 continue
             goal = self._searches.goal(floor, name)
             distance = self._distance(floor, name)
-            told = (robot.assignment.objective, goal, floor.stages)
+            pursued = (robot.assignment.objective, goal, floor.stages)
             hasty = distance < FAR and self._runs_low(robot, distance)
             if robot.robot.objective is not self._objectives[name]:
                 self.watch.forget(name)
             each = self._to_each(floor, robot, goal, distance)
-            if self.watch.look(name, told, each, self._clock(), hasty) and found is None:
+            if self.watch.look(name, pursued, each, self._clock(), hasty) and found is None:
                 found = PlanTrigger(f"{name} makes no progress towards its target", name)
         return found
 
@@ -209,7 +209,7 @@ class PlanTriggers:
 
 
 class _Wait(Struct):
-    told: Hashable
+    pursued: Hashable
     nearest: tuple[int, ...]
     since: float
 
@@ -227,12 +227,12 @@ class StarvationMonitor:
     def look(
         self,
         robot: str,
-        told: Hashable,
+        pursued: Hashable,
         distances: tuple[int, ...],
         tick: float,
         hasty: bool = False,
     ) -> bool:
-        """Whether a robot with the assignment ``told`` starves: it has not come nearer to any of
+        """Whether a robot with the assignment ``pursued`` starves: it has not come nearer to any of
         its targets. ``distances``: remaining steps to each (FAR: no path, or no goal; its wait
         continues). Call once per tick (in a live run, a tick is the duration of a step).
         ``hasty``: it cannot wait for long."""
@@ -241,19 +241,19 @@ class StarvationMonitor:
             self._waits.pop(robot, None)
         if min(distances) >= FAR or min(distances) == 0:
             return False
-        if wait is None or wait.told != told:
-            self._waits[robot] = _Wait(told, distances, tick - before)
+        if wait is None or wait.pursued != pursued:
+            self._waits[robot] = _Wait(pursued, distances, tick - before)
             return before >= self.patience
         nearest = tuple(map(min, distances, wait.nearest))
         if nearest != wait.nearest:
-            self._waits[robot] = _Wait(told, nearest, tick)
+            self._waits[robot] = _Wait(pursued, nearest, tick)
             return False
         return tick - wait.since >= (self.slowest if hasty else self.patience)
 
     def ages(self, tick: float) -> Hashable:
         """Return for each waiting robot its assignment, the distance, and how long it has
         waited."""
-        return tuple((n, w.told, w.nearest, tick - w.since) for n, w in self._waits.items())
+        return tuple((n, w.pursued, w.nearest, tick - w.since) for n, w in self._waits.items())
 
     def forget(self, robot: str) -> None:
         """Discard the time that a robot had waited before the run: it was for another target."""

@@ -187,7 +187,7 @@ class Traffic:
             reason += ", whichever suspects exist"
         if states is None:
             return False
-        if self.searches.lasts(floor, states):  # otherwise a robot charges first
+        if self.searches.has_charge(floor, states):  # otherwise a robot charges first
             self._begin(floor, states, self.searches.counts(floor), reason)
         return True
 
@@ -272,8 +272,8 @@ class Traffic:
         self.occasions.watch.begin_anew()
         most = budgets.MOST_FAILURES_HINDERED if self.search.hindered else budgets.MOST_FAILURES
         if self.search.failures > most or self.search.work.done:
-            said = f"search budget exhausted while planning joint moves: {occasion.reason}"
-            raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
+            words = f"search budget exhausted while planning joint moves: {occasion.reason}"
+            raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, words))
 
     def _note_impasse(self, floor: Floor) -> None:
         """Record that no plan helps before a robot returns to service. If the others have been in
@@ -319,13 +319,17 @@ class Traffic:
         search = self.searches.search(problem, work=Effort(budgets.MOST_WORK))
         answer = search.singles(budgets.PROOF_BUDGET)
         if not isinstance(answer, Exhausted):
-            said = f"{end.explanation}; this does not prove that no order of moves helps"
-            return Conclusion(Outcome.SEARCH_LIMIT, said)
+            words = f"{end.explanation}; this does not prove that no order of moves helps"
+            return Conclusion(Outcome.SEARCH_LIMIT, words)
         found = deadlocked(state, floor, course, answer).conclusion
         links = (*end.links, found.explanation)
-        told = "; ".join(links)
-        specs = end.unrealizable
-        return replace(found, explanation=told, links=links, stuck=end.stuck, unrealizable=specs)
+        return replace(
+            found,
+            explanation="; ".join(links),
+            links=links,
+            stuck=end.stuck,
+            unrealizable=end.unrealizable,
+        )
 
     def _search_from(self, here: Floor) -> PendingSearch:
         """Return the running search if it applies to the present state, else a new one."""
@@ -350,7 +354,7 @@ class Traffic:
         self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count], reason: str
     ) -> None:
         short = shortened(self.searches.course(floor), states, self._fixed(floor), self.stop.check)
-        if self.searches.lasts(floor, short) or not self.searches.lasts(floor, states):
+        if self.searches.has_charge(floor, short) or not self.searches.has_charge(floor, states):
             states = short  # otherwise it omits a stop at a charger
         ends, states = states[-1].poses, self.resolving.approached(floor, states)
         pairs = zip(floor.names, ends, states[-1].poses, strict=True)

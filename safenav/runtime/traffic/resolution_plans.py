@@ -60,9 +60,9 @@ class ResolutionPlans(Struct):
             return None
         sizes = [member.graph.size for member in floor.problem.members]
         if hopeful is not None and not any(
-            pose != here and shut >> pose % size & 1
+            pose != here and closed >> pose % size & 1
             for state in hopeful
-            for pose, here, shut, size in zip(
+            for pose, here, closed, size in zip(
                 state.poses, floor.poses, dues.suspected, sizes, strict=True
             )
         ):

@@ -177,8 +177,8 @@ class Searches:
         robot = self._state.robots[name]
         if not robot.active or (robot.assignment.role is Role.OWN and self._has_done_all(robot)):
             return 0
-        wish = self._goal_poses(floor, name)
-        return awaited_by(floor, name, robot.own) if wish is None else wish
+        goal = self._goal_poses(floor, name)
+        return awaited_by(floor, name, robot.own) if goal is None else goal
 
     def _goal_poses(
         self, floor: Floor, name: str, cut_off: Collection[int] | None = None
@@ -212,8 +212,8 @@ class Searches:
                 goals += [
                     t for k, t in enumerate(members[index].targets) if k not in robot.own.seen
                 ]
-            ways = (graph.distances(goal & allowed, allowed) for goal in goals)
-            if any(way[floor.poses[index]] >= FAR for way in ways):
+            fields = (graph.distances(goal & allowed, allowed) for goal in goals)
+            if any(field[floor.poses[index]] >= FAR for field in fields):
                 found.add(index)
         return frozenset(found) | self._state.last_settled.notes.hemmed_in.keys()
 
@@ -252,12 +252,12 @@ class Searches:
         course = replace(problem.course, batteries=batteries)
         return replace(problem, course=course, start=replace(start, charges=tuple(charges)))
 
-    def lasts(self, floor: Floor, states: Sequence[JointState]) -> bool:
+    def has_charge(self, floor: Floor, states: Sequence[JointState]) -> bool:
         """Return whether on a plan each robot that has enough charge to continue alone keeps
         enough."""
         charged = self.charged(self.problem(floor, poses=states[0].poses))
-        ways = (state.poses for state in states[1:])
-        return all(map(charged.course.lasts, charged.course.along(charged.start, ways)))
+        fields = (state.poses for state in states[1:])
+        return all(map(charged.course.has_charge, charged.course.along(charged.start, fields)))
 
     def only_out(self, robots: Sequence[RobotState]) -> bool:
         """Return whether each of these robots is out of service or cut off by a robot that is."""

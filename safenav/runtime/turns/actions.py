@@ -29,7 +29,7 @@ class Actions(Struct):
 
     state: TeamState
     world: Commands
-    tell: MoveRecorder
+    recorder: MoveRecorder
     traffic: Traffic
     relocation: Relocation
     stand_still: Callable[[RobotState, HoldReason], Iterator[Event]]
@@ -128,14 +128,14 @@ class Actions(Struct):
         found = [self._found(robot, each) for each in failed if self._finds(event, each)]
         counted, policy = state.failures, state.scenario.failures
         tried = [each for each, result in results.items() if result is ActResult.FAILED]
-        barred = tuple(each for each in tried if counted.action_failed(policy, name, each))
-        ended = results, barred or None, event.reason or None
+        left_to_others = tuple(each for each in tried if counted.action_failed(policy, name, each))
+        ended = results, left_to_others or None, event.reason or None
         state.emit(records.ActionEnd(state.tick, event.command or 0, name, *ended))
         robot.asked = not event.found  # else there may be more to do
         state.changes += 1
         for violation in filter(None, found):
             yield from self.relocation.request_help(violation)
-        yield from self._acted(robot, event, who, barred=bool(barred))
+        yield from self._acted(robot, event, who, left_to_others=bool(left_to_others))
 
     def gone(self, obstacle: Obstacle, *, by_user: bool = False) -> Iterator[Event]:
         """Process the disappearance of an obstacle, known or not."""
@@ -177,7 +177,7 @@ class Actions(Struct):
         gone = {obstacle.name for obstacle, _ in resolved}
         for one in met:
             if not one.last or one.obstacle.name in gone:  # else the world reports a failure
-                self.tell.met(robot, one)
+                self.recorder.met(robot, one)
         if resolved:
             yield from self.relocation.leave_plan()
             yield ObstaclesResolved(robot.robot, tuple(resolved))
@@ -256,7 +256,7 @@ class Actions(Struct):
             self.state.knowledge.sight(obstacle)
             return None
         violation = ForbiddenMove(robot.robot, robot.pose.region, obstacle.region, obstacle)
-        self.tell.encounter(robot, violation)
+        self.recorder.encounter(robot, violation)
         return violation
 
     def _is_early(self, name: str, obstacle: Obstacle, result: ActResult) -> bool:
@@ -281,12 +281,12 @@ class Actions(Struct):
             for name, other in state.robots.items()
             if other.transit is None and other.acting is None and other.active
         }
-        found, barred = [], state.failures.barred
+        found, left_to_others = [], state.failures.barred
         names = {o.name for o in cleared(state, robot.robot)}
-        free = {name for name in names if (robot.name, name) not in barred}
+        free = {name for name in names if (robot.name, name) not in left_to_others}
         reach = state.knowledge.within_reach(robot.robot, idle, free, self._takers())
         for obstacle, robots in reach:
-            if (robot.name, obstacle.name) in barred:
+            if (robot.name, obstacle.name) in left_to_others:
                 continue
             if state.knowledge.is_being_met(obstacle, leading(state, obstacle)):
                 busy = True
@@ -296,10 +296,10 @@ class Actions(Struct):
         return found, tuple(name for name in state.robots if name in group), busy
 
     def _acted(
-        self, robot: RobotState, event: Acted, who: Takers, *, barred: bool
+        self, robot: RobotState, event: Acted, who: Takers, *, left_to_others: bool
     ) -> Iterator[Event]:
         """Process the results of an action. ``who``: the robots that could take each load when it
-        ended; ``barred``: the robot leaves an obstacle to others."""
+        ended; ``left_to_others``: the robot leaves an obstacle to others."""
         for obstacle, result in event.found:
             if result is ActResult.NOTHING:
                 yield from self.gone(obstacle)
@@ -309,7 +309,7 @@ class Actions(Struct):
             for pair in event.found
             if pair[1] in (ActResult.DONE, ActResult.UNTRAVERSABLE) and pair[0] not in gone
         ]
-        if barred:
+        if left_to_others:
             yield from self.relocation.leave_plan()
             yield Unsettled(vocabulary.Reason.REQUEST)
         # A failed action has the reported effects only. One that finds its obstacle gone still

@@ -77,7 +77,7 @@ class Monitors:
             for constraint in _violated(spec, section, values, values):
                 raise self._defect(robot, constraint)
 
-    def tell(self, robot: RobotState, broken: Sequence[Constraint]) -> None:
+    def record(self, robot: RobotState, broken: Sequence[Constraint]) -> None:
         """Record broken assumptions, each rule once."""
         for rule in dict.fromkeys(str(constraint.origin) for constraint in broken):
             self._state.emit(records.Assumption(self._state.tick, robot.name, rule))

@@ -36,14 +36,14 @@ class Moves(Struct, frozen=True):
 
     state: TeamState
     world: Commands
-    tell: MoveRecorder
+    recorder: MoveRecorder
     relocation: Relocation
     actions: Actions
 
     def begin(self, robot: RobotState, step: DecidedStep) -> Iterator[Event]:
         """Begin a step; one that has ended when the command returns is processed immediately."""
         if self.state.live and step.pose == robot.pose:
-            self.tell.stays(robot, step)
+            self.recorder.stays(robot, step)
             around = self._values_around(robot, robot.pose, step.before)
             if not self._has_counted(robot, around):
                 self._count(robot, robot.progress, around)
@@ -58,7 +58,7 @@ class Moves(Struct, frozen=True):
             return
         number = self.world.number(robot.name) if event is None else event.command or 0
         self.state.moved()
-        self.tell.begun(robot, step, number, self.world.expected(robot.robot))
+        self.recorder.begun(robot, step, number, self.world.expected(robot.robot))
         if not self.state.live:
             yield from self.actions.act(robot)
         elif event is not None:
@@ -69,7 +69,7 @@ class Moves(Struct, frozen=True):
         given_up = not self.state.live and self._is_closed(robot, step.pose.region)
         event = (given_up and self.world.give_up(robot.robot)) or self.world.ended(robot.robot)
         if event is None:
-            self.tell.begun(robot, None)
+            self.recorder.begun(robot, None)
             if not self.state.live:
                 yield from self.actions.act(robot)
             return
@@ -100,7 +100,7 @@ class Moves(Struct, frozen=True):
         moved = strayed and isinstance(event, Elsewhere)  # perhaps free of what it waits for
         self.state.outdated |= moved and self.state.waiting is not None
         reaction, violation = self._judge(robot, start, pose, event)
-        self.tell.ended(robot, start.region, recorded, event)
+        self.recorder.ended(robot, start.region, recorded, event)
         if not strayed:
             self.state.failures.arrived(robot.name)
             if step.planned:
@@ -201,13 +201,13 @@ class Moves(Struct, frozen=True):
         violation = ForbiddenMove(
             robot.robot, start.region, region, obstacle or unknown(robot.robot, region)
         )
-        self.tell.encounter(robot, violation)
+        self.recorder.encounter(robot, violation)
         return reaction, violation
 
     def _stops(self, robot: RobotState, obstacle: Obstacle, at: float) -> bool:
         """Whether an obstacle that a robot encountered stops it, and was not opened afterwards."""
         if self.state.failures.is_late(obstacle.name, at):
-            self.tell.late("blocked", "the obstacle was opened later", robot.name, obstacle, at)
+            self.recorder.late("blocked", "the obstacle was opened later", robot.name, obstacle, at)
             return False
         return self.state.knowledge.closed_to(obstacle, robot.robot)
 
@@ -263,5 +263,5 @@ class Moves(Struct, frozen=True):
             robot.claims = {r: them for r, them in robot.claims.items() if r != region}
             obstacle = lost(robot.robot, names, region)
             violation = ForbiddenMove(robot.robot, robot.pose.region, region, obstacle)
-            self.tell.encounter(robot, violation)
+            self.recorder.encounter(robot, violation)
             yield events.ObstacleEncountered(violation)

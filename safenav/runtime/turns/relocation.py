@@ -76,8 +76,8 @@ class Relocation(Struct, frozen=True):
         if not active or robot.transit is not None:
             return
         robot.planner.node = None
-        told = robot.progress.objective.relaxed()
-        if robot.planner.task.objective.relaxed() == told:
+        pursued = robot.progress.objective.relaxed()
+        if robot.planner.task.objective.relaxed() == pursued:
             self.strategies.relocate(robot)  # otherwise its assignment has changed
 
     def go_on(self, robot: RobotState) -> Iterator[Event]:

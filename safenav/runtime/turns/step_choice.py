@@ -28,7 +28,7 @@ class StepChoice(Struct, frozen=True):
 
     state: TeamState
     world: Commands
-    tell: MoveRecorder
+    recorder: MoveRecorder
     traffic: Traffic
 
     def look(self, robot: RobotState, shown: frozenset[Region] = frozenset()) -> dict[str, int]:
@@ -54,7 +54,7 @@ class StepChoice(Struct, frozen=True):
         # A specification assumes at most as many busy sides as robots (spec.other_robots.nearby).
         room = len(sides) if task.exclusive else len(moving) - len(sides & busy)
         busy |= set(sorted(shown - busy)[: max(0, room)])
-        self.tell.looked(task, known)
+        self.recorder.looked(task, known)
         return Sightings(here, frozenset(busy), positions, known)
 
     def observation(self, robot: RobotState) -> Hashable:
@@ -65,14 +65,14 @@ class StepChoice(Struct, frozen=True):
             return None
         sides = self.state.scenario.map.neighbours(robot.pose.region)
         busy = self.state.had_by_others(robot.robot, sides)
-        shut = swept(self.state, robot.robot).intersection(sides)
+        closed = swept(self.state, robot.robot).intersection(sides)
         ahead = self.traffic.plan.ahead(robot.name)
         return (
             planner.strategy,
             planner.node,
             planner.behind,
             frozenset(busy),
-            frozenset(shut),
+            frozenset(closed),
             frozenset(side for side in sides if ahead >> side & 1),
             tuple(self.state.inputs.values()),
             self.traffic.holds(robot.name),
@@ -91,7 +91,7 @@ class StepChoice(Struct, frozen=True):
         violation: ForbiddenMove,
     ) -> Proposal:
         """Return to the previous state and take a safe move (paper, Section V-B)."""
-        self.tell.violation(robot, violation)
+        self.recorder.violation(robot, violation)
         planner = robot.planner
         if planner.switch is not None and self.state.knowledge.knows(violation.obstacle):
             planner.switch.stopped = robot.pose

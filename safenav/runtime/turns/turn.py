@@ -39,11 +39,11 @@ class Turns:
         self.strategies = strategies
         self.traffic = traffic
         self.monitors = Monitors(state)
-        self.tell = tell = MoveRecorder(state)
+        self.recorder = recorder = MoveRecorder(state)
         self.relocation = relocation = Relocation(state, strategies, traffic)
-        self.actions = Actions(state, world, tell, traffic, relocation, self._stand_still)
-        self.moves = Moves(state, world, tell, relocation, self.actions)
-        self.choice = StepChoice(state, world, tell, traffic)
+        self.actions = Actions(state, world, recorder, traffic, relocation, self._stand_still)
+        self.moves = Moves(state, world, recorder, relocation, self.actions)
+        self.choice = StepChoice(state, world, recorder, traffic)
         self.idling = Idling(state, self.choice, traffic, world.simulated)
 
     def step(self, robot: RobotState) -> Iterator[Event]:
@@ -161,9 +161,9 @@ class Turns:
         yield from self.moves.begin(robot, DecidedStep(proposal.pose, by, before, proposal.shown))
         if robot.planner is planner and planner.behind:
             self.strategies.catch_up(robot)
-        self.monitors.tell(robot, broken)
+        self.monitors.record(robot, broken)
         if silent:
-            self.tell.no_answer(robot, observed)
+            self.recorder.no_answer(robot, observed)
         if violation is not None:
             yield events.HelpRequested(violation)
         elif lost and robot.transit is None:
@@ -190,15 +190,15 @@ class Turns:
         as in any other turn, so that its beliefs stay true."""
         self.choice.look_around(robot)
         pose = self.traffic.plan.next_pose(robot.name)
-        shut = taken if self.state.live else swept
-        if pose is not None and (pose.region in shut(self.state, robot.robot) or robot.too_flat):
+        closed = taken if self.state.live else swept
+        if pose is not None and (pose.region in closed(self.state, robot.robot) or robot.too_flat):
             pose = None
         if pose is not None and not self.monitors.allows_planned(robot, pose):
             yield from self.relocation.leave_plan(settling=False)
             pose = None
         violation = None if pose is None else self.choice.violation(robot, pose)
         if violation is not None:
-            self.tell.encounter(robot, violation)
+            self.recorder.encounter(robot, violation)
             yield events.ObstacleEncountered(violation)
         if pose is None or violation is not None:
             if robot.planner.task.tracking is not Tracking.NEARBY:

@@ -47,11 +47,11 @@ def inputs_of(world: InputWorld | None, tick: int) -> dict[str, bool]:
     """The inputs that a world sets in a tick. Raises WorldError, also for a value such as "off"."""
 
     def read() -> dict[str, bool]:
-        told = {} if world is None else world.inputs(tick)
-        for name, value in told.items():
+        values = {} if world is None else world.inputs(tick)
+        for name, value in values.items():
             if value not in (False, True):
                 raise ValueError(f"{name} is {value!r}, not True or False")
-        return {name: bool(value) for name, value in told.items()}
+        return {name: bool(value) for name, value in values.items()}
 
     return asked(f"inputs({tick})", read)
 

@@ -319,9 +319,9 @@ class Commands:
             return
         del self._open[open_.robot.name]
         took = max(0.0, self.now() - open_.since)
-        kept = self._took.setdefault(open_.robot.name, deque(maxlen=KEPT))
+        durations = self._took.setdefault(open_.robot.name, deque(maxlen=KEPT))
         if open_.target is not None and isinstance(event, protocol.Arrived):
-            kept.append(took)
+            durations.append(took)
             self._all.append(took)
         self.busy[open_.robot.name] = self.busy.get(open_.robot.name, 0.0) + took
         self.over = self.now()
@@ -342,11 +342,11 @@ class Commands:
         if open_.target is None:
             wrong = wrong or wrong_result(event)
             return event if wrong is None else open_.failed(at, wrong)
-        told: Collection[Region] = () if wrong is not None else claimed(event)
+        named: Collection[Region] = () if wrong is not None else claimed(event)
         wrong = wrong or wrong_step(event, self.scenario.map, open_.robot, here, open_.target)
         if wrong is None:
             return event
-        free = {region for region in told if self.scenario.map.is_free(region)}
+        free = {region for region in named if self.scenario.map.is_free(region)}
         regions = frozenset({here.region, open_.target.region, *free})
         return protocol.Lost(at, name, regions, wrong, command=open_.command)
 

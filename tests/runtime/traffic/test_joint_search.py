@@ -357,7 +357,7 @@ def test_a_plan_waits_until_what_it_counts_on_is_met() -> None:
     found = search(floor, rounds=2).run()
     assert isinstance(found, Found)
     poses = [state.poses for state in found.states]
-    ways = schedule(poses, [floor.world.size] * 2, floor.problem.conflicts).ways
+    ways = schedule(poses, [floor.world.size] * 2, floor.problem.conflicts).paths
     dues = required_counts(found.states, found.states[0].counts)
     assert [[ways[i][place] for place in due] for i, due in enumerate(dues)] == [[8], [6]]
     assert [list(due.values()) for due in dues] == [[(0, 0, 2)], [(0, 0, 2)]]

@@ -64,7 +64,7 @@ def released(
     """Every state of a team whose robots follow a plan in any order and leave it when they have
     done their way, with their steps taken. ``returning``: only by moves that they can undo."""
     problem = course.problem
-    start = (first, (0,) * len(plan.ways))
+    start = (first, (0,) * len(plan.paths))
     known, queue = {start}, deque([start])
     while queue:
         state, taken = queue.popleft()
@@ -115,7 +115,7 @@ def test_robots_that_leave_a_plan_never_make_the_mission_impossible() -> None:
             alive = alive or completable(course, first)
             states = set(released(course, first, plan))
             assert {state for state, _ in states} <= alive, f"floor {seed}"
-            ends = tuple(way[-1] for way in plan.ways)
+            ends = tuple(way[-1] for way in plan.paths)
             run = Execution(plan)
             for state, taken in states:
                 run.taken = [*taken]

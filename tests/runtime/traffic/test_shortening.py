@@ -34,7 +34,7 @@ def ticks(floor: Floor, states: list[JointState]) -> int:
     for order in plan.orders:
         waits.setdefault((order.robot, order.step), []).append((order.other, order.before))
     ends = {(robot, -1): 0 for robot in range(len(sizes))}
-    left = [(robot, step) for robot, way in enumerate(plan.ways) for step in range(len(way) - 1)]
+    left = [(robot, step) for robot, way in enumerate(plan.paths) for step in range(len(way) - 1)]
     while left:
         robot, step = left.pop(0)
         before = [(robot, step - 1), *waits.get((robot, step), ())]

@@ -24,7 +24,7 @@ from safenav.trace import records
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits, region_mask
 
-Ways = tuple[tuple[int, ...], ...]
+Paths = tuple[tuple[int, ...], ...]
 """The poses of each robot in order, from its present one."""
 
 
@@ -41,7 +41,7 @@ class Order(Struct, frozen=True):
 class Schedule(Struct, frozen=True):
     """The paths of a plan and the order between them."""
 
-    ways: Ways
+    paths: Paths
     orders: tuple[Order, ...]
 
 
@@ -56,7 +56,7 @@ def schedule(
     robot's map, which gives a pose's region. ``under_way``: robots whose first step has begun, and
     so waits for no other robot."""
     count = len(sizes)
-    ways = [[states[0][i]] for i in range(count)]
+    paths = [[states[0][i]] for i in range(count)]
     stays: dict[int, list[tuple[int, int, int]]] = {}  # region -> (robot, came by, left by) steps
     present: dict[int, list[int]] = {}
     for i in range(count):
@@ -65,14 +65,14 @@ def schedule(
         present[i] = [region, len(stays[region]) - 1]
     orders: list[Order] = []
     for joint in states[1:]:
-        moving = [i for i in range(count) if joint[i] != ways[i][-1]]
+        moving = [i for i in range(count) if joint[i] != paths[i][-1]]
         for i in moving:  # every robot leaves before any enters: the order within a step
             region, place = present[i]
-            step = len(ways[i]) - 1
+            step = len(paths[i]) - 1
             robot, came, _ = stays[region][place]
             stays[region][place] = (robot, came, step)
         for i in moving:
-            step = len(ways[i]) - 1
+            step = len(paths[i]) - 1
             region = joint[i] % sizes[i]
             latest: dict[int, int] = {}
             for robot, _, left in stays.get(region, ()):
@@ -85,10 +85,10 @@ def schedule(
                             latest[robot] = max(left, latest.get(robot, left))
             if step or i not in under_way:
                 orders += [Order(i, step, robot, left) for robot, left in latest.items()]
-            ways[i].append(joint[i])
+            paths[i].append(joint[i])
             stays.setdefault(region, []).append((i, step, -1))
             present[i] = [region, len(stays[region]) - 1]
-    return Schedule(tuple(map(tuple, ways)), tuple(orders))
+    return Schedule(tuple(map(tuple, paths)), tuple(orders))
 
 
 def required_counts(
@@ -118,7 +118,7 @@ class Execution:
     def __init__(self, schedule: Schedule, dues: Sequence[Mapping[int, Count]] = ()) -> None:
         self.schedule = schedule
         self.dues = dues
-        self.taken = [0] * len(schedule.ways)
+        self.taken = [0] * len(schedule.paths)
         self._ahead: dict[int, Mask] = {}
         self._waits: dict[tuple[int, int], list[Order]] = {}
         for order in schedule.orders:
@@ -131,33 +131,33 @@ class Execution:
 
     def done(self, robot: int) -> bool:
         """Whether a robot is at the end of its path."""
-        return self.taken[robot] == len(self.schedule.ways[robot]) - 1
+        return self.taken[robot] == len(self.schedule.paths[robot]) - 1
 
     def remaining(self, robot: int) -> tuple[tuple[int, ...], int | None]:
         """Return the rest of a robot's path, and its next target at the end (None: its present
         one)."""
         dues = self.dues[robot] if self.dues else {}
         turn = dues[max(dues)][0] if dues else None
-        return self.schedule.ways[robot][self.taken[robot] :], turn
+        return self.schedule.paths[robot][self.taken[robot] :], turn
 
     def ahead(self, robot: int, size: int) -> Mask:
         """Return the remaining regions of a robot's path, from its present one; empty at the end.
         ``size``: number of regions of the map."""
         if robot not in self._ahead:
-            way = self.schedule.ways[robot][self.taken[robot] :]
-            self._ahead[robot] = region_mask(p % size for p in way) if len(way) > 1 else 0
+            path = self.schedule.paths[robot][self.taken[robot] :]
+            self._ahead[robot] = region_mask(p % size for p in path) if len(path) > 1 else 0
         return self._ahead[robot]
 
     def next(self, robot: int) -> int | None:
         """Return the pose to which a robot may step now; None if it is done or must wait."""
         step = self.taken[robot]
-        way = self.schedule.ways[robot]
-        if step == len(way) - 1:
+        path = self.schedule.paths[robot]
+        if step == len(path) - 1:
             return None
         for order in self._waits.get((robot, step), ()):
             if self.taken[order.other] <= order.before:
                 return None
-        return way[step + 1]
+        return path[step + 1]
 
     def due(self, robot: int) -> Count | None:
         """Return the count that a robot must have before it takes its next step."""
@@ -172,9 +172,9 @@ class Execution:
 def in_turn(schedule: Schedule) -> list[tuple[int, ...]] | None:
     """Return the joint poses of a plan if its steps are taken one by one, as early as their order
     allows; None if some step never can be."""
-    trial, found = Execution(schedule), [tuple(way[0] for way in schedule.ways)]
+    trial, found = Execution(schedule), [tuple(path[0] for path in schedule.paths)]
     while not trial.finished:
-        robots = range(len(schedule.ways))
+        robots = range(len(schedule.paths))
         ready = next(((i, pose) for i in robots if (pose := trial.next(i)) is not None), None)
         if ready is None:
             return None
@@ -226,9 +226,9 @@ def with_steps_under_way(
 def plan_record(tick: int, floor: Floor, plan: Schedule, reason: str) -> records.Plan:
     """Return the record of a plan in a trace."""
     robots = {}
-    for index, (name, way) in enumerate(zip(floor.names, plan.ways, strict=True)):
+    for index, (name, path) in enumerate(zip(floor.names, plan.paths, strict=True)):
         graph = floor.problem.members[index].graph
-        robots[name] = tuple(graph.pose(number).place for number in way)
+        robots[name] = tuple(graph.pose(number).place for number in path)
     names = floor.names
     orders = tuple(
         # Step k leads from place k to place k + 1.
@@ -242,7 +242,7 @@ def scheduled(floor: Floor, left: PlanLeft) -> Schedule | None:
     """Return the plan of a trace header; None if it does not fit this team."""
     if left.robots.keys() != {*floor.names}:
         return None
-    ways = tuple(
+    paths = tuple(
         tuple(member.graph.number(Pose.of(*place)) for place in left.robots[name])
         for name, member in zip(floor.names, floor.problem.members, strict=True)
     )
@@ -250,4 +250,4 @@ def scheduled(floor: Floor, left: PlanLeft) -> Schedule | None:
         Order(floor.index(then), j - 1, floor.index(first), i - 1)
         for first, i, then, j in left.orders
     )
-    return Schedule(ways, orders)
+    return Schedule(paths, orders)

@@ -175,7 +175,7 @@ class Generator:
         if settled is not None:
             return settled
         random = self._rng.random
-        return [r[3] for r in sorted([(wish, stands, random(), q) for wish, stands, q in ranks])]
+        return [r[3] for r in sorted([(far, stands, random(), q) for far, stands, q in ranks])]
 
     def _rank(self, robot: int) -> tuple[list[Rank], list[int] | None]:
         """Return the rank of each pose, and the order of the poses if there are no ties."""

@@ -237,13 +237,13 @@ class Search:
             guided = self._guided[state.stages] = self._guide(state.stages, state.poses)
         known = self._known.setdefault(state.stages, {})
         found: list[Field] = []
-        for robot, wish in enumerate(guided):
+        for robot, goals in enumerate(guided):
             count = state.counts[robot]
             key = robot, count
             if key in known:
                 field = known[key]
             else:
-                goal = self.course.awaited(robot, count) if wish is None else wish
+                goal = self.course.awaited(robot, count) if goals is None else goals
                 field = known[key] = self._field(robot, goal, state.stages)
             near = field is not None and field[state.poses[robot]] < FAR
             found.append(field if near else None)

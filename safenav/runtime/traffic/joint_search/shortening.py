@@ -101,10 +101,10 @@ def timed(plan: Schedule, *, in_turn: bool = False) -> list[tuple[int, ...]]:
     of the plan allows. ``in_turn``: a robot may follow one that is before it in the team in the
     same tick, as in lockstep."""
     run = Execution(plan)
-    joint = [tuple(way[0] for way in plan.ways)]
+    joint = [tuple(path[0] for path in plan.paths)]
     while not run.finished:
         moving = {}
-        for robot in range(len(plan.ways)):
+        for robot in range(len(plan.paths)):
             pose = run.next(robot)
             if pose is not None:
                 moving[robot] = pose
@@ -126,8 +126,8 @@ def _improved(
         arrivals = [arrival_of(joint, robot) for robot in range(len(paths))]
         for robot in sorted(range(len(paths)), key=lambda robot: -arrivals[robot]):
             stopping()
-            for way in paths[robot].ways(joint, robot, apart, arrivals[robot]):
-                new = [(*p[:robot], q, *p[robot + 1 :]) for p, q in zip(joint, way, strict=True)]
+            for path in paths[robot].shorter(joint, robot, apart, arrivals[robot]):
+                new = [(*p[:robot], q, *p[robot + 1 :]) for p, q in zip(joint, path, strict=True)]
                 found = timed(apart.schedule(new))
                 (ticks, steps), (most_ticks, most_steps) = _cost(found), _cost(joint)
                 shorter = ticks < most_ticks or steps < most_steps
@@ -164,7 +164,7 @@ class TimedPath(Struct, frozen=True):
     via: tuple[Mask, ...]
     final: Mask
 
-    def ways(
+    def shorter(
         self, joint: Timed, robot: int, apart: Separation, arrival: int
     ) -> Iterator[list[int]]:
         """Yield the path with the fewest steps among those that end in time, then, for a robot that
@@ -184,12 +184,12 @@ class TimedPath(Struct, frozen=True):
         for poses in reversed(closed):
             later |= poses
             ends.insert(0, self.final & ~later)
-        way = self.way(start, closed, ends, steps - 1, early=False) if fewer else None
-        if way is not None:
-            yield way
-        way = self.way(start, closed, ends[:-1], steps, early=True) if earlier else None
-        if way is not None:
-            yield [*way, way[-1]]
+        path = self.find(start, closed, ends, steps - 1, early=False) if fewer else None
+        if path is not None:
+            yield path
+        path = self.find(start, closed, ends[:-1], steps, early=True) if earlier else None
+        if path is not None:
+            yield [*path, path[-1]]
 
     def _least(self, start: int) -> int:
         """Return the steps of the shortest path without other robots; 0 if the robot may stay."""
@@ -199,7 +199,7 @@ class TimedPath(Struct, frozen=True):
             start = goal.bit_length() - 1
         return found
 
-    def way(
+    def find(
         self, start: int, closed: Sequence[Mask], ends: Sequence[Mask], most: int, early: bool
     ) -> list[int] | None:
         """Return a path of at most ``most`` steps, one pose per tick: the earliest, else the one
@@ -239,13 +239,13 @@ class TimedPath(Struct, frozen=True):
             return None
         count, tick = found
         pose = next(bits(rows[count][tick][goals] & ends[tick]))
-        way = [pose] * (len(ends) - tick)
+        path = [pose] * (len(ends) - tick)
         k = goals
         while tick:
             tick -= 1
             count, k, pose = self._before(rows, count, tick, k, pose, closed[tick])
-            way.append(pose)
-        return way[::-1]
+            path.append(pose)
+        return path[::-1]
 
     def _pass(self, cell: _Cell) -> None:
         """Advance the count of sets that a robot passes in its poses."""
@@ -298,14 +298,14 @@ def following(course: Course, states: Sequence[JointState], robot: int) -> list[
     here, allowed = joint[begin][robot], course.steps(first.stages)[robot].allowed
     closed = closed_by(joint[begin:], robot, apart, graph)
     reached = 1 << here
-    for shut in closed:
-        free = reached & ~shut
-        reached = free | graph.forward(free) & allowed & ~shut
+    for poses in closed:
+        free = reached & ~poses
+        reached = free | graph.forward(free) & allowed & ~poses
     pose = min(bits(reached), key=far.__getitem__, default=here)
     if not far[pose] < min(far[here], FAR):
         return None
     path = TimedPath(graph, allowed, (), 1 << pose)
-    way = path.way(here, closed, [0] * len(closed) + [1 << pose], len(closed), early=False)
+    way = path.find(here, closed, [0] * len(closed) + [1 << pose], len(closed), early=False)
     if way is None:
         return None
     steps = (poses[robot] if t <= begin else way[t - begin] for t, poses in enumerate(joint))

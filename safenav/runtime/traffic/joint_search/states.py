@@ -122,17 +122,17 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         )
         return replace(found, charges=charges)
 
-    def lasts(self, state: JointState) -> bool:
+    def has_charge(self, state: JointState) -> bool:
         """Return whether each robot has enough charge to continue alone."""
         return not self.batteries or all(
             charge >= stops.needed(state.poses[robot], stops.turn(state.counts[robot][0]))
             for (robot, stops), charge in zip(self.batteries.items(), state.charges, strict=True)
         )
 
-    def along(self, first: JointState, ways: Iterable[tuple[int, ...]]) -> list[JointState]:
+    def along(self, first: JointState, joint_poses: Iterable[tuple[int, ...]]) -> list[JointState]:
         """Return the states from the first on while the robots go to these joint poses."""
         found = [first]
-        for poses in ways:
+        for poses in joint_poses:
             found.append(self.moved(found[-1], poses, range(len(poses))))
         return found
 
@@ -216,8 +216,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         found = set()
         for poses in {state.poses for state in states}:
             pairs = zip(graphs, poses, strict=True)
-            told = [graph.pose(number).place for graph, number in pairs]
-            found.add(json.dumps(told, separators=(",", ":")))
+            placed = [graph.pose(number).place for graph, number in pairs]
+            found.add(json.dumps(placed, separators=(",", ":")))
         return sorted(found)
 
     def _settled(

@@ -101,17 +101,17 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
 
     def _by_nearness(self, movers: Sequence[int]) -> list[int]:
         """Return the other robots that can block a mover, the nearest to its path first."""
-        ways = 0
+        paths = 0
         for i in movers:
             graph, pose, field = self.problem.members[i].graph, self.poses[i], self._fields[i]
             while 0 < field[pose] < FAR:
                 pose = min(graph.steps(pose), key=lambda q: field[q])
-                ways |= 1 << pose % graph.size
+                paths |= 1 << pose % graph.size
         rivals = {r for i in movers for r in self.problem.conflicts[i]}.difference(movers)
         found = []
         for i in sorted(rivals):
             graph = self.problem.members[i].graph
-            away = graph.steps_between(1 << self.poses[i], graph.poses_on(ways), self._allowed[i])
+            away = graph.steps_between(1 << self.poses[i], graph.poses_on(paths), self._allowed[i])
             found.append((FAR if away is None else away, i))
         return [i for _, i in sorted(found)]
 
@@ -248,8 +248,8 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
 def keeping_out(floor: Floor, regions: Sequence[Mask]) -> Floor:
     """Return the same floor with regions that each robot must not enter."""
     members = tuple(
-        replace(member, floor=member.floor & ~member.graph.poses_on(shut) | 1 << pose)
-        for member, pose, shut in zip(floor.problem.members, floor.poses, regions, strict=True)
+        replace(member, floor=member.floor & ~member.graph.poses_on(closed) | 1 << pose)
+        for member, pose, closed in zip(floor.problem.members, floor.poses, regions, strict=True)
     )
     return replace(floor, problem=replace(floor.problem, members=members))
 
@@ -258,27 +258,27 @@ def beside(floor: Floor, plan: Sequence[Poses], goals: Sequence[Mask]) -> list[P
     """Return a plan in which robots that were parked approach their goals (0: none), one after the
     other, as far as they block no other robot."""
     problem = floor.problem
-    ways = [list(way) for way in zip(*plan, strict=True)]
-    still = [i for i, way in enumerate(ways) if len(set(way)) == 1 and goals[i]]
+    paths = [list(path) for path in zip(*plan, strict=True)]
+    still = [i for i, path in enumerate(paths) if len(set(path)) == 1 and goals[i]]
     for robot in still if not problem.apart else ():
         member = problem.members[robot]
         if member.ticks > 1 or (member.turns and problem.interferes(robot)):
             continue  # it might not be able to return
         allowed, size = problem.allowed(robot, floor.stages), member.graph.size
         field = member.graph.distances(goals[robot] & allowed, allowed)
-        way = [floor.poses[robot]]
+        path = [floor.poses[robot]]
         for tick in range(1, len(plan)):
             taken = {
                 pose % problem.members[other].graph.size
                 for other in problem.conflicts[robot]
-                for pose in ways[other][tick - 1 :]
+                for pose in paths[other][tick - 1 :]
             }
             open_ = [
                 pose
-                for pose in member.graph.steps(way[-1])
+                for pose in member.graph.steps(path[-1])
                 if allowed >> pose & 1 and pose % size not in taken
             ]
-            nearest = min(open_, key=lambda pose: field[pose], default=way[-1])
-            way.append(nearest if field[nearest] < min(field[way[-1]], FAR) else way[-1])
-        ways[robot] = way
-    return [tuple(poses) for poses in zip(*ways, strict=True)]
+            nearest = min(open_, key=lambda pose: field[pose], default=path[-1])
+            path.append(nearest if field[nearest] < min(field[path[-1]], FAR) else path[-1])
+        paths[robot] = path
+    return [tuple(poses) for poses in zip(*paths, strict=True)]
