@@ -187,10 +187,9 @@ class Passes(Algorithm):
         """The future times at which the scenario changes something; random inputs change each
         second."""
         now, inputs = self.world.now(), self.team.scenario.inputs
-        changes = (float(change.at) for change in self.team.scenario.changes)
         seconds = [float(int(now) + 1)] if any(each.probability for each in inputs) else []
         switches = [*map(float, switching(inputs)), *seconds] if self.world.simulated else []
-        times = (*changes, *switches, *self._from_outside(), *self.batteries.times())
+        times = (*switches, *self._of_scenario(), *self.batteries.times())
         return [time for time in times if time > now]
 
     def _to_come(self) -> list[float]:
@@ -198,15 +197,15 @@ class Passes(Algorithm):
         objectives, service, listed inputs."""
         now, scenario = self.world.now(), self.team.scenario
         last = self.limit if self.team.live else float(scenario.limits.ticks)
-        changes = (float(change.at) for change in scenario.changes)
-        times = (*changes, *self._from_outside(), *map(float, switching(scenario.inputs)))
+        times = (*self._of_scenario(), *map(float, switching(scenario.inputs)))
         return [time for time in times if now < time and (last is None or time <= last)]
 
-    def _from_outside(self) -> list[float]:
-        """The times at which the world changes by itself, and those of the orders that the run
-        announces in a world without orders."""
-        orders = (o.appears for o in self.team.scenario.obstacles if o.ordered)
-        return [*self.world.times(), *(float(at) for at in orders if at is not None)]
+    def _of_scenario(self) -> list[float]:
+        """The times at which the scenario changes robots or the world changes by itself, and those
+        of the orders that the run announces in a world without orders."""
+        changes = [change.at for change in self.team.scenario.changes]
+        orders = [o.appears for o in self.team.scenario.obstacles if o.ordered]
+        return [*self.world.times(), *(float(at) for at in (*changes, *orders) if at is not None)]
 
     def _due(self) -> float | None:
         """The time of the next pass without a report of the world."""

@@ -19,7 +19,6 @@ from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint_search import formula_memory
 from safenav.runtime.traffic.joint_search.search import Goal, Search
 from safenav.runtime.traffic.joint_search.states import Count, Course, Effort, JointState
-from safenav.runtime.traffic.milestone import Milestones
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
@@ -53,7 +52,7 @@ class Searches:
     def __init__(self, state: TeamState, stop: BackgroundSearch) -> None:
         self._state = state
         self._stop = stop
-        self._aims: dict[str, Milestones] = {}
+        self._aims: dict[str, formula_memory.Milestones] = {}
         self._remembering: dict[bool, tuple[Problem, _Graphs, Problem]] = {}
         self._hopeless: Problem | None = None
         self._in_service: tuple[Floor, Floor] | None = None
@@ -136,7 +135,7 @@ class Searches:
 
     def aimed(self, floor: Floor) -> Floor:
         """Return the problem with the robots' memory. A robot whose memory exceeds the size limit
-        has the next milestone of its strategy as its only goal (``milestone``)."""
+        has the next milestone of its strategy as its only goal (``Milestones``)."""
         floor = self.remembered(floor)
         members = list(floor.problem.members)
         changed = False
@@ -166,7 +165,9 @@ class Searches:
         aims = self._aims.get(robot.name)
         if aims is None or aims.strategy is not planner.strategy:
             inputs = [each.name for each in self._state.scenario.inputs]
-            aims = self._aims[robot.name] = Milestones(planner.strategy, objective, inputs)
+            aims = self._aims[robot.name] = formula_memory.Milestones(
+                planner.strategy, objective, inputs
+            )
         return aims.aim(planner.node, robot.own.seen)
 
     def _has_done_all(self, robot: RobotState) -> bool:
@@ -256,8 +257,8 @@ class Searches:
         """Return whether on a plan each robot that has enough charge to continue alone keeps
         enough."""
         charged = self.charged(self.problem(floor, poses=states[0].poses))
-        fields = (state.poses for state in states[1:])
-        return all(map(charged.course.has_charge, charged.course.along(charged.start, fields)))
+        poses = (state.poses for state in states[1:])
+        return all(map(charged.course.has_charge, charged.course.along(charged.start, poses)))
 
     def only_out(self, robots: Sequence[RobotState]) -> bool:
         """Return whether each of these robots is out of service or cut off by a robot that is."""
