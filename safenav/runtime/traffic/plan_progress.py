@@ -157,9 +157,8 @@ class PlanProgress:
         under_way: Collection[int] = (),
     ) -> None:
         """Begin to follow a plan with these joint poses and states."""
-        sizes = [member.graph.size for member in floor.problem.members]
-        apart = floor.problem.exclusions(states[0].stages)
-        plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
+        apart = execution.Separation.of(floor.problem, states[0].stages)
+        plan = apart.schedule(poses, under_way)
         self.execution = execution.Execution(plan, execution.required_counts(states, counts))
         self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))
 

@@ -9,8 +9,9 @@ from msgspec import Struct
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.traffic import budgets
+from safenav.runtime.traffic.joint_search.execution import Separation
 from safenav.runtime.traffic.joint_search.formula_memory import remembering
-from safenav.runtime.traffic.joint_search.shortening import Separation, following, shortened, timed
+from safenav.runtime.traffic.joint_search.shortening import following, shortened, timed
 from safenav.runtime.traffic.joint_search.states import Effort, Found, JointState
 from safenav.runtime.traffic.joint_search.timed import Quickest, beside, keeping_out
 from safenav.runtime.traffic.plan_search import PlanSearch

@@ -12,9 +12,9 @@ from safenav.runtime.traffic.joint_search.execution import (
     Execution,
     Order,
     Schedule,
+    Separation,
     in_turn,
     required_counts,
-    schedule,
 )
 from safenav.runtime.traffic.joint_search.search import Search, Variant, one_leg
 from safenav.runtime.traffic.joint_search.states import (
@@ -52,7 +52,7 @@ def play(floor: Floor, found: Found, rng: random.Random) -> None:
     sizes = [member.graph.size for member in members]
     joint = [state.poses for state in found.states]
     apart = floor.problem.exclusions(found.states[0].stages)
-    plan = schedule(joint, sizes, conflicts, apart)
+    plan = Separation(sizes, conflicts, apart).schedule(joint)
     run = Execution(plan)
     poses = list(joint[0])
     leaving: dict[int, int] = {}
@@ -180,9 +180,12 @@ def test_a_step_under_way_waits_for_none() -> None:
     both = frozenset({0, 1})
     zones = [KeepOut(both, 0b1110, both, 0b1110)]
     ways = [(0, 2), (1, 4), (0, 4), (1, 4)]
-    waits = [(o.step, o.before) for o in schedule(ways, [5, 5], [frozenset()] * 2, zones).orders]
+    waits = [
+        (o.step, o.before)
+        for o in Separation([5, 5], [frozenset()] * 2, zones).schedule(ways).orders
+    ]
     assert waits == [(0, 0), (2, 0)]
-    begun = schedule(ways, [5, 5], [frozenset()] * 2, zones, under_way=[0])
+    begun = Separation([5, 5], [frozenset()] * 2, zones).schedule(ways, [0])
     assert [(o.step, o.before) for o in begun.orders] == [(2, 0)]
 
 
@@ -357,11 +360,13 @@ def test_a_plan_waits_until_what_it_counts_on_is_met() -> None:
     found = search(floor, rounds=2).run()
     assert isinstance(found, Found)
     poses = [state.poses for state in found.states]
-    ways = schedule(poses, [floor.world.size] * 2, floor.problem.conflicts).paths
+    ways = Separation([floor.world.size] * 2, floor.problem.conflicts).schedule(poses).paths
     dues = required_counts(found.states, found.states[0].counts)
     assert [[ways[i][place] for place in due] for i, due in enumerate(dues)] == [[8], [6]]
     assert [list(due.values()) for due in dues] == [[(0, 0, 2)], [(0, 0, 2)]]
-    run = Execution(schedule(poses, [floor.world.size] * 2, floor.problem.conflicts), dues)
+    run = Execution(
+        Separation([floor.world.size] * 2, floor.problem.conflicts).schedule(poses), dues
+    )
     assert run.due(0) is None
     run.taken[0] = ways[0].index(8)
     assert run.due(0) == (0, 0, 2)

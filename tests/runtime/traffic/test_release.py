@@ -11,7 +11,7 @@ from runtime.traffic.test_joint_search import search
 from safenav.runtime.traffic.joint_search.execution import (
     Execution,
     Schedule,
-    schedule,
+    Separation,
     still_needed,
 )
 from safenav.runtime.traffic.joint_search.states import Course, Found, JointState
@@ -104,7 +104,11 @@ def beginnings(floor: Floor) -> Iterator[tuple[Course, JointState, Schedule]]:
         states = plan.states[:end]
         if end == len(plan.states) or states[-1].counts != plan.states[end].counts:
             joint = [state.poses for state in states]
-            yield found.course, states[0], schedule(joint, sizes, floor.problem.conflicts)
+            yield (
+                found.course,
+                states[0],
+                Separation(sizes, floor.problem.conflicts).schedule(joint),
+            )
 
 
 def test_robots_that_leave_a_plan_never_make_the_mission_impossible() -> None:

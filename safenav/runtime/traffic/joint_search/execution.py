@@ -8,6 +8,7 @@ delays cannot invalidate it, and every execution is a prefix of an order of the 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from functools import reduce
 from itertools import chain, pairwise
@@ -45,50 +46,60 @@ class Schedule(Struct, frozen=True):
     orders: tuple[Order, ...]
 
 
-def schedule(
-    states: Sequence[tuple[int, ...]],
-    sizes: Sequence[int],
-    conflicts: Sequence[frozenset[int]],
-    exclusions: Sequence[KeepOut] = (),
-    under_way: Collection[int] = (),
-) -> Schedule:
-    """Return the schedule of a sequence of joint poses. ``sizes``: number of regions of each
-    robot's map, which gives a pose's region. ``under_way``: robots whose first step has begun, and
-    so waits for no other robot."""
-    count = len(sizes)
-    paths = [[states[0][i]] for i in range(count)]
-    stays: dict[int, list[tuple[int, int, int]]] = {}  # region -> (robot, came by, left by) steps
-    present: dict[int, list[int]] = {}
-    for i in range(count):
-        region = states[0][i] % sizes[i]
-        stays.setdefault(region, []).append((i, -1, -1))
-        present[i] = [region, len(stays[region]) - 1]
-    orders: list[Order] = []
-    for joint in states[1:]:
-        moving = [i for i in range(count) if joint[i] != paths[i][-1]]
-        for i in moving:  # every robot leaves before any enters: the order within a step
-            region, place = present[i]
-            step = len(paths[i]) - 1
-            robot, came, _ = stays[region][place]
-            stays[region][place] = (robot, came, step)
-        for i in moving:
-            step = len(paths[i]) - 1
-            region = joint[i] % sizes[i]
-            latest: dict[int, int] = {}
-            for robot, _, left in stays.get(region, ()):
-                if robot in conflicts[i]:
-                    latest[robot] = left
-            for each in exclusions:
-                if i in each.robots and each.zone >> region & 1:
-                    for robot, _, left in chain(*(stays.get(r, ()) for r in bits(each.there))):
-                        if robot in each.others and robot != i:
-                            latest[robot] = max(left, latest.get(robot, left))
-            if step or i not in under_way:
-                orders += [Order(i, step, robot, left) for robot, left in latest.items()]
-            paths[i].append(joint[i])
-            stays.setdefault(region, []).append((i, step, -1))
-            present[i] = [region, len(stays[region]) - 1]
-    return Schedule(tuple(map(tuple, paths)), tuple(orders))
+class Separation(Struct, frozen=True):
+    """Rules that separate robots until the stages change. ``sizes``: number of regions of each
+    robot's map, which gives a pose's region; ``exclusions``: regions that are closed while other
+    robots are in certain regions, besides the occupied ones."""
+
+    sizes: Sequence[int]
+    conflicts: Sequence[frozenset[int]]
+    exclusions: Sequence[KeepOut] = ()
+
+    @staticmethod
+    def of(problem: Problem, stages: Stages) -> Separation:
+        sizes = tuple(member.graph.size for member in problem.members)
+        return Separation(sizes, problem.conflicts, problem.exclusions(stages))
+
+    def schedule(
+        self, states: Sequence[tuple[int, ...]], under_way: Collection[int] = ()
+    ) -> Schedule:
+        """Return the schedule of a sequence of joint poses. ``under_way``: robots whose first step
+        has begun, and so waits for no other robot."""
+        paths = [[pose] for pose in states[0]]
+        present = [[i, -1] for i in range(len(paths))]  # a robot, and its step out of a region
+        stays: dict[int, list[list[int]]] = defaultdict(list)
+        for stay, pose, size in zip(present, states[0], self.sizes, strict=True):
+            stays[pose % size].append(stay)
+        orders: list[Order] = []
+        for joint in states[1:]:
+            moving = [i for i, path in enumerate(paths) if joint[i] != path[-1]]
+            for i in moving:  # every robot leaves before any enters: the order within a step
+                present[i][1] = len(paths[i]) - 1
+            for i in moving:
+                step, region = len(paths[i]) - 1, joint[i] % self.sizes[i]
+                latest = {r: left for r, left in stays[region] if r in self.conflicts[i]}
+                for each in self.exclusions:
+                    if i in each.robots and each.zone >> region & 1:
+                        for robot, left in chain(*(stays[r] for r in bits(each.there))):
+                            if robot in each.others and robot != i:
+                                latest[robot] = max(left, latest.get(robot, left))
+                if step or i not in under_way:
+                    orders += [Order(i, step, robot, left) for robot, left in latest.items()]
+                paths[i].append(joint[i])
+                present[i] = [i, -1]
+                stays[region].append(present[i])
+        return Schedule(tuple(map(tuple, paths)), tuple(orders))
+
+    def closed(self, robot: int, *moments: tuple[int, ...]) -> Mask:
+        """Return the regions that other robots close to one robot at some joint poses."""
+        found = 0
+        for other in self.conflicts[robot]:
+            found |= region_mask(poses[other] % self.sizes[other] for poses in moments)
+        for each in self.exclusions:
+            others = each.others - {robot} if robot in each.robots else ()
+            if any(each.there >> p[o] % self.sizes[o] & 1 for o in others for p in moments):
+                found |= each.zone
+        return found
 
 
 def required_counts(

@@ -20,7 +20,8 @@ from msgspec.structs import replace
 
 from safenav.cached_method import cached_method
 from safenav.components import path_to
-from safenav.runtime.progress import holds
+from safenav.formula.evaluator import predicate
+from safenav.formula.parser import parse
 from safenav.runtime.resolution.problem import Problem
 from safenav.runtime.traffic.budgets import AIM_NODES, REMEMBERED_STATES
 from safenav.scenario.guarantees import guarantees_of
@@ -198,7 +199,7 @@ class Milestones:
     def __init__(self, strategy: Strategy, objective: Ltl, inputs: Collection[str]) -> None:
         self.strategy = strategy
         self._objective = objective
-        self._goals = tuple(map(holds, objective.liveness))
+        self._goals = tuple(predicate(parse(goal)) for goal in objective.liveness)
         known = strategy.values(0)
         pose = [name for name in ("region", "heading") if name in known]
         memory = [name for name in objective.memory if name in known]

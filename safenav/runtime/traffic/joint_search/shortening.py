@@ -14,43 +14,13 @@ from itertools import pairwise
 
 from msgspec import Struct
 
-from safenav.runtime.resolution.problem import KeepOut, Problem, Stages
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
-from safenav.runtime.traffic.joint_search.execution import Execution, Schedule, schedule
+from safenav.runtime.traffic.joint_search.execution import Execution, Schedule, Separation
 from safenav.runtime.traffic.joint_search.states import Course, JointState, has_met
-from safenav.world.poses import FAR, Mask, PoseGraph, bits, region_mask
+from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 Timed = Sequence[tuple[int, ...]]
 """The joint poses at each tick, from the first to the last."""
-
-
-class Separation(Struct, frozen=True):
-    """Rules that separate robots until the stages change. ``sizes``: number of regions of each
-    robot's map, which gives a pose's region; ``exclusions``: regions that are closed while other
-    robots are in certain regions, besides the occupied ones."""
-
-    sizes: tuple[int, ...]
-    conflicts: tuple[frozenset[int], ...]
-    exclusions: tuple[KeepOut, ...]
-
-    @staticmethod
-    def of(problem: Problem, stages: Stages) -> Separation:
-        sizes = tuple(member.graph.size for member in problem.members)
-        return Separation(sizes, problem.conflicts, tuple(problem.exclusions(stages)))
-
-    def schedule(self, joint: Timed) -> Schedule:
-        return schedule(joint, self.sizes, self.conflicts, self.exclusions)
-
-    def closed(self, robot: int, *moments: tuple[int, ...]) -> Mask:
-        """Return the regions that other robots close to one robot at some joint poses."""
-        found = 0
-        for other in self.conflicts[robot]:
-            found |= region_mask(poses[other] % self.sizes[other] for poses in moments)
-        for each in self.exclusions:
-            others = each.others - {robot} if robot in each.robots else ()
-            if any(each.there >> p[o] % self.sizes[o] & 1 for o in others for p in moments):
-                found |= each.zone
-        return found
 
 
 def shortened(
