@@ -60,7 +60,7 @@ def test_a_broken_trace_exits_1_and_names_the_first_rule_or_all(bad: Path) -> No
     assert [told[key] for key in ("rule", "tick", "robot", "line")] == ["map", 8, "digit", 33]
 
 
-def test_what_is_no_trace_exits_2(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_trace_exits_2(tmp_path: Path) -> None:
     file = tmp_path / "x.jsonl"
     file.write_text("hello\n")
     result = run(str(file))

@@ -48,7 +48,7 @@ def test_the_checker_shares_no_code_with_the_rest() -> None:
             assert own or name.split(".")[0] in sys.stdlib_module_names, f"{file.name}: {name}"
 
 
-def test_the_format_leans_on_nothing_but_msgspec() -> None:
+def test_the_trace_format_imports_nothing_but_msgspec() -> None:
     modules = ("errors", "file_kind", "lines", "outcome")
     plain = (*(f"safenav.{module}" for module in modules), "msgspec", "msgspec.structs")
     for module in FORMAT:

@@ -55,7 +55,7 @@ def test_unknown_types_and_fields_are_ignored() -> None:
     assert len(trace.records) == len(lines) - 2
 
 
-def test_a_last_line_that_breaks_off_is_no_error() -> None:
+def test_a_last_line_that_breaks_off_is_ignored() -> None:
     raw = "\n".join(text(GOOD["door"]())).encode()
     trace = read_bytes(raw[:-20])
     assert trace.cut_off
@@ -68,7 +68,7 @@ def test_a_complete_last_line_without_its_end_counts() -> None:
     assert trace.outcome is not None
 
 
-def test_a_broken_line_in_the_middle_is_told_with_its_place() -> None:
+def test_a_broken_line_in_the_middle_is_reported_with_its_place() -> None:
     lines = text(GOOD["door"]())
     lines[6] = lines[6][:-4]
     (problem,) = refused(lines)
@@ -116,7 +116,7 @@ def test_a_missing_field_is_named() -> None:
     assert problem.found == "`to` is missing"
 
 
-def test_all_problems_are_told_in_the_order_of_the_lines() -> None:
+def test_all_problems_are_reported_in_the_order_of_the_lines() -> None:
     lines = GOOD["door"]()
     del lines[5]["type"]
     del lines[3]["robot"]
@@ -156,6 +156,6 @@ def test_another_version_is_refused() -> None:
     assert "version 3 can be read" in problem.found
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_missing_trace_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_trace(tmp_path / "none.jsonl")

@@ -1,5 +1,4 @@
-"""Progress of an objective that a robot resumes after an input, and the header's account of the run
-before."""
+"""Headers of resumed runs, and the progress of objectives that robots resume."""
 
 from collections.abc import Iterator
 
@@ -7,7 +6,6 @@ import pytest
 
 from audit.good_traces import GOOD
 from audit.trace_script import Line, text
-from runtime.played import play
 from safenav.audit.check import audit, check_trace
 from safenav.audit.judging import can_have_met
 from safenav.audit.lines import Made
@@ -15,24 +13,6 @@ from safenav.audit.needs import Need
 from safenav.audit.rules.rule import Finding
 from safenav.audit.run.progress import Progress
 from safenav.trace.reading import read_lines
-
-SCENARIO = """
-safenav: 1
-map: {grid: [".......", ".......", "......."]}
-robots:
-  r: {model: quadcopter, start: 3, objective: {visit: [6, 10, 14], within: 16},
-      when: {alarm: {visit: [20]}}}
-inputs: {alarm: {at: ["8-11"]}}
-until: {rounds: 3}
-limits: {ticks: 120}
-"""
-
-
-def test_a_round_is_lost_by_the_target_with_which_it_continues() -> None:
-    """The robot has met its first target before the input; the bound counts from the second."""
-    run = play(SCENARIO)
-    assert run.all("deadline", verdict="lost")
-    assert not run.findings
 
 
 def continued(lines: list[Line]) -> Iterator[Finding]:
@@ -61,7 +41,9 @@ STRANGERS = [
 
 
 @pytest.mark.parametrize(("begun", "stranger"), STRANGERS)
-def test_the_run_before_has_no_robots_and_obstacles_of_its_own(begun: Line, stranger: str) -> None:
+def test_a_header_names_only_robots_and_obstacles_of_the_scenario(
+    begun: Line, stranger: str
+) -> None:
     lines = GOOD["door"]()
     lines[0]["scenario"]["begun"] = begun
     first = check_trace(text(lines)).findings[0]
@@ -71,7 +53,9 @@ def test_the_run_before_has_no_robots_and_obstacles_of_its_own(begun: Line, stra
 
 
 @pytest.mark.parametrize("groups", [[], [["quad"]], [["quad"], ["digit"]]])
-def test_the_run_before_has_not_met_all_needs_of_an_obstacle(groups: list[list[str]]) -> None:
+def test_a_header_with_an_obstacle_whose_needs_are_all_fulfilled_is_refused(
+    groups: list[list[str]],
+) -> None:
     lines = GOOD["door"]()
     lines[0]["scenario"]["begun"] = {"met": {"door@9": groups}}
     first = check_trace(text(lines)).findings[0]
@@ -81,7 +65,7 @@ def test_the_run_before_has_not_met_all_needs_of_an_obstacle(groups: list[list[s
 
 
 @pytest.mark.parametrize("line", ["request", "push"])
-def test_of_several_strangers_the_first_by_name_is_reported(line: str) -> None:
+def test_of_several_unknown_names_the_first_in_order_is_reported(line: str) -> None:
     lines = GOOD["door"]()
     at = next(i for i, each in enumerate(lines) if each["type"] == line)
     lines[at]["helpers"] = ["zebra", "mule", "yak"]
@@ -93,7 +77,9 @@ def test_of_several_strangers_the_first_by_name_is_reported(line: str) -> None:
     ("groups", "good"),
     [([["a", "b"]], True), ([["a"]], False), ([["a", "d"]], False), ([["a", "b"]] * 2, False)],
 )
-def test_enough_robots_have_met_the_first_needs(groups: list[list[str]], good: bool) -> None:
+def test_fulfilled_needs_take_as_many_robots_as_they_require(
+    groups: list[list[str]], good: bool
+) -> None:
     """Two take a load, and the same two put it down; the last need is another one."""
     pair, every = frozenset("ab"), frozenset("abc")
     here = frozenset([1])

@@ -89,14 +89,14 @@ def test_a_trace_cut_at_any_byte_breaks_no_rule(name: str, data: st.DataObject) 
     assert not found.complete
 
 
-def test_a_deeply_nested_line_is_told() -> None:
+def test_a_deeply_nested_line_is_reported() -> None:
     header = content(GOOD["door"]()[:1])
     with pytest.raises(InputError) as error:
         read_bytes(header + b"[" * 200_000 + b"\n")
     assert error.value.diagnostics[0].line == 2
 
 
-def test_a_plan_without_places_for_a_robot_is_told() -> None:
+def test_a_plan_without_poses_for_a_robot_is_reported() -> None:
     lines = GOOD["planned"]()
     plan = next(line for line in lines if line["type"] == "plan")
     plan["robots"]["one"] = []
@@ -105,7 +105,7 @@ def test_a_plan_without_places_for_a_robot_is_told() -> None:
     assert "must be 1 or more values" in str(error.value)
 
 
-def test_a_huge_number_is_told() -> None:
+def test_a_huge_number_is_reported() -> None:
     lines = GOOD["door"]()
     raw = json.dumps(lines[-1]).replace('"ticks": 8', '"ticks": ' + "9" * 6000)
     with pytest.raises(InputError):
@@ -130,7 +130,7 @@ chargers: [6]
     ["garbage(", "foo = 3", "(" * 3000, "!" * 3000 + "TRUE", " -> ".join(["TRUE"] * 400)],
     ids=["open", "unknown", "brackets", "negations", "implications"],
 )
-def test_a_rule_that_cannot_be_read_is_told_where_a_promise_was_refused(
+def test_an_unreadable_formula_is_reported_beside_a_refused_promise(
     capacity: int, formula: str
 ) -> None:
     scenario = REFUSED.replace("CAPACITY", str(capacity)).replace("RULE", "region < 12")

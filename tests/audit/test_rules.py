@@ -32,7 +32,7 @@ def test_robots_that_change_places_collide() -> None:
 @pytest.mark.parametrize(
     ("start", "bound", "other"), [(2, 3, 1), (1, 0, 2)], ids=["region 3", "region 0"]
 )
-def test_who_is_on_its_way_to_a_region_takes_it_up_be_it_region_0(
+def test_a_robot_in_transit_occupies_the_region_that_it_enters_even_region_0(
     start: int, bound: int, other: int
 ) -> None:
     """The two traces mirror each other."""
@@ -93,7 +93,7 @@ def test_every_rule_is_there_once_and_has_a_broken_trace() -> None:
     assert {trace for _, trace, *_ in told} <= GOOD.keys()
 
 
-def test_every_rule_says_what_it_demands() -> None:
+def test_every_rule_states_its_requirement() -> None:
     for rule in RULES:
         assert rule.__doc__ and "(" in rule.__doc__, rule.name
 
@@ -107,7 +107,7 @@ def test_a_good_trace_breaks_no_rule(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", GOOD_IN_TICKS)
-def test_a_run_in_ticks_told_in_seconds_breaks_no_rule(name: str) -> None:
+def test_a_run_in_ticks_rewritten_in_seconds_breaks_no_rule(name: str) -> None:
     assert check_trace(text(living(GOOD_IN_TICKS[name]()))).findings == ()
 
 
@@ -122,7 +122,7 @@ def test_a_broken_rule_is_named_with_tick_and_robot(case: Case) -> None:
     assert (found[0].tick, found[0].robot or "-") == (int(tick), robot_name)
 
 
-def test_who_is_leaving_a_target_does_not_meet_it_once_more() -> None:
+def test_a_robot_that_leaves_a_target_does_not_meet_it_again() -> None:
     """Both targets are one region: staying there for a tick would meet the second."""
     s = Script("....\n####", {"slow": robot("ground", [], 0, {"visit": [1, 1]})}, [])
     s.next_tick().move("slow", 1).goal("slow", 0, 0)
@@ -143,7 +143,7 @@ def test_a_plan_may_cross_the_target_whose_turn_it_is_not(by: str, rules: list[s
 
 
 @pytest.mark.parametrize(("assigned", "rules"), [(1, []), (0, ["hold"])])
-def test_who_holds_leaves_only_where_signals_send_it(assigned: int, rules: list[str]) -> None:
+def test_a_robot_that_holds_leaves_only_by_command_inputs(assigned: int, rules: list[str]) -> None:
     s = Script("....\n####", {"a": robot("ground", [], 0, {"hold": 0})}, [], rounds=9)
     s.next_tick().move("a").goal("a", 0, 1)
     s.next_tick().move("a", 1)
@@ -164,7 +164,7 @@ def test_the_signal_of_a_robot_that_stays_to_act_takes_effect() -> None:
 @pytest.mark.parametrize(
     ("coordination", "rules"), [("assignable", []), ("resynthesis", ["rounds"])]
 )
-def test_told_by_signals_a_count_may_begin_anew_with_each_need(
+def test_by_command_inputs_a_count_may_restart_with_each_need(
     coordination: str, rules: list[str]
 ) -> None:
     """What a robot is to do for the next need has no line of its own there."""

@@ -127,7 +127,7 @@ def test_a_broken_zip_is_refused_without_a_traceback(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"{", b"\xff\xfe\x00"])
-def test_a_file_that_is_no_json_is_named(content: bytes, tmp_path: Path) -> None:
+def test_a_file_that_is_not_valid_json_is_named(content: bytes, tmp_path: Path) -> None:
     copy = shutil.copytree(shipped("hello"), tmp_path / "copy")
     (copy / "manifest.json").write_bytes(content)
     status, said = run_checker(copy)
@@ -135,7 +135,7 @@ def test_a_file_that_is_no_json_is_named(content: bytes, tmp_path: Path) -> None
     assert said.startswith("refused: manifest.json is not valid JSON: ")
 
 
-def test_what_is_no_bundle_is_told_apart_from_a_refusal(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_bundle_differs_from_a_refusal(tmp_path: Path) -> None:
     status, said = run_checker(tmp_path, program=shipped("hello") / "check.py")
     assert status == 2
     assert "is not a bundle" in said
@@ -214,7 +214,7 @@ def test_a_file_that_a_line_names_and_that_is_missing_is_named(tmp_path: Path) -
     assert f"{gone} is missing" in said
 
 
-def test_a_name_that_is_no_text_is_refused_without_a_traceback(tmp_path: Path) -> None:
+def test_a_name_that_is_not_text_is_refused_without_a_traceback(tmp_path: Path) -> None:
     copy = shutil.copytree(shipped("hello"), tmp_path / "copy")
     (copy / os.fsdecode(b"\xff")).write_bytes(b"")
     status, said = run_checker(copy)

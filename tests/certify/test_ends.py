@@ -67,7 +67,7 @@ limits: {{ticks: 30}}
     [(Tracking.NEARBY, []), *((tracking, [6]) for tracking in Tracking)],
     ids=["possible", *Tracking],
 )
-def test_what_a_robot_cannot_do_alone_it_cannot_do_by_standing_in_the_way(
+def test_claims_about_a_robot_alone_depend_on_its_assumptions(
     tracking: Tracking, avoid: list[int], tmp_path: Path
 ) -> None:
     scenario = tmp_path / "counting.yaml"
@@ -112,7 +112,7 @@ def test_another_objective_during_the_run_is_claimed(tmp_path: Path) -> None:
     assert "changed" in [claim["kind"] for claim in made.verdict.claims]
 
 
-def test_a_limit_is_claimed_where_it_was_reached_only(tmp_path: Path) -> None:
+def test_a_bundle_claims_a_limit_only_if_the_run_reached_it(tmp_path: Path) -> None:
     scenario = tmp_path / "short.yaml"
     text = (SCENARIOS / "case_study_1.yaml").read_text()
     scenario.write_text(text.replace("ticks: 500", "ticks: 9").split("expect:")[0])
@@ -130,7 +130,7 @@ def test_a_limit_is_claimed_where_it_was_reached_only(tmp_path: Path) -> None:
     assert "it reports the tick limit after 8 ticks, but the limit is 9" in said
 
 
-def test_the_motion_of_a_run_goes_along(tmp_path: Path) -> None:
+def test_a_bundle_contains_the_motion_of_its_run(tmp_path: Path) -> None:
     bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "hello", motion=True)
     status, said = judged(tmp_path / "hello")
     assert status == 0, said
@@ -147,7 +147,7 @@ def test_the_motion_of_a_run_goes_along(tmp_path: Path) -> None:
     assert "the motion of another trace" in said
 
 
-def test_no_obstacle_stands_where_a_robot_is_that_it_stops(tmp_path: Path) -> None:
+def test_a_header_with_an_obstacle_around_a_robot_that_it_blocks_is_refused(tmp_path: Path) -> None:
     files = files_of(shipped("case_study_1"))
     lines = lines_of(files)
     quad = lines[0]["scenario"]["robots"]["quad"]["start"]

@@ -124,7 +124,7 @@ def test_a_helper_may_be_sent_to_some_of_the_places_where_it_can_help() -> None:
 
 
 @pytest.mark.parametrize("name", ["a", "b"])
-def test_where_others_begin_is_known(name: str, tmp_path: Path) -> None:
+def test_a_wrong_start_of_another_robot_is_refused(name: str, tmp_path: Path) -> None:
     """One step away from there is another mission."""
     run = run_of(EXACT)
     known = run.all("synthesis", robot=name)[0]["knowledge"]
@@ -135,7 +135,7 @@ def test_where_others_begin_is_known(name: str, tmp_path: Path) -> None:
     assert f"{name} believes {other} to be where it is not" in said
 
 
-def test_who_helps_can_meet_the_next_need(tmp_path: Path) -> None:
+def test_a_helper_must_be_able_to_fulfil_the_next_need(tmp_path: Path) -> None:
     """The other one can do something about the obstacle, but not yet."""
     run = run_of(TWO_NEEDS)
     assert run.all("push")[0]["helper"] == "b"
@@ -145,7 +145,7 @@ def test_who_helps_can_meet_the_next_need(tmp_path: Path) -> None:
     assert "c helps with pile@7, but lacks the action" in said
 
 
-def test_a_robot_that_is_held_back_may_have_another_answer() -> None:
+def test_a_move_records_that_its_strategy_was_shown_busy_regions() -> None:
     """The move says what its strategy was shown: that somebody is where it must not go."""
     shown = [line for line in run_of(HELD_BACK).records if line.get("busy")]
     assert shown
@@ -172,7 +172,7 @@ def test_an_obstacle_comes_back_under_its_name(tmp_path: Path) -> None:
     assert "differs when it reappears" in said_of(COMES_BACK, run, tmp_path)
 
 
-def test_who_meets_an_obstacle_asks_for_help(tmp_path: Path) -> None:
+def test_a_robot_that_encounters_an_obstacle_requests_help(tmp_path: Path) -> None:
     """Even if another one has asked already: it is told what to do until the obstacle is gone."""
     run = run_of(FROM_BOTH_SIDES)
     run.records.remove(run.all("push", requester="b")[0])
@@ -201,14 +201,14 @@ def discovering(target: Path, **other: object) -> str:
     return said_of(TWO_NEEDS, run, target)
 
 
-def test_what_a_robot_is_told_on_its_way_counts_when_it_arrives() -> None:
+def test_a_robot_in_transit_records_its_new_command_on_arrival() -> None:
     """Between two regions it gets another strategy, with other inputs for the wait."""
     told = [line for line in run_of(TOLD_ON_ITS_WAY).all("move", robot="b") if "signal" in line]
     signals = [("by" in line, line["signal"]["assigned"]) for line in told]
     assert signals == [(True, 13), (False, 16)]
 
 
-def test_a_round_goes_on_where_a_new_strategy_begins_on_a_target(tmp_path: Path) -> None:
+def test_a_round_continues_where_a_new_strategy_begins_on_a_target(tmp_path: Path) -> None:
     """And a target that is never met is not made up for by the other one."""
     run = run_of(ON_ITS_TARGET)
     again = run.all("synthesis")[1]

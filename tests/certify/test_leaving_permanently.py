@@ -43,7 +43,9 @@ CASES = pytest.mark.parametrize(("scenario", "about"), [HOLDS, REMEMBERS])
 
 
 @CASES
-def test_a_proof_defeats_it(scenario: Scenario, about: Circumstances, tmp_path: Path) -> None:
+def test_the_checker_accepts_a_proof_that_also_defeats_leaving_permanently(
+    scenario: Scenario, about: Circumstances, tmp_path: Path
+) -> None:
     assert verdict_of(scenario, tmp_path, about) == ""
 
 
@@ -89,7 +91,7 @@ def test_a_proof_without_such_a_reply_is_refused(tmp_path: Path) -> None:
 
 
 @CASES
-def test_a_proof_for_the_text_alone_is_refused(
+def test_a_proof_of_the_specification_alone_is_refused(
     scenario: Scenario, about: Circumstances, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bundle, "may_leave", lambda spec: spec)
@@ -97,7 +99,7 @@ def test_a_proof_for_the_text_alone_is_refused(
 
 
 @CASES
-def test_the_verified_checker_accepts_it(
+def test_the_verified_checker_accepts_the_proof(
     scenario: Scenario, about: Circumstances, tmp_path: Path
 ) -> None:
     program = built() / "safenav-proved"

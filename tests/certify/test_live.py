@@ -76,7 +76,7 @@ def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("tracking", ["exact", "belief"])
-def test_a_strategy_that_counts_on_single_steps_of_others_is_refused(
+def test_a_live_strategy_that_assumes_single_steps_of_others_is_refused(
     tracking: str, tmp_path: Path
 ) -> None:
     robots = f"""

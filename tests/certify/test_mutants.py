@@ -91,7 +91,7 @@ def still_true(mutant: Mutant, files: Files) -> bool:
     return True
 
 
-def test_a_sum_that_is_not_the_file_s_is_refused(tmp_path: Path) -> None:
+def test_a_checksum_of_another_file_is_refused(tmp_path: Path) -> None:
     bundle = rewrite(shipped("hello"), files_of(shipped("hello")), tmp_path / "b")
     manifest = json.loads((bundle / "manifest.json").read_bytes())
     for name in manifest["files"]:

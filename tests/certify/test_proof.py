@@ -63,7 +63,7 @@ def asked(program: Path, bundle: Path) -> list[dict[str, str]]:
     return found
 
 
-def test_nothing_is_assumed() -> None:
+def test_the_proof_sources_contain_no_axiom_and_no_admitted_lemma() -> None:
     words = re.compile(r"\b(Admitted|admit|Axiom|Parameter|Conjecture|give_up|Abort)\b")
     for file in (SOURCE / "theories").glob("*.v"):
         assert not words.search(file.read_text()), file
@@ -262,7 +262,7 @@ def test_robots_that_start_in_one_region_are_refused(program: Path, tmp_path: Pa
     assert [each["kind"] for each in said if each["verdict"] == "refused"] == ["apart"]
 
 
-def test_a_robot_that_tracks_positions_is_said_to_be_not_covered(program: Path) -> None:
+def test_the_verified_checker_names_robots_that_it_does_not_cover(program: Path) -> None:
     said = {each["kind"]: each for each in asked(program, bundle_of(EXACT))}
     assert said["apart"]["verdict"] == "not covered"
     assert "line 2: a knows positions of others" in said["apart"]["reason"]

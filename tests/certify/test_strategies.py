@@ -150,7 +150,7 @@ FALLS = "the measure does not decrease from node"
         ([1, 0], [None, 0], "list index out of range"),
     ],
 )
-def test_any_measure_proves_that_falls_on_each_edge_or_has_an_excuse(
+def test_any_progress_measure_that_decreases_or_has_a_violated_assumption_is_a_proof(
     numbers: list[int], excuses: list[int | None], told: str | None
 ) -> None:
     """The robot arrives (node 0) unless the input keeps it (nodes 1 and 2 in turn); one assumption
@@ -170,7 +170,7 @@ def test_any_measure_proves_that_falls_on_each_edge_or_has_an_excuse(
         checker.check_realizes(strategy, [])
 
 
-def test_the_formula_is_told_that_an_edge_breaks() -> None:
+def test_the_formula_that_an_edge_violates_is_named() -> None:
     text = "[INPUT]\n[OUTPUT]\nx\n[SYS_TRANS]\nx | x'\nx' -> x\n"
     nodes = {"0": {"state": [0], "trans": [1]}, "1": {"state": [1], "trans": [0]}}
     graph = checker.Strategy({"variables": ["x"], "nodes": nodes}, text)
@@ -178,7 +178,7 @@ def test_the_formula_is_told_that_an_edge_breaks() -> None:
         checker.check_realizes(graph, [])
 
 
-def test_twins_are_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_equivalent_nodes_are_examined_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes 0 and 1 differ in what was observed alone, 2 and 3 in what they lead to as well."""
     text = "[INPUT]\nbusy_east\n[OUTPUT]\nx\n[SYS_LIVENESS]\nx'\n"
     states, after = [[0, 0], [1, 0], [0, 1], [1, 1]], [[2, 3], [2, 3], [0, 1], [2, 3]]

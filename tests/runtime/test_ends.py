@@ -120,7 +120,7 @@ def test_a_signal_ends_a_run_with_its_outcome(number: signal.Signals, tmp_path: 
     assert "not as expected" not in said and "not compared with 'expect'" in said
 
 
-def test_a_signal_that_comes_within_a_library_is_no_error(tmp_path: Path) -> None:
+def test_a_signal_inside_a_library_call_ends_the_run_cleanly(tmp_path: Path) -> None:
     trace = tmp_path / "t.jsonl"
     run = safenav("run", HELLO, "--no-map", "--trace", trace, before=AT_ONCE)
     run.communicate(timeout=300)
@@ -139,7 +139,7 @@ def test_a_run_that_is_interrupted_is_not_certified(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
-def test_the_check_of_a_bundle_ends_with_who_asked_for_it(
+def test_the_checker_process_of_a_bundle_ends_with_its_parent(
     number: signal.Signals, tmp_path: Path
 ) -> None:
     checks = tmp_path / "pid"
@@ -153,7 +153,7 @@ def test_the_check_of_a_bundle_ends_with_who_asked_for_it(
         assert (run.returncode, list(tmp_path.iterdir())) == (130, [checks])
 
 
-def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
+def test_ctrl_c_during_the_imports_prints_no_traceback() -> None:
     program = f"{PRESSED}import runpy; runpy.run_module('safenav', run_name='__main__')"
     done = ran([sys.executable, "-c", program])
     assert (done.returncode, done.stderr) == (130, "error: interrupted\n")
@@ -176,7 +176,7 @@ __main__.main()
     assert (done.returncode, done.stdout, done.stderr) == (3, "thread\naction", "")
 
 
-def test_the_outcome_does_not_depend_on_who_reads_the_story(tmp_path: Path) -> None:
+def test_a_closed_standard_output_does_not_change_the_outcome(tmp_path: Path) -> None:
     trace = tmp_path / "t.jsonl"
     run = safenav("run", HELLO, "--no-map", "--trace", trace)
     assert run.stdout is not None
@@ -190,7 +190,7 @@ def test_the_outcome_does_not_depend_on_who_reads_the_story(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("times", [1, 2])
-def test_signals_end_a_run_that_does_not_get_on(times: int, tmp_path: Path) -> None:
+def test_signals_end_a_run_whose_world_hangs(times: int, tmp_path: Path) -> None:
     trace, moving = tmp_path / "t.jsonl", tmp_path / "moving"
     before = STUCK.format(str(moving))
     with safenav("run", HELLO, "--no-map", "--trace", trace, before=before) as run:
@@ -222,7 +222,7 @@ def test_no_synthesizer_outlives_a_killed_run(tmp_path: Path) -> None:
     assert all(gone(int(pid)) for pid in pids.read_text().split())
 
 
-def test_a_mission_is_stepped_in_its_order() -> None:
+def test_a_mission_refuses_calls_out_of_order() -> None:
     with pytest.raises(UsageError, match=r"'hello\.yaml' is not a Scenario"):
         Mission("hello.yaml")  # type: ignore[arg-type]
     mission = Mission(load_scenario(HELLO))

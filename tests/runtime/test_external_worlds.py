@@ -94,7 +94,7 @@ def test_an_unlisted_obstacle_is_declared_before_it_is_named(tmp_path: Path) -> 
     assert (hidden.name, hidden.region) == ("door@27", DOOR)
 
 
-def test_pushes_fail_and_the_door_falls_shut_again() -> None:
+def test_a_door_that_jams_and_falls_shut_is_resolved_each_time() -> None:
     run = built(jams=3, closings=3)
     assert run.one("discovered")
     order = [kind for kind, _ in run.order("violation", "resolved")]
@@ -125,7 +125,7 @@ class Sliding(Building):
         ("quadcopter", "cover: [[1, 1], [2, 2]]", {3: 23}),
     ],
 )
-def test_a_robot_that_slides_continues_from_there(
+def test_a_robot_that_slides_continues_from_where_it_ends(
     model: str, objective: str, slides: dict[int, int]
 ) -> None:
     text = BUILDING.replace("quadcopter", model).replace("patrol: [[1, 1], [3, 9]]", objective)
@@ -231,7 +231,7 @@ def test_rounds_do_not_restart_with_the_same_result() -> None:
     assert completed(text, world=Repeating).one("resolved")
 
 
-def test_what_is_only_suspected_may_not_be_there() -> None:
+def test_a_suspected_obstacle_may_be_absent() -> None:
     """The drone flies through both; the truth of the second one is anybody's guess."""
     run = built(BUILDING + SUSPECTED % "traversable: {probability: 0.5}")
     listed = run.records[0]["scenario"]["obstacles"]
@@ -239,7 +239,7 @@ def test_what_is_only_suspected_may_not_be_there() -> None:
     assert run.one("discovered")
 
 
-def test_the_scenarios_own_world_is_simulated() -> None:
+def test_without_a_world_the_scenario_is_simulated() -> None:
     """Then the audit is as strict as ever."""
     scenario = loaded(BUILDING + SUSPECTED % "traversable: false")
     told = play(scenario, world=SimulatedWorld(scenario)).records[0]["scenario"]
@@ -258,7 +258,7 @@ def test_a_program_that_steps_itself_can_give_up() -> None:
     assert not run.findings
 
 
-def test_an_obstacle_out_of_nowhere_is_found_fault_with() -> None:
+def test_the_audit_refuses_an_obstacle_that_was_never_declared() -> None:
     run = built()
     discovered = run.one("discovered")
     run.records.remove(discovered)
@@ -347,48 +347,3 @@ def test_a_known_door_stays_closed_when_its_sensor_no_longer_reports_it() -> Non
     text = case("buttons/pressed_before_it_passes")
     scenario = loaded(text.replace("visit: [[2, 2], [2, 6]]", "visit: [[2, 6], [2, 2]]"))
     completed(scenario, world=Flickering(scenario))
-
-
-STARTS = """
-map: {grid: ["#######", "#.....#", "#######"]}
-catalogue:
-  robots: {presser: {mobility: free, layer: ground, capabilities: [press]}}
-  obstacles:
-    button_door: {action: press, resolve_at: [[1, 1]], blocks: BLOCKS}
-    plate: {action: press}
-robots:
-  a: {model: presser, start: [1, 3], objective: {visit: [[1, 5], [1, 1]]}, avoids: AVOIDS}
-  b: {model: presser, start: START, objective: {visit: [[1, 1], [1, 5]]}, avoids: AVOIDS}
-obstacles: [{type: TYPE, region: [1, 3]}]
-until: {rounds: 1}
-"""
-
-
-def starts(type_: str, start: str = "[1, 4]", avoids: str = "[]", blocks: str = "[ground]") -> str:
-    given = {"TYPE": type_, "START": start, "AVOIDS": avoids, "BLOCKS": blocks}
-    text = STARTS
-    for word, value in given.items():
-        text = text.replace(word, value)
-    return text
-
-
-@pytest.mark.parametrize(
-    ("text", "found"),
-    [
-        (starts("plate"), None),
-        (starts("button_door"), "button_door@10 is where a starts, and blocks it"),
-        (starts("button_door", blocks="[b]"), None),
-        (starts("button_door", blocks="[a]"), "button_door@10 is where a starts, and blocks it"),
-        (starts("plate", start="[1, 3]"), None),
-        (starts("plate", start="[1, 3]", avoids="[a]").replace("[a]", "[b]", 1), "also starts"),
-        (starts("plate", blocks="[c]"), "'c' is not a layer, a robot model or a robot"),
-    ],
-)
-def test_who_may_start_where(text: str, found: str | None) -> None:
-    """Inside an obstacle only a robot that resolves it by entering; together those that do not
-    avoid each other. What the loader accepts runs, and its trace breaks no rule."""
-    if found is None:
-        completed(text)
-        return
-    with pytest.raises(InputError, match=found):
-        loaded(text)

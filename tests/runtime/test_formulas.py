@@ -30,7 +30,7 @@ def read(mobility: Mobility = Mobility.FREE, **body: object) -> Formulas:
         ),
     ],
 )
-def test_steps_that_are_closed(
+def test_safety_formulas_close_exactly_the_steps_that_they_forbid(
     safety: tuple[str, ...], memory: dict[str, None], closed: set[tuple[int, int]]
 ) -> None:
     graph = read(safety=safety, memory=memory).graph
@@ -41,7 +41,7 @@ def test_steps_that_are_closed(
 
 
 @pytest.mark.parametrize("mobility", Mobility)
-def test_masks_agree_with_single_steps(mobility: Mobility) -> None:
+def test_forward_and_backward_masks_agree_with_single_steps(mobility: Mobility) -> None:
     here = "heading = 1 & region = 8" if mobility is Mobility.HEADING else "region = 8"
     safety = (f"{here} -> region' != 9", "region' != 7")
     graph = read(mobility, safety=safety).graph

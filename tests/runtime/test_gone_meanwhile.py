@@ -48,7 +48,7 @@ class Early(LiveSimulation):
         return [replace(e, found=done) if isinstance(e, Acted) else e for e in events]
 
 
-def test_what_is_gone_is_not_resolved_again() -> None:
+def test_an_obstacle_reported_gone_during_its_action_is_not_resolved() -> None:
     world = Early()
     run = play(world.scenario, world=world)
     types = [line["type"] for line in run.records]

@@ -49,7 +49,7 @@ def always(_: Idling, __: object, turn: Callable[[], object]) -> None:
 
 
 @pytest.mark.parametrize("text", [WAYS, str(crowd(3, 4)), str(crowd(5, 5))])
-def test_idle_turns_change_nothing(text: str) -> None:
+def test_skipping_idle_turns_changes_no_line(text: str) -> None:
     lines, turns = run(text)
     with patch.object(Idling, "unless_idle", always):
         all_lines, all_turns = run(text)

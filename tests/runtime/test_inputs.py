@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 import oracle
 from certify.making import certified
+from runtime.facts import case
 from runtime.played import begin, completed, end, play
 from runtime.worlds import Bare, Driven
 from safenav.cli.check import command
@@ -102,7 +103,7 @@ def realizable(document: dict[str, Any], kept: Any, met: Any, again: tuple[bool,
 
 
 @pytest.mark.parametrize("seed", range(3 * WANTED))
-def test_realizable_iff_the_game_is_won_and_then_kept(seed: int) -> None:
+def test_an_objective_about_inputs_is_realizable_iff_the_game_is_won(seed: int) -> None:
     document, kept, met, again = drawn(seed)
     scenario = load_scenario_text(json.dumps(document))
     answer = first_results(scenario, default_synthesizer(scenario))["bot"]
@@ -121,54 +122,6 @@ def test_realizable_iff_the_game_is_won_and_then_kept(seed: int) -> None:
         certified(json.dumps(document))
 
 
-FIRE = """
-safenav: 1
-clock: lockstep
-map: {grid: ["...#...", ".......", "...#..."], names: {muster: [2, 0]}}
-inputs: {alarm: {at: [4-9, 20]}, call: {}}
-robots:
-  quad: {model: quadcopter, start: [0, 0], objective: {visit: [[0, 0], [0, 6], [2, 6]]},
-         when: {alarm: {hold: muster, avoid: [[1, 0]]}, call: {hold: [0, 6]}}}
-  digit: {model: digit, start: [2, 5], heading: west, objective: {once: [[2, 1], [2, 5]]},
-          when: {alarm: {hold: [0, 4]}}}
-obstacles: [{type: door, region: [1, 3]}]
-until: {rounds: 1}
-"""
-
-
-def test_inputs_of_a_live_run_are_in_seconds() -> None:
-    lines = play(FIRE.replace("lockstep", "live")).records
-    told = [(int(x["t"]), x["values"]["alarm"]) for x in lines if x["type"] == "inputs"]
-    assert told == [(4, True), (10, False), (20, True), (21, False)]
-    assert lines[-1]["outcome"] == "completed"
-
-
-def test_robots_do_what_an_input_says_while_it_is_on() -> None:
-    lines = play(FIRE).records
-    own = {"visit": [0, 6, 20]}
-    given = [(x["tick"], x["objective"]) for x in lines if x.get("cause") == "input"]
-    quads = [entry for entry in given if entry[1] == own or entry[1].get("hold") == 14]
-    assert [tick for tick, _ in quads] == [4, 10, 20, 21]
-    end = lines[-1]
-    assert end["outcome"] == "completed"
-    assert end["tick"] > 21  # not while a robot answers an input
-    certified(FIRE)
-
-
-@pytest.mark.parametrize("broken", ["early", "other", "never"])
-def test_damaged_traces_are_refused(broken: str) -> None:
-    run = play(FIRE)
-    lines = run.records
-    at = next(k for k, line in enumerate(lines) if line["type"] == "inputs")
-    if broken == "early":
-        lines[at]["values"]["alarm"] = False
-    elif broken == "other":
-        lines[at]["values"]["fire"] = True
-    else:
-        del lines[at]
-    assert "inputs" in run.broken
-
-
 class Caller(Driven):
     """A world of a user, who calls in some ticks."""
 
@@ -176,8 +129,10 @@ class Caller(Driven):
         return {"call": 6 <= tick <= 8, "alarm": False}
 
 
-def test_a_world_sets_inputs() -> None:
-    text = FIRE.replace("{at: [4-9, 20]}", "{}").replace("call: {}", "call: {at: 6-8}")
+def test_a_world_determines_inputs_without_a_schedule() -> None:
+    text = (
+        case("inputs/fire").replace("{at: [4-9, 20]}", "{}").replace("call: {}", "call: {at: 6-8}")
+    )
     lines = play(text, world=Caller).records
     told = [(x["tick"], x["values"]["call"]) for x in lines if x["type"] == "inputs"]
     assert told == [(6, True), (9, False)]
@@ -207,12 +162,14 @@ class Street(Bare):
         return {"green": self.time > 30.0, "alarm": 2.0 < self.time < 60.0}
 
 
-def test_robots_that_stand_wait_for_inputs_of_their_world() -> None:
+def test_a_run_in_which_no_robot_moves_waits_for_inputs_of_its_world() -> None:
     assert completed(GREEN, world=Street()).outcome["t"] >= 60.0
 
 
 @pytest.mark.parametrize("attended", [True, False])
-def test_robots_that_stand_wait_for_an_operator_who_sets_an_input(attended: bool) -> None:
+def test_a_run_in_which_no_robot_moves_waits_for_an_operator_to_set_an_input(
+    attended: bool,
+) -> None:
     mission, run = begin(GREEN, attended=attended)
     while mission.result is None:
         if mission.waiting is not None and mission.still:
@@ -227,7 +184,7 @@ def test_robots_that_stand_wait_for_an_operator_who_sets_an_input(attended: bool
 
 
 def test_a_user_sets_inputs_during_a_run() -> None:
-    mission, run = begin(FIRE)
+    mission, run = begin(case("inputs/fire"))
     mission.step()
     mission.intervene(SetInput("call", on=True))
     mission.step()

@@ -63,7 +63,7 @@ def test_an_intervention_with_parts_of_wrong_types_is_refused(wanted: Any, says:
 
 
 @pytest.mark.parametrize("line", ["", "  ", "leave digit"])
-def test_a_line_that_is_no_intervention_is_refused(line: str) -> None:
+def test_a_line_that_is_not_an_intervention_is_refused(line: str) -> None:
     with pytest.raises(UsageError, match="unknown intervention"):
         read_intervention(line, load_scenario(SCENARIOS / "case_study_1.yaml"))
 
@@ -123,7 +123,7 @@ def changes(told: str) -> str:
     ],
     ids=["helper", "nobody", "replaced", "back", "both", "same", "less", "on a target"],
 )
-def test_who_is_out_of_service_is_replaced_or_missed(
+def test_a_robot_out_of_service_is_replaced_or_an_operator_is_needed(
     text: str, told: str, says: str, helpers: int
 ) -> None:
     run = play(text.replace("{ticks: 500}", "{ticks: 120}") + changes(told))

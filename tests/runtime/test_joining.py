@@ -130,7 +130,7 @@ def test_an_operator_assigns_no_form_that_the_settings_exclude() -> None:
         read_intervention("objective cart {patrol: [23, 24], form: literal}", scenario)
 
 
-def test_the_place_of_a_lost_robot_is_closed_to_one_that_joins() -> None:
+def test_regions_of_a_lost_robot_are_closed_to_a_robot_that_joins() -> None:
     scenario = load_scenario_text(GATE)
     cart, bee = scenario.robots
     places = (lost(cart, frozenset(), 14), lost(bee, frozenset(), 15))
@@ -139,7 +139,7 @@ def test_the_place_of_a_lost_robot_is_closed_to_one_that_joins() -> None:
     assert [place.closed_to(digit) for place in after.obstacles] == [True, False]
 
 
-def test_what_a_robot_sees_that_may_enter_it_is_closed_to_others() -> None:
+def test_an_obstacle_seen_by_a_robot_that_may_enter_it_is_closed_to_others() -> None:
     """Although their own sensors may fail to show it."""
     scenario = joined(load_scenario_text(GATE), PUSHER)
     (gate,), digit, cart = scenario.obstacles, scenario.robot("digit"), scenario.robot("cart")
@@ -152,7 +152,7 @@ def test_what_a_robot_sees_that_may_enter_it_is_closed_to_others() -> None:
     assert knowledge.closing(gate.region, cart) is None
 
 
-def test_what_an_operator_adds_wrongly_is_said_with_its_line(tmp_path: Path) -> None:
+def test_a_wrong_robot_of_an_operator_file_is_reported_with_its_line(tmp_path: Path) -> None:
     scenario, lines = tmp_path / "gate.yaml", tmp_path / "operator.txt"
     scenario.write_text(GATE)
     lines.write_text(

@@ -147,7 +147,9 @@ def test_beliefs_hold_for_any_durations(seed: int) -> None:
     assert run.all("belief", seen=True) and run.all("belief", seen=False)
 
 
-def test_a_spent_search_says_who_is_out_of_service(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exhausted_search_names_the_robot_out_of_service(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Only an operator brings the robot back, whatever plan another search would find."""
     spent = Conclusion(Outcome.SEARCH_LIMIT, "budget spent")
 
@@ -250,7 +252,7 @@ clock: live
 """
 
 
-def test_a_robot_that_is_carried_to_where_it_gets_nowhere_needs_an_operator() -> None:
+def test_a_robot_that_is_carried_to_a_dead_end_needs_an_operator() -> None:
     """It has no request for which it could hold there: the team decides, with a proof."""
     run = play(CORNER, world=carried(17))
     assert run.outcome["outcome"] == "operator_needed"
@@ -284,7 +286,9 @@ def test_a_region_that_fails_repeatedly_is_an_obstacle() -> None:
     ],
     ids=["fatal", "most", "then", "impossible"],
 )  # fmt: skip
-def test_a_robot_that_fails_for_good_is_out_of_service(change: Change, failures: Failures) -> None:
+def test_a_robot_that_fails_permanently_is_out_of_service(
+    change: Change, failures: Failures
+) -> None:
     run = play_faulty(change, failures=failures)
     assert run.all("service", robot="a", active=False, cause="world")
     assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "out_of_service")
@@ -306,7 +310,7 @@ def test_all_regions_of_a_lost_robot_are_closed() -> None:
     assert run.outcome["outcome"] in ("operator_needed", "completed")
 
 
-def test_a_robot_that_may_be_where_another_stands_closes_that_when_it_has_left() -> None:
+def test_a_region_where_a_robot_may_be_lost_is_closed_once_another_has_left_it() -> None:
     """Meanwhile it is taken. Robots entered it again before. The report itself is a collision."""
 
     def beside(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
@@ -325,7 +329,7 @@ def test_a_robot_that_may_be_where_another_stands_closes_that_when_it_has_left()
     assert "collision" in run.broken and "request" not in run.broken
 
 
-def test_a_robot_may_be_lost_where_another_that_is_lost_no_longer_is() -> None:
+def test_two_robots_may_be_lost_in_one_region_after_the_other() -> None:
     """The report of robot a does not name the region from which it set out; that of b does."""
     begun: dict[str, int] = {}
 
@@ -347,7 +351,7 @@ def test_a_robot_may_be_lost_where_another_that_is_lost_no_longer_is() -> None:
     [("never_together: [{robots: [a, b, q], in: [[2, 1], [2, 5]]}]\n", True), ("", False)],
     ids=["never together elsewhere", "in conflict with the lost robot"],
 )
-def test_where_a_robot_may_be_lost_no_robot_is_sent_though_a_third_one_flies_there(
+def test_no_robot_enters_a_region_where_another_may_be_lost_below_a_drone(
     extra: str, closed: bool
 ) -> None:
     """Only who conflicts with the lost robot keeps its region from being closed, and holds up who
@@ -403,7 +407,7 @@ def test_a_robot_that_may_be_in_a_zone_closes_it_to_those_never_together_with_it
     assert not {"violation", "backtrack", "request", "never-together"} & {*run.broken}
 
 
-def test_what_a_robot_meets_on_its_way_is_an_obstacle() -> None:
+def test_an_obstacle_reported_by_a_step_is_known_to_the_team() -> None:
     def meets(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
         door = Obstacle(built_in().obstacles["uncertainty"], world._poses["a"].region, True)
         return [Blocked(event.at, "a", world.back(event), door, command=event.command)]
@@ -481,7 +485,7 @@ def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost(
         pytest.param(lambda at: Acted(at, "a", []), set(), id="no end of a step"),
     ],
 )
-def test_a_robot_that_cannot_be_where_it_says_is_lost(
+def test_a_robot_that_reports_an_impossible_place_is_lost(
     event: Callable[[float], WorldEvent], also: set[int]
 ) -> None:
     """It may be at both ends of its step, or where it says; no other robot enters these."""
@@ -493,7 +497,7 @@ def test_a_robot_that_cannot_be_where_it_says_is_lost(
     assert not [line for line in after.all("depart") if line["to"] in lost["regions"]]
 
 
-def test_strategies_that_rely_on_the_speed_of_others_are_refused() -> None:
+def test_beliefs_are_refused_where_strategies_assume_the_speed_of_others() -> None:
     text = (SCENARIOS / "case_study_1_beliefs.yaml").read_text()
     scenario = loaded(text.replace("tracks:", "avoids:"))
     with pytest.raises(UsageError, match="digit has 'tracking: belief': its strategy assumes"):
@@ -549,7 +553,7 @@ class Distant(Clocked):
         return self.simulation.act(robot, obstacles, command)
 
 
-def test_no_need_is_met_by_robots_that_were_not_asked() -> None:
+def test_robots_without_a_command_fulfil_no_need() -> None:
     """The robot passes by an obstacle that the scenario lists and no robot has found."""
     pile = "{needs: [{action: push, at: neighbours}, {action: lift, at: neighbours}]}"
     text = RING.replace("[push]}}}", f"[push]}}}}, obstacles: {{pile: {pile}}}}}")
@@ -559,7 +563,7 @@ def test_no_need_is_met_by_robots_that_were_not_asked() -> None:
     assert not run.all("met") and not run.all("act")
 
 
-def test_a_robot_is_lost_also_where_it_could_not_step() -> None:
+def test_a_robot_may_be_lost_where_it_could_not_step() -> None:
     """With a heading it does not turn round, and proposes no step into a region behind it."""
     text = RING.replace("free", "heading").replace("[1, 1], obj", "[1, 1], heading: east, obj")
     text = text.replace("[3, 5], obj", "[3, 5], heading: west, obj")

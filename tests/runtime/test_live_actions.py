@@ -45,7 +45,7 @@ def test_after_two_failed_actions_another_robot_helps() -> None:
 
 
 @pytest.mark.parametrize("fails", [0, 1, 2])
-def test_a_push_that_fails_shows_the_team_a_door(fails: int) -> None:
+def test_a_failed_push_reports_the_door_to_the_team(fails: int) -> None:
     """The robot that has entered the door pushes again, and does not pass until it is open."""
 
     class Jammed(LiveSimulation):
@@ -112,7 +112,7 @@ class Calls(Driven):
         (CRATE, Clock.LOCKSTEP, None),  # its second need comes after the robot that meets it
     ],
 )
-def test_robots_act_where_they_start_before_they_leave(
+def test_robots_act_at_their_start_before_they_leave_it(
     obstacle: str, clock: Clock, world: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On both clocks; in lockstep the tick is used up by that, and the audit asks for it."""
@@ -157,7 +157,7 @@ class AtOnce(LiveSimulation):
 
 
 @pytest.mark.parametrize("result", ActResult)
-def test_a_world_that_repeats_a_result_is_not_asked_forever(result: ActResult) -> None:
+def test_a_world_that_repeats_a_result_is_not_commanded_forever(result: ActResult) -> None:
     """It answers immediately, about what it was not asked to act on; no time passes meanwhile."""
     scenario = loaded(PASSING)
     asked: list[str] = []
@@ -182,7 +182,7 @@ def test_a_world_that_repeats_a_result_is_not_asked_forever(result: ActResult) -
 
 @pytest.mark.parametrize("world", [LiveSimulation, AtOnce])
 @pytest.mark.parametrize("speed", [7.0, 14.0], ids=["apart", "together"])
-def test_a_robot_on_its_way_takes_part_in_nothing(speed: float, world: Any) -> None:
+def test_a_robot_in_transit_takes_part_in_no_joint_action(speed: float, world: Any) -> None:
     """What takes two that stand there is not met by one that arrives when the other has left."""
     scenario = loaded(PASSING)
     run = completed(scenario, world=world(scenario, speeds={"b": speed}))
@@ -191,7 +191,9 @@ def test_a_robot_on_its_way_takes_part_in_nothing(speed: float, world: Any) -> N
 
 
 @pytest.mark.parametrize("place", ["[1, 5]", "[2, 5]", "[1, 6]"])
-def test_blocking_calls_resolve_what_the_simulation_does(place: str) -> None:
+def test_a_world_of_blocking_calls_resolves_obstacles_in_the_ticks_of_the_simulation(
+    place: str,
+) -> None:
     """Where a robot starts, by its first step, or later: in the same ticks."""
     scenario = loaded(STARTS % SUSPECT.replace("[1, 5]", place))
     runs = [play(scenario, world=world(scenario)) for world in (SimulatedWorld, Calls)]
@@ -211,7 +213,7 @@ def test_blocking_calls_resolve_what_the_simulation_does(place: str) -> None:
     ids=["exception", "event", "results", "reason", "silent"],
 )
 @pytest.mark.parametrize("known", [False, True], ids=["first", "debris"])
-def test_the_trace_says_why_an_action_has_failed(
+def test_the_trace_records_why_an_action_has_failed(
     first: WorldEvent | Exception | None, told: str, known: bool
 ) -> None:
     """Where the robot was to act on what the team knows, and where it starts; then it goes on."""
@@ -285,7 +287,7 @@ clock: live
     ],
     ids=["one", "one fails", "two", "together"],
 )
-def test_no_robot_is_sent_for_what_others_do_already(
+def test_no_robot_acts_where_enough_others_already_do(
     robots: str, breaks: bool, sent: list[list[str]]
 ) -> None:
     """Of two that stand where a parcel is, as many take it as it needs; the other one acts only if

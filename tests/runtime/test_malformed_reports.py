@@ -67,7 +67,7 @@ ENDS: list[tuple[Callable[[Arrived], Any], str]] = [
 
 
 @pytest.mark.parametrize(("report", "reason"), ENDS, ids=[reason for _, reason in ENDS])
-def test_a_robot_whose_step_ends_by_nonsense_is_lost(
+def test_a_malformed_end_of_a_step_makes_the_robot_lost(
     report: Callable[[Arrived], Any], reason: str
 ) -> None:
     run = play(report, beside=False)
@@ -92,7 +92,7 @@ BESIDE: list[tuple[Callable[[Arrived], Any], str]] = [
 
 
 @pytest.mark.parametrize(("report", "reason"), BESIDE, ids=[reason for _, reason in BESIDE])
-def test_nonsense_beside_the_ends_of_commands_is_dropped(
+def test_malformed_reports_beside_the_ends_of_commands_are_dropped(
     report: Callable[[Arrived], Any], reason: str
 ) -> None:
     run = play(report, beside=True)
@@ -105,7 +105,7 @@ def test_nonsense_beside_the_ends_of_commands_is_dropped(
 
 
 @pytest.mark.parametrize("answer", [True, 7, Pose(9)])
-def test_a_command_that_is_answered_by_nonsense_has_failed(answer: Any) -> None:
+def test_a_command_with_a_malformed_reply_has_failed(answer: Any) -> None:
     class Answering(LiveSimulation):
         def start(self, robot: Robot, pose: Pose, command: int) -> Any:
             return answer if robot.name == "a" else super().start(robot, pose, command)
@@ -130,7 +130,7 @@ def broken() -> float:
         (broken, r"World.now\(\) failed: OSError: no route to the clock"),
     ],
 )
-def test_a_clock_without_a_time_is_named(clock: Callable[[], Any], told: str) -> None:
+def test_a_clock_that_returns_no_time_is_reported(clock: Callable[[], Any], told: str) -> None:
     scenario = loaded(SCENARIO)
     world = LiveSimulation(scenario)
     world.now = clock  # type: ignore[method-assign]
@@ -139,7 +139,7 @@ def test_a_clock_without_a_time_is_named(clock: Callable[[], Any], told: str) ->
     assert caught.value.exit_code is ExitCode.INTERNAL
 
 
-def test_a_robot_that_cannot_be_cancelled_is_lost_like_any_other() -> None:
+def test_a_robot_is_lost_although_its_world_cannot_cancel_the_command() -> None:
     class Deaf(LiveSimulation):
         def wait(self, timeout: float | None) -> list[WorldEvent]:
             return [e for e in super().wait(timeout) if getattr(e, "robot", None) != "a"]

@@ -107,7 +107,7 @@ def test_the_mission_completes_iff_some_order_of_moves_does(seed: int, clock: st
         certified(json.dumps(document))
 
 
-def test_robots_that_share_but_a_zone_may_have_to_wait_for_each_other() -> None:
+def test_robots_that_share_only_a_zone_may_wait_for_each_other() -> None:
     robot = "{model: quadcopter, start: %d, objective: {hold: %d}, avoids: []}"
     team = "\n".join(f"  {name}: {robot % (k, k)}" for k, name in enumerate("abc"))
     zone = "never_together: [{robots: [a, b], in: [3]}]"

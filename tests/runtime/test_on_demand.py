@@ -37,7 +37,7 @@ def pids_of(mission: Mission) -> list[int]:
 
 
 @pytest.mark.parametrize("name", ["case_study_2", "case_study_3_beliefs", "beam", "two_digits"])
-def test_moves_on_demand_are_those_of_the_list(name: str) -> None:
+def test_moves_on_demand_are_those_of_the_explicit_strategy(name: str) -> None:
     scenario = load_scenario(SCENARIOS / f"{name}.yaml")
     listed = play(replace(scenario, controllers=Controllers.LISTED))
     found = play(replace(scenario, controllers=Controllers.ON_DEMAND))
@@ -48,7 +48,9 @@ def test_moves_on_demand_are_those_of_the_list(name: str) -> None:
     assert {synthesis["verified"] for synthesis in listed.all("synthesis")} == {True}
 
 
-def test_auto_lists_what_is_small_enough(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_auto_chooses_explicit_strategies_for_small_specifications(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """digit's strategies have up to 29 states in this run, the quadcopter's at most 14; whether
     the answer comes from the cache makes no difference."""
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
@@ -115,7 +117,9 @@ def test_the_processes_end_when_the_run_is_killed(tmp_path: Path, number: signal
     assert all(map(gone, pids))
 
 
-def test_a_wrong_move_ends_the_run_before_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_move_of_the_synthesizer_ends_the_run_before_it_is_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A synthesizer that would send the quadcopter into a wall."""
     mission = mission_on_demand("case_study_1")
     mission.start()
@@ -140,7 +144,7 @@ def on_demand_file(folder: Path) -> Path:
     return path
 
 
-def test_commands_say_what_they_can_of_moves_on_demand(tmp_path: Path) -> None:
+def test_commands_accept_moves_on_demand_or_name_what_they_cannot_do(tmp_path: Path) -> None:
     file, trace = str(on_demand_file(tmp_path)), str(tmp_path / "trace.jsonl")
     runner = CliRunner()
     shown = runner.invoke(group, ["synth", file, "-o", str(tmp_path / "out"), "--plot"])

@@ -95,7 +95,9 @@ def attended(text: str | Scenario, *waits: list[str]) -> Run:
         (PARCEL, [["permanent gate@27"], ["resolved parcel@14"], ["give_up"]]),
     ],
 )
-def test_a_run_waits_and_goes_on(text: str, waits: list[list[str]]) -> None:
+def test_a_run_waits_for_an_operator_and_continues_after_interventions(
+    text: str, waits: list[list[str]]
+) -> None:
     trace = attended(text, *waits)
     given_up = waits[-1] == ["give_up"]
     assert trace.outcome["outcome"] == ("operator_needed" if given_up else "completed")
@@ -106,14 +108,14 @@ def test_a_run_waits_and_goes_on(text: str, waits: list[list[str]]) -> None:
     assert len(given) == sum(map(len, waits))
 
 
-def test_fixes_together_are_settled_once() -> None:
+def test_interventions_given_together_cause_one_decision() -> None:
     """The first alone would be a second wait: the gate is given up, and the cart cannot go on."""
     trace = attended(GATE, ["service bee out", "service bee back", "resolved gate@27"])
     assert len(trace.all("waiting")) == 1
     assert trace.all("reopened") == []
 
 
-def test_what_is_given_up_is_requested_again() -> None:
+def test_a_request_that_was_given_up_is_reopened_after_an_intervention() -> None:
     trace = attended(GATE, ["service bee out"], ["resolved gate@27"], ["service bee back"])
     first, second = trace.all("waiting")[:2]
     assert first["cause"] == second["cause"] == "no_capable_robot"
@@ -156,7 +158,7 @@ changes: [{at: 3, robot: a, service: out}]
 """
 
 
-def test_robots_behind_one_out_of_service_are_not_searched_plans_for() -> None:
+def test_no_joint_plan_is_searched_for_robots_behind_one_out_of_service() -> None:
     """There is none until it is back; the third robot completes its rounds first."""
     trace = attended(CORRIDOR, ["service a back"])
     (waiting,) = trace.all("waiting")
@@ -166,7 +168,7 @@ def test_robots_behind_one_out_of_service_are_not_searched_plans_for() -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_plans_are_for_the_rounds_that_one_out_of_service_leaves_possible(
+def test_joint_plans_exclude_rounds_that_a_robot_out_of_service_prevents(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The digit can reach its target in the west, but not the one in the east."""
@@ -295,7 +297,9 @@ def test_a_proof_holds_after_moves_during_the_wait() -> None:
     ],
     ids=["unknown", "control", "wall", "not there", "misspelt", "more than needed"],
 )
-def test_a_file_gives_the_interventions(fixes: str, code: int, told: str, tmp_path: Path) -> None:
+def test_interventions_are_read_from_a_file(
+    fixes: str, code: int, told: str, tmp_path: Path
+) -> None:
     scenario, file, trace = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "t.jsonl"))
     scenario.write_text(whole(NAMED))
     file.write_text(fixes)
@@ -312,7 +316,7 @@ def test_a_file_gives_the_interventions(fixes: str, code: int, told: str, tmp_pa
         assert done.returncode == 0, done.stderr
 
 
-def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
+def test_the_terminal_prints_the_interventions_that_would_help(tmp_path: Path) -> None:
     scenario = tmp_path / "gate.yaml"
     scenario.write_text(GATE)
     typed = "open it\nresolved gate@27\n\n"
@@ -333,7 +337,7 @@ def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
     ],
     ids=["it goes by itself", "the helper is back", "it does not help", "given up"],
 )
-def test_a_simulated_run_asks_once_nothing_more_comes(
+def test_a_simulated_run_waits_for_an_operator_once_no_event_is_pending(
     text: str, waits: list[list[str]], outcome: str, until: list[float | None]
 ) -> None:
     """What the scenario itself changes may help; an operator may still intervene before."""
@@ -410,7 +414,7 @@ def test_a_lost_robot_is_put_back() -> None:
 
 
 @pytest.mark.parametrize("at_once", [True, False])
-def test_a_lost_robot_is_not_where_an_operator_has_found_nothing(*, at_once: bool) -> None:
+def test_a_region_that_an_operator_resolves_is_excluded_for_a_lost_robot(*, at_once: bool) -> None:
     """The bee may go there. A run that is given up at once does not end for what was resolved."""
     mission, run, scenario = losing_the_cart(OPEN.replace("[[1, 9], [1, 1]]", "[[2, 4], [1, 1]]"))
     while mission.waiting is None or not mission.still:
@@ -439,7 +443,7 @@ def test_a_robot_lost_in_several_regions_is_put_back_by_one_decision() -> None:
     assert not after.all("blocked") and not after.all("reopened")
 
 
-def test_what_the_scenario_changes_ends_a_wait_for_an_operator() -> None:
+def test_a_change_of_the_scenario_ends_a_wait_for_an_operator() -> None:
     """The cart has nothing to do behind the gate any more."""
     change = "changes: [{at: 8, robot: cart, objective: {visit: [[1, 1], [2, 1]]}}]\n"
     near = GATE.replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")

@@ -71,7 +71,7 @@ def test_a_program_orders_during_a_run() -> None:
     assert who == {"photo@0": "bob", "photo@0#2": "bob", "parcel@9": "ann"}
 
 
-def test_an_order_during_a_live_run_comes_when_it_is_made() -> None:
+def test_an_order_of_a_live_run_has_the_time_at_which_it_is_placed() -> None:
     """Not at the second whose number is that of the pass."""
     mission, run = begin(PLAN | {"clock": "live", "orders": [], "until": {"rounds": 12}})
     for _ in range(40):
@@ -95,7 +95,7 @@ def test_orders_reach_the_team_in_another_world() -> None:
     assert completed(PLAN, world=Outside).all("order")
 
 
-def test_a_need_is_news_although_another_obstacle_has_come_as_far() -> None:
+def test_each_of_two_equal_obstacles_reports_its_fulfilled_need() -> None:
     """Each of the two pallets waits for its second need, after the other."""
     scenario = load_scenario(SCENARIOS / "warehouse_orders.yaml")
     pallets = {o.region: o for o in scenario.obstacles if o.type.name == "pallet"}

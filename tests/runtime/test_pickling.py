@@ -30,17 +30,17 @@ def plan() -> Scenario:
     ],
     ids=lambda error: type(error).__name__,
 )
-def test_errors_keep_what_they_say(error: Exception) -> None:
+def test_pickled_errors_keep_their_messages(error: Exception) -> None:
     copy = pickle.loads(pickle.dumps(error))
     assert (type(copy), str(copy), vars(copy)) == (type(error), str(error), vars(error))
 
 
-def test_scenarios_and_results_are_the_same_after_it() -> None:
+def test_pickled_scenarios_and_results_are_equal() -> None:
     scenario = plan()
     result = Mission(scenario).run()
     assert pickle.loads(pickle.dumps((scenario, result))) == (scenario, result)
 
 
-def test_a_mission_says_what_to_pickle_instead() -> None:
+def test_pickling_a_mission_names_what_to_pickle_instead() -> None:
     with pytest.raises(TypeError, match="pickle its scenario or its result"):
         pickle.dumps(Mission(plan()))

@@ -37,7 +37,7 @@ WORLD = RegionMap.from_grid(["######", "#....#", "######"])
         pytest.param(Hold((A,)), [7, 7, 8, 7], [[0], [], [], [0]], 3, id="holds"),
     ],
 )
-def test_what_counts(
+def test_each_kind_of_objective_counts_its_targets_and_rounds(
     objective: Objective, way: list[int], goals: list[list[int]], rounds: int
 ) -> None:
     progress = Progress(objective)
@@ -47,14 +47,14 @@ def test_what_counts(
     assert progress.rounds == rounds
 
 
-def test_the_last_of_two_goals_at_once_completes_the_round() -> None:
+def test_the_last_of_two_goals_met_together_completes_the_round() -> None:
     progress = Progress(Cover((A, A | B)))
     assert progress.counted(progress.begin(8, {})) == [(1, 0)]
     assert progress.counted(progress.arrive(7, {}, {})) == [(0, 1)]
     assert progress.counted(progress.arrive(7, {}, {})) == [(0, 1), (1, 2)]
 
 
-def test_formulas_count_on_steps_and_remember() -> None:
+def test_goals_of_formulas_are_met_by_steps_and_memory() -> None:
     objective = Ltl(liveness=("seen & region = 8", "region' = 9"), memory={"seen": None})
     progress = Progress(objective)
     assert progress.begin(8, {"region": 8, "seen": 1}) == []
@@ -64,7 +64,7 @@ def test_formulas_count_on_steps_and_remember() -> None:
     assert (progress.rounds, progress.memory.values) == (1, {"seen": 0})
 
 
-def test_a_resolution_starts_the_count_anew_and_keeps_the_turn() -> None:
+def test_a_resolution_restarts_the_rounds_and_keeps_the_next_target() -> None:
     visit, cover = Progress(Visit((A, B))), Progress(Cover((A, B)))
     for progress in (visit, cover):
         progress.begin(7, {})
@@ -84,7 +84,7 @@ def test_a_specification_means_the_same_before_its_memory_has_changed() -> None:
 @pytest.mark.parametrize(
     "objective", [Visit((A, B, C)), Circuit((A, B, C)), Patrol((B, D)), Cover((A, B, D))]
 )
-def test_joint_plans_count_as_progress_does(objective: TargetObjective) -> None:
+def test_joint_plans_count_goals_as_runs_do(objective: TargetObjective) -> None:
     """A walk that waits a tick after each step: plans count at once what is met by waiting."""
     graph = PoseGraph(WORLD, Mobility.FREE)
     pursuit = objective

@@ -13,5 +13,5 @@ FOUND = {
 
 
 @pytest.mark.parametrize("seed", FOUND)
-def test_former_finding(seed: int) -> None:
+def test_seeds_of_former_findings_pass_the_audit(seed: int) -> None:
     assert play(team_scenario(seed)).outcome["explanation"]

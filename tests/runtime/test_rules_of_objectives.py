@@ -136,7 +136,7 @@ class Drawn:
 
 
 @pytest.mark.parametrize("seed", range(3 * WANTED))
-def test_realizable_iff_a_walk_keeps_the_rules(seed: int) -> None:
+def test_an_objective_with_rules_is_realizable_iff_a_walk_keeps_them(seed: int) -> None:
     drawn = Drawn(seed)
     try:
         scenario = load_scenario_text(drawn.text(), reachable=False)

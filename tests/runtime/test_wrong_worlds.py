@@ -89,7 +89,9 @@ def says(value: Any) -> Callable[..., Any]:
         ("changes", says([Change(Obstacle(DOOR, 8), True)]), "door@8 appears where a robot is"),
     ],
 )
-def test_a_world_that_cannot_be(call: str, answer: Callable[..., Any], told: str) -> None:
+def test_an_inconsistent_world_is_an_error_with_its_reason(
+    call: str, answer: Callable[..., Any], told: str
+) -> None:
     scenario = loaded(SCENARIO)
     world = SimulatedWorld(scenario)
     setattr(world, call, answer)
@@ -123,7 +125,7 @@ class Slippery(SimulatedWorld):
     ids=["stays at first", "slips back", "stays at the end"],
 )
 @pytest.mark.parametrize("coordination", ["resynthesis", "assignable"])
-def test_a_robot_that_does_not_get_there_goes_on_from_where_it_is(
+def test_a_robot_that_ends_elsewhere_continues_from_there(
     poses: dict[int, Pose], coordination: str
 ) -> None:
     scenario = loaded(SCENARIO + f"coordination: {coordination}\n")

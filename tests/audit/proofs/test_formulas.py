@@ -46,7 +46,7 @@ def test_formulas_mean_what_the_reference_says(
         {"liveness": 7},
     ],
 )
-def test_what_is_not_understood_is_said(body: dict[str, Any]) -> None:
+def test_a_formula_that_is_not_understood_is_reported(body: dict[str, Any]) -> None:
     with pytest.raises(RefusedError):
         Formulas(Texts(body))
 
@@ -65,7 +65,7 @@ def test_a_region_that_is_never_entered_parts_the_corridor() -> None:
     assert live(safety="region' != 3", liveness=["region = 5"]) == {3, 4, 5}
 
 
-def test_memory_remembers() -> None:
+def test_formulas_read_and_update_their_memory() -> None:
     """It may go to 5 only once it has seen 1, and forgets that there."""
     seen = "seen' <-> (seen & region' != 5 | region' = 1)"
     rule = [seen, "region' = 5 -> seen"]
@@ -74,7 +74,7 @@ def test_memory_remembers() -> None:
     assert live(memory={"seen": "bool"}, safety=never, liveness="region = 5") == set()
 
 
-def test_who_must_not_stay_cannot_end_in_a_dead_end() -> None:
+def test_a_robot_that_must_not_stay_cannot_end_in_a_dead_end() -> None:
     moving = "region' != region"
     assert live(heading="east", safety=moving, liveness="TRUE") == set()
     assert live(safety=moving, liveness="TRUE") == set(FREE)

@@ -168,7 +168,7 @@ CLOSURES = {
 
 
 @pytest.mark.parametrize("why", CLOSURES)
-def test_a_closure_shows_it(why: str) -> None:
+def test_a_closure_proves_its_claim(why: str) -> None:
     assert reasons(*CLOSURES[why]) == []
 
 
@@ -325,7 +325,7 @@ def test_the_resolution_of_a_battery_resets_no_rounds(flat: str | None) -> None:
     assert can_be_served({"empty@2"}, about, 1000) is (flat is not None)
 
 
-def test_who_is_left_out_of_a_proof_must_not_be_of_any_help() -> None:
+def test_a_proof_that_omits_a_robot_that_could_help_is_refused() -> None:
     about = moment(
         [robot("a", 1, 5), robot("b", 5, 1), robot("c", 3, 3, can="push")],
         obstacle("door@3", 3, need("push", 2), blocks="a b"),

@@ -74,7 +74,7 @@ def kinds(decision: Decision) -> list[str]:
         ("met again", [], None, 1),
     ],
 )
-def test_what_follows_from_an_event_about_a_known_obstacle(
+def test_events_about_a_known_obstacle_lead_to_their_decisions(
     event: str, records: list[str], follows: Event | None, left: int
 ) -> None:
     team = lab()

@@ -33,7 +33,9 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
         (Hindrance.OUT_OF_SERVICE, "it is out of service"),
     ],
 )
-def test_what_keeps_a_robot_from_an_obstacle_is_said(hindrance: Hindrance, but: str) -> None:
+def test_the_reason_names_what_keeps_a_robot_from_an_obstacle(
+    hindrance: Hindrance, but: str
+) -> None:
     gates = ("door@1",) if hindrance in (Hindrance.GATES, Hindrance.INSIDE) else ()
     said = shortfall_words(lacks(Helper("a", hindrance, gates)), number_word)
     assert said == f"door@1 needs a robot with 'push'; a has it, but {but}"
@@ -67,7 +69,7 @@ TWO = (Helper("a", Hindrance.NOTHING), Helper("b", Hindrance.GATES, ("crate@2",)
         ),
     ],
 )
-def test_what_an_obstacle_lacks_is_said_of_each_robot(found: Shortfall, words: str) -> None:
+def test_the_reason_names_the_robots_that_a_need_lacks(found: Shortfall, words: str) -> None:
     assert shortfall_words(found, number_word) == words
 
 

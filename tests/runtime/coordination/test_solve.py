@@ -16,7 +16,7 @@ def gates_of(found: Settlement) -> dict[int, int]:
     return {robot: duty.gate for robot, duty in found.duties.items()}
 
 
-def test_two_lift_together_each_on_a_region_of_its_own() -> None:
+def test_two_robots_that_lift_together_stand_in_different_regions() -> None:
     floor = Floor(
         ["############", "#..........#", "############"],
         {"a": Bot("13", [13], "lift"), "b": Bot("14", [14], "lift"), "c": Bot("22", [22, 13])},
@@ -25,7 +25,7 @@ def test_two_lift_together_each_on_a_region_of_its_own() -> None:
     assert gates_of(settled(floor)) == {0: 0, 1: 0}
 
 
-def test_poses_that_lose_a_helper_are_not_kept() -> None:
+def test_poses_from_which_a_helper_cannot_return_are_not_safe() -> None:
     """The only robot that can push must not go down the shaft (24, 31) before the door is open:
     it turns, and would never come back."""
     floor = Floor(

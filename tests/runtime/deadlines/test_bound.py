@@ -9,7 +9,7 @@ from safenav.world.poses import region_mask
 
 
 @pytest.mark.parametrize("number", range(BATCHES))
-def test_the_bound_is_never_above_what_can_be(number: int) -> None:
+def test_the_bound_never_exceeds_the_earliest_possible_tick(number: int) -> None:
     for asked in batch(number):
         truth = every_behaviour(asked.moment)
         assert truth is not None

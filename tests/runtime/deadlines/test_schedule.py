@@ -30,7 +30,7 @@ def test_the_earliest_time_is_exact_but_for_collisions(number: int) -> None:
 
 
 @pytest.mark.parametrize("number", range(BATCHES))
-def test_acts_are_in_time_iff_some_are(number: int) -> None:
+def test_a_schedule_in_time_is_found_iff_some_order_of_acts_is_in_time(number: int) -> None:
     for index, asked in enumerate(batch(number)):
         due = dues(asked, Random(f"dues {number} {index}"))
         truth = every_behaviour(asked.moment, due)

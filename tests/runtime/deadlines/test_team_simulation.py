@@ -24,7 +24,7 @@ ENDLESS = 100_000
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_what_repeats_goes_on_repeating(seed: int) -> None:
+def test_a_simulated_period_repeats_in_the_continued_run(seed: int) -> None:
     try:
         scenario = load_scenario_text(timed_scenario(seed))
     except InputError:
@@ -76,7 +76,7 @@ until: {rounds: 3, by: 60}
 """
 
 
-def test_variable_steps_on_a_shared_floor_are_no_promise() -> None:
+def test_variable_steps_on_a_shared_floor_allow_no_promise() -> None:
     scenario = load_scenario_text(SHARED)
     found = simulate_team(scenario, default_synthesizer(scenario))
     assert found is not None
@@ -127,7 +127,7 @@ def test_check_warns_of_a_battery_that_runs_empty_on_a_shared_floor(tmp_path: Pa
 
 
 @pytest.mark.parametrize(("work", "flat"), [(2_000, False), (20_000, True)])
-def test_what_check_simulates_depends_on_counted_work(
+def test_the_length_of_the_simulation_depends_on_counted_work_only(
     monkeypatch: pytest.MonkeyPatch, work: int, *, flat: bool
 ) -> None:
     monkeypatch.setattr("safenav.runtime.analysis.team_simulation.WORK", work)
@@ -190,7 +190,9 @@ ORDERED = "}\norders: [{at: %d, type: parcel, region: [1, 3]}]\nlimits: {ticks: 
         ("rounds: 99999", "within 30 of a: kept forever, as simulated: tick"),
     ],
 )
-def test_check_says_what_becomes_of_promises(until: str, said: str, tmp_path: Path) -> None:
+def test_check_reports_whether_deadlines_are_kept_as_simulated(
+    until: str, said: str, tmp_path: Path
+) -> None:
     text = SHARED.replace("timing: {least: 1, most: 2}", "timing: 1")
     (tmp_path / "s.yaml").write_text(text.replace("rounds: 3, by: 60", until))
     assert said in CliRunner().invoke(command, [str(tmp_path / "s.yaml")]).output

@@ -111,7 +111,7 @@ def keeps(asked: Rounds, most: int) -> bool:
 
 
 @pytest.mark.parametrize("number", range(BATCHES))
-def test_the_least_promise_is_exact(number: int) -> None:
+def test_the_least_ticks_of_a_round_are_exact(number: int) -> None:
     for seed in range(number * IN_BATCH, (number + 1) * IN_BATCH):
         asked = rounds(seed)
         least = least_within(asked.walk)
@@ -126,7 +126,7 @@ def test_the_least_promise_is_exact(number: int) -> None:
 
 
 @pytest.mark.parametrize("number", range(BATCHES))
-def test_what_can_be_promised_is_kept(number: int) -> None:
+def test_rounds_keep_the_least_ticks_that_were_promised(number: int) -> None:
     for seed in range(number * IN_BATCH, (number + 1) * IN_BATCH):
         asked = rounds(seed).walk
         least = least_within(asked)
@@ -159,7 +159,7 @@ def walked(walk: Walk) -> tuple[int, int]:
     return max(at), ticks
 
 
-def test_the_heading_on_arrival_decides() -> None:
+def test_the_heading_on_arrival_determines_the_length_of_the_next_round() -> None:
     grid = ["########", "#......#", "#...#..#", "#......#", "##.....#", "########"]
     graph = PoseGraph(RegionMap.from_grid(grid), Mobility.HEADING)
     targets = tuple(graph.poses_on(1 << region) for region in (12, 11))

@@ -82,7 +82,7 @@ def leading(moves: dict[State, list[State]], target: int, then: set[State]) -> s
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_one_number_says_all(seed: int) -> None:
+def test_every_charge_from_the_least_on_suffices_forever(seed: int) -> None:
     asked = floor(seed)
     if asked is None:
         return
@@ -95,7 +95,7 @@ def test_one_number_says_all(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_a_duty_is_a_target_after_which_the_own_ones_follow(seed: int) -> None:
+def test_a_duty_counts_as_a_target_before_those_of_the_robot(seed: int) -> None:
     asked, random = floor(seed), Random(f"duty {seed}")
     if asked is None or asked.full:
         return

@@ -23,7 +23,7 @@ DOOR = case("resumed/door_with_deadlines")
         (15, "r", {"seen": [0, 1, 2]}, "completed"),
     ],
 )
-def test_a_header_that_tells_otherwise_breaks_a_rule(
+def test_a_false_header_breaks_the_rule_that_depends_on_it(
     end: int, robot: str, other: dict[str, object], rule: str
 ) -> None:
     """The audit counts from what the header tells of the run before."""
@@ -82,7 +82,7 @@ def test_a_header_that_tells_otherwise_breaks_a_rule(
         ),
     ],
 )
-def test_a_header_that_tells_otherwise_is_found(
+def test_a_header_that_differs_from_the_run_before_is_reported(
     end: int, where: tuple[str, ...], other: object, said: str
 ) -> None:
     told = told_otherwise(DOOR, end, where, other)

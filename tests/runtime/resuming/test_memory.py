@@ -24,7 +24,7 @@ from safenav.trace.reading import read_lines
 
 
 @pytest.mark.parametrize("name", FORMULAS)
-def test_formulas_remember_in_the_rest(name: str, clock: str) -> None:
+def test_the_rest_of_a_run_keeps_the_memory_of_formulas(name: str, clock: str) -> None:
     """What they do at each moment of the run, as the audit derives it, too."""
     scenario = loaded(REMEMBERS % tuple(map(json.dumps, FORMULAS[name])))
     mission, run = begin(replace(scenario, clock=Clock(clock)))
@@ -45,7 +45,7 @@ def test_formulas_remember_in_the_rest(name: str, clock: str) -> None:
         assert not known or any("memory" in one.explanation for one in wrong)
 
 
-def test_what_comes_first_is_not_done_again() -> None:
+def test_the_rest_does_not_revisit_a_region_that_its_memory_contains() -> None:
     """The robot may enter 7 only after 6; cut on its way back, it goes straight there."""
     scenario = loaded(REMEMBERS % tuple(map(json.dumps, FORMULAS["flag"])))
     first = play(scenario).upto("move", **{"from": 6})
@@ -67,7 +67,7 @@ clock: {clock}
 
 
 @pytest.mark.parametrize("name", ["seen", "went"])
-def test_other_formulas_begin_again(name: str, clock: str) -> None:
+def test_memory_of_other_formulas_is_not_continued(name: str, clock: str) -> None:
     """Their memory has other variables than that of the run before."""
     whole = play(loaded(ONE_FLAG.format(name="seen", clock=clock)))
     changed = loaded(ONE_FLAG.format(name=name, clock=clock))
@@ -84,7 +84,7 @@ def test_other_formulas_begin_again(name: str, clock: str) -> None:
     ],
     ids=["memory", "requests"],
 )
-def test_the_rest_is_certified(text: str, last: dict[str, Any], tmp_path: Path) -> None:
+def test_the_rest_of_a_run_is_certified(text: str, last: dict[str, Any], tmp_path: Path) -> None:
     rest = resumed(read_lines(play(text).upto(nth=-1, **last)), loaded(text))
     cache, kept, run = Cache(tmp_path / "cache"), Kept(), Run()
     synthesizer = default_synthesizer(rest, cache=cache)

@@ -13,7 +13,7 @@ from safenav.runtime.analysis.resuming import resumed
 from safenav.trace.reading import read_lines
 
 
-def test_a_literal_objective_stays_literal() -> None:
+def test_a_literal_objective_stays_literal_in_the_rest() -> None:
     original = loaded("""
         map: {grid: [".....", "....."]}
         robots:
@@ -25,7 +25,7 @@ def test_a_literal_objective_stays_literal() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_no_part_of_a_round_is_done_twice(kind: str) -> None:
+def test_the_rest_meets_only_the_goals_that_the_round_still_lacks(kind: str) -> None:
     """Wherever the run is cut off, its rest meets the goals that are left, and completes it."""
     scenario = loaded(ONE % KINDS[kind])
     whole = play(scenario)
@@ -59,7 +59,7 @@ def test_a_target_that_a_robot_crosses_does_not_count_again() -> None:
         assert [one for one in rest if one[0] == "a"] == met, end
 
 
-def test_deadlines_keep_their_ages() -> None:
+def test_deadlines_of_the_rest_are_due_at_the_ticks_of_the_run() -> None:
     """At the end of a tick, the rest is due with the run, and completed no later."""
     scenario = loaded(case("resumed/door_with_deadlines"))
     whole = play(scenario)
@@ -87,7 +87,7 @@ until: {rounds: 1}
 """
 
 
-def test_what_leaves_with_the_next_lines_is_not_due() -> None:
+def test_an_obstacle_that_disappears_in_the_last_tick_is_not_due_in_the_rest() -> None:
     """The trace ends between the lines of two doors that disappear in the same tick."""
     scenario = loaded(LEAVE_TOGETHER)
     run = play(scenario)
@@ -109,7 +109,7 @@ def test_what_leaves_with_the_next_lines_is_not_due() -> None:
         (10, "go_on", 14, 0, "completed", ["mission"]),  # it is late already, and still is
     ],
 )
-def test_a_deadline_is_due_at_the_same_time(
+def test_the_mission_deadline_stays_due_at_its_tick(
     by: int, late: str, tick: int, due: int, outcome: str, broken: list[str]
 ) -> None:
     """Of a run that was cut off in that tick; also if the rest cannot keep it."""
@@ -122,7 +122,7 @@ def test_a_deadline_is_due_at_the_same_time(
     assert (run.outcome["outcome"], run.outcome["late"]) == (outcome, broken)
 
 
-def test_a_run_that_its_deadline_has_ended_goes_on_without_it() -> None:
+def test_the_rest_of_a_run_that_was_late_has_no_mission_deadline() -> None:
     scenario = loaded(DUE % (18, "stop"))
     until = replace(scenario.until, by=12)
     late = play(replace(scenario, until=until, begun=Begun(robots={"r": Done()}, ran=True)))
@@ -133,7 +133,7 @@ def test_a_run_that_its_deadline_has_ended_goes_on_without_it() -> None:
 
 
 @pytest.mark.parametrize("by", [20, 19], ids=["in time", "late"])
-def test_the_rest_is_late_where_the_run_is(by: int) -> None:
+def test_the_rest_is_late_exactly_if_the_run_is(by: int) -> None:
     """Though the tick in which the trace ends may not be over."""
     scenario, before = loaded(TIGHT % 20), Begun(robots={"a": Done()}, ran=True)
     scenario = replace(scenario, until=replace(scenario.until, by=by), begun=before)

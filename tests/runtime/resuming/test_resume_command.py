@@ -27,7 +27,7 @@ HELLO = load_scenario(SCENARIOS / "hello.yaml")
     ],
     ids=["batteries", "deadlines"],
 )
-def test_what_a_trace_does_not_describe_is_named(scenario: Scenario, named: str) -> None:
+def test_resume_names_what_a_trace_does_not_describe(scenario: Scenario, named: str) -> None:
     first = read_lines(play(scenario).lines[:9])
     said = f"does not fully describe {named}: also name the scenario"
     with pytest.raises(UsageError, match=said):

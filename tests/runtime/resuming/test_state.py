@@ -25,7 +25,7 @@ ORDERS, BATTERY, CLOSED, ALARM = (
 
 
 @pytest.mark.parametrize("name", ["case_study_3", "corridor_swap", "beam", "two_digits"])
-def test_a_run_that_is_cut_off_continues(name: str, clock: str) -> None:
+def test_a_run_that_is_cut_off_is_completed_by_its_rest(name: str, clock: str) -> None:
     whole = play(replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock(clock))).lines
     rng = random.Random(f"{name} {clock}")
     for end in rng.sample(range(1, len(whole) - 1), 2):
@@ -33,7 +33,7 @@ def test_a_run_that_is_cut_off_continues(name: str, clock: str) -> None:
         completed(resumed(read_bytes(torn.encode())))
 
 
-def test_what_is_known_is_kept() -> None:
+def test_the_rest_begins_without_resolved_obstacles_where_robots_stood() -> None:
     """After the door of case study 3 is open, robots begin where they are, without the door."""
     run = play(load_scenario(SCENARIOS / "case_study_3.yaml"))
     first = run.upto("resolved")
@@ -66,14 +66,14 @@ def test_changes_to_come_are_known_from_the_trace_alone(clock: str) -> None:
     )
 
 
-def test_a_run_that_never_began_is_refused_again() -> None:
+def test_the_rest_of_a_refused_run_is_refused() -> None:
     scenario = loaded(DUE % (10, "stop"))
     run = play(scenario)
     assert run.outcome["outcome"] == "unrealizable"
     assert continued(run, 1, scenario).outcome["outcome"] == "unrealizable"
 
 
-def test_what_an_input_has_changed_is_as_it_was() -> None:
+def test_an_objective_that_an_input_gave_ends_with_the_input_in_the_rest() -> None:
     """The robot has its own objective afterwards, and the input goes off at the same time."""
     scenario = loaded(ALARM)
     rest = resumed(read_lines(play(scenario).upto("objective")), scenario)
@@ -83,7 +83,7 @@ def test_what_an_input_has_changed_is_as_it_was() -> None:
     completed(rest)
 
 
-def test_what_turned_out_untraversable_stays() -> None:
+def test_an_untraversable_region_stays_closed_in_the_rest() -> None:
     """Nor does the truth of another one change when the first is left out of the draw."""
     scenario = loaded(CLOSED)
     first = read_lines(play(scenario).upto("blocked"))
@@ -96,7 +96,7 @@ def test_what_turned_out_untraversable_stays() -> None:
     assert shut == [[2, "obstacles.uncertainty@2"]]
 
 
-def test_what_is_requested_is_known_in_the_rest(clock: str) -> None:
+def test_open_requests_are_known_from_the_start_of_the_rest(clock: str) -> None:
     """From the first encounter on: it is asked for at once, and no robot meets it there again."""
     run = play(replace(load_scenario(SCENARIOS / "case_study_3.yaml"), clock=Clock(clock)))
     first = len(run.upto("violation"))
@@ -123,7 +123,7 @@ BACK = "objective cart {visit: [[1, 1], [2, 1]]}"
         ("objective", 0, [], {}, 0),
     ],
 )
-def test_a_run_that_waits_for_an_operator_still_does(
+def test_a_run_cut_in_a_wait_for_an_operator_still_waits(
     line: str, index: int, answers: list[str], asked: dict[str, object], waits: int
 ) -> None:
     """With what he has said before: it stays out of service, or where it is."""
@@ -180,7 +180,7 @@ until: {rounds: 1}
 
 
 @pytest.mark.parametrize("text", [ORDERS, TWO_CARRY], ids=["one", "two"])
-def test_a_load_is_taken_once(text: str, clock: str) -> None:
+def test_a_load_is_taken_once_in_a_run_and_its_rest(text: str, clock: str) -> None:
     """Robots that carry it when the run is cut off put it down."""
     scenario = loaded(f"{text}\nclock: {clock}\n")
     run = play(scenario)
@@ -195,7 +195,7 @@ def test_a_load_is_taken_once(text: str, clock: str) -> None:
         assert again.outcome["outcome"] == "completed", end
 
 
-def test_the_same_robot_keeps_a_load() -> None:
+def test_a_robot_keeps_its_load_in_the_rest() -> None:
     rest = resumed(read_lines(play(ORDERS).upto("met")))
     assert [(o.name, len(o.needs), o.ordered) for o in rest.obstacles] == [
         ("load@13", 2, True),
@@ -204,7 +204,7 @@ def test_the_same_robot_keeps_a_load() -> None:
     assert begun(rest).met == {"load@13#2": (("a",),)}
 
 
-def test_a_robot_keeps_its_charge() -> None:
+def test_a_robot_keeps_its_charge_in_the_rest() -> None:
     """It has charged to 12 and made six steps; its stop at the charger is no target met."""
     scenario = loaded(BATTERY.replace("visit: [6, 0]", "visit: [6, 5, 0]"))
     rest = resumed(read_lines(play(scenario).upto("goal", 1)), scenario)
@@ -214,7 +214,7 @@ def test_a_robot_keeps_its_charge() -> None:
     assert battery.start == 6
 
 
-def test_a_model_of_its_own_keeps_how_it_moves() -> None:
+def test_a_model_of_the_scenario_keeps_its_motion_in_the_rest() -> None:
     """Seconds of a live run follow from it, and the motion of the rest."""
     model = "{mobility: free, layer: ground, size: 0.8, speed: 0.3, motion: rover}"
     text = CLOSED.replace("robots:", f"catalogue: {{robots: {{husky: {model}}}}}\nrobots:", 1)
@@ -230,7 +230,7 @@ def test_a_model_of_its_own_keeps_how_it_moves() -> None:
     [(True, "limit", [3, 4]), (False, "completed", [0, 1])],  # else the alarm is on from 2 to 8
     ids=["on", "off"],
 )
-def test_an_input_that_a_user_has_set_stays_so(
+def test_an_input_set_by_a_user_keeps_its_value_in_the_rest(
     on: bool, outcome: str, last: list[int], clock: str
 ) -> None:
     text = ALARM.replace("2-4", "2-8").replace("rounds: 1}", "rounds: 3}\nlimits: {ticks: 30}")

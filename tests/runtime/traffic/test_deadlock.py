@@ -54,5 +54,5 @@ def test_four_are_deadlocked_that_never_move_again() -> None:
         assert look({**elsewhere, **{n: bot for n, bot in full.items() if n != name}}) is None
 
 
-def test_no_robot_is_deadlocked_by_an_obstacle() -> None:
+def test_an_obstacle_alone_deadlocks_no_robot() -> None:
     assert look({**CROWD, **SWAP}, Block(14, [("push", 1, (14,), False)])) is None

@@ -8,7 +8,7 @@ from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Course, Exhausted
 
 
-def test_who_stands_where_another_wants_to_be_and_cannot_move_stops_it() -> None:
+def test_an_immobile_robot_in_the_target_of_another_stops_it() -> None:
     bots = {"a": Bot("6w", [6]), "b": Bot("11w", [11]), "c": Bot("8", [6])}
     floor = Floor(["#####", "#...#", "#...#", "#####"], bots)
     course = Course(floor.problem, 1)
@@ -16,7 +16,7 @@ def test_who_stands_where_another_wants_to_be_and_cannot_move_stops_it() -> None
     assert (stuck.robots(floor.poses), stuck.cannot_complete(start)) == ({0, 1}, {0, 1, 2})
 
 
-def test_what_is_called_hopeless_has_no_plan() -> None:
+def test_a_team_that_is_called_hopeless_has_no_joint_plan() -> None:
     """Robots on tight floors, against the exhaustive search."""
     judged = 0
     for seed in range(400):

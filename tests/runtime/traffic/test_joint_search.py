@@ -175,7 +175,7 @@ def test_a_plan_leads_around_a_robot_that_cannot_move() -> None:
     assert isinstance(search(floor).by(Variant.STATIC, 60), Found)
 
 
-def test_a_step_under_way_waits_for_none() -> None:
+def test_a_step_in_transit_waits_for_no_other_robot() -> None:
     """Of two robots, at most one is in the regions 1 to 3; one has set out for them already."""
     both = frozenset({0, 1})
     zones = [KeepOut(both, 0b1110, both, 0b1110)]
@@ -204,7 +204,7 @@ def test_the_steps_of_a_plan_one_after_the_other(
     assert in_turn(Schedule(((0, 1, 2), (5, 6)), tuple(orders))) == joint
 
 
-def test_a_tube_without_niche_is_refuted() -> None:
+def test_a_corridor_without_a_niche_has_no_joint_plan() -> None:
     floor = Floor(TUBE, {"a": Bot("7", [10, 7]), "b": Bot("10", [7, 10])})
     answer = search(floor).run()
     assert isinstance(answer, Exhausted)
@@ -220,7 +220,7 @@ def test_no_robot_turns_in_a_full_cycle() -> None:
     assert isinstance(search(floor).run(), Exhausted)
 
 
-def test_a_robot_that_has_no_wish_makes_way_and_may_be_pushed() -> None:
+def test_a_robot_without_a_target_makes_way_and_may_be_pushed() -> None:
     floor = Floor(SWAP, {"a": Bot("6", [8, 6]), "h": Bot("7", [7], holds=True)})
     found = search(floor).run()
     assert isinstance(found, Found)
@@ -239,7 +239,7 @@ def test_headings_make_plans_for_the_next_goal_insufficient() -> None:
         assert isinstance(search(Floor(grid, {"a": bot})).run(), end), bot
 
 
-def test_a_spent_budget_proves_nothing() -> None:
+def test_an_exhausted_budget_proves_nothing() -> None:
     floor = Floor(RING, {"a": Bot("6", [18, 6]), "b": Bot("18", [6, 18]), "c": Bot("8", [16])})
     assert isinstance(search(floor, rounds=3).singles(5), BudgetExhausted)
 
@@ -249,7 +249,7 @@ def never(_: JointState) -> bool:
 
 
 @pytest.mark.parametrize("left", [0, 50, 300])
-def test_no_search_does_more_work_than_is_left(left: int) -> None:
+def test_all_parts_of_a_search_share_one_budget(left: int) -> None:
     """Of all variants, legs and proofs together: one joint state's successors more at most."""
     starts = ("6", "8", "16", "18")
     floor = Floor(RING, {f"r{k}": Bot(at, [12 + k]) for k, at in enumerate(starts)})
@@ -310,7 +310,7 @@ POCKETS = ["#########", "#.......#", "#...#...#", "#########"]
         ),
     ],
 )
-def test_full_floors_are_left_leg_by_leg(grid: list[str], bots: list[Bot]) -> None:
+def test_crowded_floors_have_joint_plans_of_several_legs(grid: list[str], bots: list[Bot]) -> None:
     """Eight robots in thirteen regions, some of which cannot turn round: searches for all of them
     at once found no plan in a minute."""
     floor = Floor(grid, {f"r{i}": bot for i, bot in enumerate(bots)})
@@ -320,7 +320,7 @@ def test_full_floors_are_left_leg_by_leg(grid: list[str], bots: list[Bot]) -> No
 
 
 @pytest.mark.parametrize("variant", Variant)
-def test_every_variant_exhausts_what_is_hopeful(variant: Variant) -> None:
+def test_every_search_variant_exhausts_no_more_states_than_single_steps(variant: Variant) -> None:
     floor = Floor(TUBE, {"a": Bot("7", [10, 7]), "b": Bot("10", [7, 10])})
     one, other = search(floor).by(variant, 1000), search(floor).singles(1000)
     assert isinstance(one, Exhausted)
@@ -353,7 +353,7 @@ def test_variants_agree_with_the_exhaustive_search(seed: int) -> None:
         play(floor, answer, rng)
 
 
-def test_a_plan_waits_until_what_it_counts_on_is_met() -> None:
+def test_a_plan_waits_until_the_goals_that_it_assumes_are_met() -> None:
     """Two rounds of a single target are met by staying there for two ticks: before the robot is
     told so, it must not leave."""
     floor = Floor(SWAP, {"a": Bot("6", [8]), "b": Bot("8", [6])})
@@ -372,7 +372,7 @@ def test_a_plan_waits_until_what_it_counts_on_is_met() -> None:
     assert run.due(0) == (0, 0, 2)
 
 
-def test_a_plan_waits_first_for_what_it_begins_with() -> None:
+def test_a_plan_waits_for_a_goal_that_its_first_state_assumes() -> None:
     """A robot that stands on a target has not counted it yet, and the plan takes it for met."""
     floor = Floor(SWAP, {"a": Bot("6", [6, 8]), "b": Bot("8", [6])})
     found = search(floor).run()
@@ -393,5 +393,7 @@ def test_a_plan_waits_first_for_what_it_begins_with() -> None:
         ((0, 0, 2), (0, 0b01, 1), True),
     ],
 )
-def test_what_is_due_is_met(count: Count, due: Count, met: bool) -> None:
+def test_later_rounds_goals_and_turns_meet_earlier_ones(
+    count: Count, due: Count, met: bool
+) -> None:
     assert has_met(count, due) is met

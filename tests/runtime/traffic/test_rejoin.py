@@ -30,7 +30,7 @@ def strayed(found: Search, plan: Found, rng: random.Random) -> JointState:
 
 
 @pytest.mark.parametrize("team", TEAMS)
-def test_a_team_that_has_strayed_comes_back_and_completes_its_mission(team: str) -> None:
+def test_a_team_that_has_strayed_returns_to_its_plan_and_completes_its_mission(team: str) -> None:
     floor = TEAMS[team]
     found = search(floor)
     plan = found.run()
@@ -50,7 +50,7 @@ def test_a_team_that_has_strayed_comes_back_and_completes_its_mission(team: str)
     assert back >= 20
 
 
-def test_a_plan_for_other_places_is_no_certificate() -> None:
+def test_a_plan_from_other_poses_is_not_a_continuation_plan() -> None:
     """In a tube nobody passes: a plan of the two in the other order cannot be returned to."""
     floor = Floor(TUBE, {"a": Bot("7", [8]), "b": Bot("10", [9])})
     plan = search(floor).run()

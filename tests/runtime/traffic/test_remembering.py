@@ -24,7 +24,7 @@ def state(graph: StateGraph, region: int, *done: int) -> int:
     return found
 
 
-def test_what_is_remembered_is_not_forgotten() -> None:
+def test_states_with_a_latched_flag_never_return_to_those_without() -> None:
     graph = StateGraph(LATCH, WORLD, Mobility.FREE)
     start, later = state(graph, 7, 0), state(graph, 7, 1)
     assert graph.one_way
@@ -36,14 +36,16 @@ def test_what_is_remembered_is_not_forgotten() -> None:
 @pytest.mark.parametrize(
     ("bounds", "known"), [(None, True), ((0, 63), True), ((0, 64), False)], ids=str
 )
-def test_too_much_to_remember_is_left_alone(bounds: tuple[int, int] | None, known: bool) -> None:
+def test_memory_is_part_of_states_only_up_to_a_size_limit(
+    bounds: tuple[int, int] | None, known: bool
+) -> None:
     objective = Ltl(liveness=("region = 7",), memory={"m": bounds})
     assert (state_graph(objective, WORLD, Mobility.FREE) is not None) == known
     wide = RegionMap.from_grid(["." * 100] * (REMEMBERED_STATES // 100))
     assert state_graph(objective, wide, Mobility.FREE) is None
 
 
-def test_without_a_memory_poses_will_do() -> None:
+def test_formulas_without_memory_need_poses_only() -> None:
     assert state_graph(Ltl(liveness=("region = 7",)), WORLD, Mobility.FREE) is None
 
 

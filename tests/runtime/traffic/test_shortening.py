@@ -75,7 +75,7 @@ def crowd(seed: int) -> Floor:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_a_shortened_plan_does_the_same_in_less(seed: int) -> None:
+def test_a_shortened_plan_meets_the_same_goals_in_fewer_ticks_and_steps(seed: int) -> None:
     rng, floor = random.Random(seed), crowd(seed)
     first = floor.problem.nothing_done
     until = (lambda state: state.stages != first) if first else None

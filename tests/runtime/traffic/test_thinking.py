@@ -86,7 +86,9 @@ def mission() -> tuple[Mission, Run]:
     return Mission(scenario, world=Wall(), listeners=[trace]), trace
 
 
-def test_the_world_is_heard_while_a_plan_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_events_of_the_world_are_taken_while_a_joint_plan_is_searched(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     over = threading.Event()
     searched = slow(monkeypatch, over)
     run, trace = mission()
@@ -102,7 +104,7 @@ def test_the_world_is_heard_while_a_plan_is_searched(monkeypatch: pytest.MonkeyP
     assert not trace.findings
 
 
-def test_robots_that_can_undo_their_steps_go_on_while_a_plan_is_searched(
+def test_robots_with_reversible_steps_move_while_a_joint_plan_is_searched(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The plan begins where they were: they go back, or it is shortened to a way from where they
@@ -133,7 +135,7 @@ def test_a_run_that_is_stopped_abandons_its_search(monkeypatch: pytest.MonkeyPat
     assert run.result is not None and run.result.outcome is Outcome.INTERRUPTED
 
 
-def test_robots_off_their_strategies_get_those_that_come_later(
+def test_robots_off_their_strategies_get_strategies_that_are_found_later(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A strategy that was waited for is used, not forgotten and asked for again."""
@@ -165,7 +167,7 @@ def asked(thinking: BackgroundSearch, moment: object, search: Callable[[], objec
     raise AssertionError("no answer")
 
 
-def test_an_answer_is_for_its_moment() -> None:
+def test_a_new_query_abandons_the_search_for_an_earlier_state() -> None:
     thinking, going = BackgroundSearch(Stop()), threading.Event()
     thinking.background = True
 
@@ -183,7 +185,7 @@ def test_an_answer_is_for_its_moment() -> None:
     thinking.close()
 
 
-def test_what_a_search_raises_is_raised() -> None:
+def test_an_exception_of_a_search_is_raised_in_the_run() -> None:
     thinking = BackgroundSearch(Stop(asked="enough"))
     thinking.background = True
     with pytest.raises(RunEnded):
@@ -191,5 +193,5 @@ def test_what_a_search_raises_is_raised() -> None:
     thinking.close()
 
 
-def test_without_a_thread_an_answer_is_there_at_once() -> None:
+def test_without_a_thread_a_search_returns_its_result_immediately() -> None:
     assert BackgroundSearch(Stop()).ask(1, threading.get_ident) == threading.get_ident()

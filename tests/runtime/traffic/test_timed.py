@@ -68,7 +68,7 @@ def earliest(problem: Problem, poses: tuple[int, ...]) -> int | None:
     return None if turn is None else turn // len(poses)
 
 
-def test_nothing_is_searched_where_others_that_stay_close_the_way() -> None:
+def test_no_search_starts_if_robots_that_stay_close_the_path() -> None:
     """Each state was looked at again and again with all times: 25 s for two robots on a floor."""
     world = RegionMap.from_grid(["#########", "#...#...#", "#.......#", "#...#...#", "#########"])
     graph = PoseGraph(world, Mobility.FREE)
@@ -99,7 +99,7 @@ def possible(problem: Problem, plan: list[tuple[int, ...]]) -> None:
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_no_plan_is_earlier(seed: int) -> None:
+def test_the_quickest_search_finds_the_earliest_joint_plan(seed: int) -> None:
     problem, poses = crowd(seed)
     truth = earliest(problem, poses)
     found = Quickest(problem, (Stage(),), poses, 0).plan()
@@ -113,7 +113,7 @@ def test_no_plan_is_earlier(seed: int) -> None:
     possible(problem, beside(floor, found, goals))
 
 
-def test_two_lifters_do_not_drive_each_other_round_the_warehouse() -> None:
+def test_two_lifters_do_not_push_each_other_through_the_warehouse() -> None:
     """The crate stands between their places: the general search has them follow each other in a
     plan of 566 steps, which no run of 300 ticks completes."""
     text = (Path(__file__).parents[3] / "scenarios" / "warehouse_orders.yaml").read_text()
