@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Collection, Hashable, Iterable
 from contextlib import suppress
 from threading import get_ident
-from typing import Any, NoReturn, cast
+from typing import NoReturn, cast
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -21,6 +21,7 @@ from msgspec.structs import replace
 import safenav
 from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
+from safenav.runtime.command_times import CommandTimes
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
 from safenav.runtime.deadline_monitor.ledger import Deadlines
@@ -102,7 +103,8 @@ class Mission:
         self.scenario = scenario
         self.result: RunResult | None = None
         self._moved = 0  # the tick of the last move
-        self.state = TeamState.initial(scenario, (*listeners, self._note))
+        self._times = CommandTimes()
+        self.state = TeamState.initial(scenario, (*listeners, self._note, self._times))
         self._deadlines = Deadlines(self.state)
         self.state.dues = self._deadlines.dues
         self.state.listeners = (*self.state.listeners, self._deadlines)
@@ -326,16 +328,6 @@ class Mission:
         """The shortfalls of obstacles that could not be resolved at some time."""
         return tuple(self.state.lacks.values())
 
-    def _spent(self) -> dict[str, Any]:
-        """The seconds of each robot with and without a command, until the last command ended."""
-        over = self._commands.over
-        busy = {name: self._commands.busy.get(name, 0.0) for name in self.state.robots}
-        return {
-            "makespan": over,
-            "busy": busy,
-            "waiting": {name: max(0.0, over - seconds) for name, seconds in busy.items()},
-        }
-
     def _note(self, record: records.Record) -> None:
         if isinstance(record, records.Move):
             self._moved = record.tick
@@ -343,7 +335,7 @@ class Mission:
     def _tell_end(self, conclusion: Conclusion) -> records.End:
         if self._traffic.plan.active:
             self._traffic.end(vocabulary.PlanEndReason.CHANGED)
-        live = self._spent() if self.state.live else {}
+        live = self._times.fields(self.state.robots) if self.state.live else {}
         ended = records.End(
             self.state.tick,
             conclusion.outcome,

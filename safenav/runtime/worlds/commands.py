@@ -68,15 +68,12 @@ class OpenCommand(Struct):
 
 
 class Commands:
-    """Gives commands to a world, and receives its reports. ``busy``: seconds in which each robot
-    had a command; ``over``: the time of the last end of one; ``dropped`` (with the reason) and
+    """Gives commands to a world, and receives its reports. ``dropped`` (with the reason) and
     ``sensed``: reports that wait for their reader, who removes them."""
 
     def __init__(self, world: protocol.World, scenario: Scenario) -> None:
         self.world = world
         self.scenario = scenario
-        self.busy: dict[str, float] = {}
-        self.over = 0.0
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
         self.live = not isinstance(world, BlockingAdapter)
@@ -323,8 +320,6 @@ class Commands:
         if open_.target is not None and isinstance(event, protocol.Arrived):
             durations.append(took)
             self._all.append(took)
-        self.busy[open_.robot.name] = self.busy.get(open_.robot.name, 0.0) + took
-        self.over = self.now()
         self._ended[open_.robot.name] = self._checked(event, open_, wrong) if self.live else event
 
     def _ended_by(self, event: protocol.WorldEvent) -> OpenCommand | None:
