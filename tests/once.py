@@ -24,6 +24,11 @@ CORPUS = Path(os.environ.get("SAFENAV_CORPUS") or ROOT.parent / "shared" / "corp
 """Published specifications, if they are on this machine."""
 
 
+def beside(module: str, file: str) -> str:
+    """The text of a file in the folder of a module."""
+    return (Path(module).parent / file).read_text(encoding="utf-8")
+
+
 def made_once(name: str, make: Callable[[Path], object]) -> Path:
     """Return the folder ``name`` as ``make`` has filled it: in the first process; the others wait.
 

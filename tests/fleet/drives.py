@@ -8,6 +8,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from once import beside
 from safenav.fleet.connection import fleet_world
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.fleet_file import load_fleet
@@ -22,31 +23,8 @@ from safenav.scenario.settings import Clock
 from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.writing import Listener, TraceWriter
 
-HALL = """\
-safenav: 1
-name: hall
-map:
-  resolution: 2.0
-  origin: [3.0, -4.0, 0.3]
-  grid: |
-    #######
-    #.....#
-    #.....#
-    #######
-robots:
-  digit: {model: digit, start: [2, 1], heading: east, objective: {visit: [[2, 3]]}}
-  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 3]]}}
-  jackal: {model: jackal, start: [1, 5], objective: {visit: [[1, 4]]}}
-  spot: {model: spot, start: [2, 5], objective: {visit: [[2, 4]]}}
-until: {rounds: 1}
-"""
-FLEET = """\
-safenav-fleet: 1
-transport: simulation
-simulation: {pace: 1000, obstacles: []}
-defaults: {speed: 0.5, follow: {tolerance: 0.2}}
-robots: {spot: {tolerance: 0.3}}
-"""
+HALL = beside(__file__, "scenarios/hall.yaml")
+FLEET = beside(__file__, "scenarios/hall.fleet.yaml")
 
 
 @cache

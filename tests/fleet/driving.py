@@ -17,6 +17,7 @@ from children import ran
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from fleet.lab import lab_at
+from once import beside
 from safenav.fleet.transports import ros1
 
 ROOT = Path(__file__).parents[2]
@@ -39,32 +40,9 @@ STREAMED = "streamed"
 OFF = 0.9
 """Metres by which a robot may be off a stream: on a busy machine odometry comes a second late. It
 is still in the regions of its step."""
-YARD = """\
-safenav: 1
-name: yard
-map:
-  grid: ["######", "#....#", "#....#", "######"]
-robots:
-  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 2]]}}
-  digit: {model: jackal, start: [2, 1], objective: {visit: [[2, 2]]}}
-until: {rounds: 1}
-"""
+YARD = beside(__file__, "scenarios/streamed.yaml")
 ALARMED = "alarmed"
-HALL = """\
-safenav: 1
-name: hall
-map:
-  grid: ["######", "#....#", "#....#", "######"]
-inputs: {alarm: {}}
-robots:
-  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 2]]}}
-  digit:
-    model: jackal
-    start: [2, 1]
-    objective: {visit: [[2, 2], [2, 4]]}
-    when: {alarm: {hold: [2, 1]}}
-until: {rounds: 1}
-"""
+HALL = beside(__file__, "scenarios/alarmed.yaml")
 TEXTS = {STREAMED: YARD, ALARMED: HALL}
 NO_ROS1 = pytest.mark.skipif(
     not ros1.importable(), reason=f"rospy is missing: apt install {ros1.PACKAGES}"

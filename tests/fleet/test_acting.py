@@ -3,6 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
+from once import beside
 from safenav.fleet.acting import FleetProgress, TeamAction, unserved
 from safenav.fleet.stations import FleetFile, Network, SimulationUse, Station, TransportKind
 from safenav.scenario.model import Need, Obstacle, ObstacleType, Scenario
@@ -10,16 +11,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult
 
 DONE, FAILED, NOTHING = ActResult.DONE, ActResult.FAILED, ActResult.NOTHING
-YARD = """\
-safenav: 1
-name: yard
-map: {resolution: 2.0, grid: ["#######", "#.....#", "#######"]}
-robots:
-  one: {model: mir250, start: 9, objective: {hold: 9}}
-  two: {model: mir250, start: 11, objective: {hold: 11}}
-  fetch: {model: fetch, start: 8, objective: {hold: 8}}
-obstacles: [{type: crate, region: 10}, {type: gate, region: 12}]
-"""
+YARD = beside(__file__, "scenarios/crate_and_gate.yaml")
 
 
 def yard() -> tuple[Scenario, Obstacle, Obstacle, dict[str, Station]]:

@@ -18,6 +18,7 @@ from fleet.hall import (
     started,
     told,
 )
+from once import beside
 from runtime.played import Run
 from safenav import Mission
 from safenav.errors import UsageError
@@ -372,23 +373,7 @@ def test_a_robot_that_returns_scans_before_it_reports_failure() -> None:
     assert told(events[1]) == ("Blocked", HOME)
 
 
-CORRIDOR = """\
-safenav: 1
-name: corridor
-map:
-  resolution: 1.0
-  grid: |
-    #######
-    #.....#
-    ###.###
-    #######
-catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
-robots:
-  digit: {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 5]]}}
-  cart: {model: cart, start: [2, 3], objective: {hold: [2, 3]}}
-until: {rounds: 1}
-clock: live
-"""
+CORRIDOR = beside(__file__, "scenarios/side_room.yaml")
 
 
 class Obedient:

@@ -13,6 +13,7 @@ pytest.importorskip("numpy", reason="references need the extra 'motion'")
 import numpy as np
 
 from fleet.drives import driven
+from once import beside
 from safenav.audit.check import check_trace
 from safenav.fleet.following import Following, mover_of
 from safenav.fleet.place import Places
@@ -34,16 +35,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Arrive
 from safenav.trace.vocabulary import ActResult, MoveEnd
 
-TEXT = """\
-safenav: 1
-name: hall
-map: {resolution: 2.0, origin: [3.0, -4.0, 0.3], grid: ["#######", "#.....#", "#.....#", "#######"]}
-robots:
-  digit: {model: digit, start: [2, 1], heading: east, objective: {hold: [2, 1]}}
-  quad: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}
-  jackal: {model: jackal, start: [1, 5], objective: {hold: [1, 5]}}
-  spot: {model: spot, start: [2, 5], objective: {hold: [2, 5]}}
-"""
+TEXT = beside(__file__, "scenarios/four_robots.yaml")
 DIGIT, EAST, QUAD, SOUTH = 15, 16, 8, 15
 """Regions: of digit, east of it; of quad, south of it."""
 
@@ -279,20 +271,8 @@ def test_a_drive_of_the_simulation_does_not_depend_on_the_machine() -> None:
     assert one == two and quick.motion.lines == slow.motion.lines
 
 
-BLOCKED = """\
-safenav: 1
-name: blocked
-map: {resolution: 2.0, grid: ["######", "#....#", "######"]}
-robots: {quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 3]]}}}
-until: {rounds: 1}
-limits: {seconds: 5000}
-"""
-BLIND = """\
-safenav-fleet: 1
-transport: simulation
-simulation: {pace: 1000, obstacles: [{type: door, region: [1, 2]}]}
-defaults: {speed: 1.0, retries: 1, follow: {}}
-"""
+BLOCKED = beside(__file__, "scenarios/blocked.yaml")
+BLIND = beside(__file__, "scenarios/blocked.fleet.yaml")
 
 
 def test_a_walker_that_falls_is_lost_and_its_plan_ends_there() -> None:

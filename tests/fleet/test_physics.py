@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
+from once import beside
 from safenav.fleet.lab.physics import FAR, Physics
 from safenav.fleet.place import Places
 from safenav.scenario.model import Need, Obstacle, ObstacleType
@@ -153,23 +154,7 @@ def test_regions_and_headings_follow_a_turned_map(heading: Heading, yaw: float) 
     assert FAR > 0
 
 
-YARD = """\
-safenav: 1
-name: yard
-map:
-  resolution: 2.0
-  grid: |
-    #######
-    #.....#
-    ###.###
-    ###.###
-    #######
-robots:
-  left: {model: mir250, start: [1, 2], objective: {visit: [[3, 3]]}}
-  right: {model: mir250, start: [1, 4], objective: {visit: [[1, 5]]}}
-obstacles: []
-until: {rounds: 1}
-"""
+YARD = beside(__file__, "scenarios/two_lifters.yaml")
 CRATE = Obstacle(built_in().obstacles["crate"], 10)
 GATE = Obstacle(built_in().obstacles["gate"], 10)
 

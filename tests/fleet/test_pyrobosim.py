@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from once import beside
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.fleet.fleet_file import load_fleet
@@ -50,34 +51,7 @@ robots:
 until: {{rounds: 1}}
 clock: live
 """
-WORLD = """\
-params: {name: lab}
-rooms:
-  - {name: west, footprint: {type: polygon, coords: [[2, 2], [8, 2], [8, 6], [2, 6]]}}
-  - {name: middle, footprint: {type: polygon, coords: [[10, 2], [16, 2], [16, 6], [10, 6]]}}
-  - {name: east, footprint: {type: polygon, coords: [[18, 2], [24, 2], [24, 6], [18, 6]]}}
-hallways:
-  - {name: first, room_start: west, room_end: middle, width: 1.4, conn_method: points,
-     conn_points: [[7, 5], [11, 5]]}
-  - {name: second, room_start: middle, room_end: east, width: 1.4, conn_method: points,
-     conn_points: [[15, 3], [19, 3]]}
-robots:
-  - name: opener
-    radius: 0.25
-    pose: {position: {x: OPENER, y: 3.0}}
-    path_planner: &planner {type: world_graph}
-    path_executor: &executor {type: constant_velocity, linear_velocity: 1.0,
-      max_angular_velocity: 3.0, validate_during_execution: true, validation_dt: 0.01}
-  - name: cart
-    radius: 0.25
-    pose: {position: {x: 3.0, y: 5.0}}
-    path_planner: *planner
-    path_executor: *executor
-    sensors:
-      lidar: {type: lidar, update_rate_s: 1.0, angle_units: degrees, min_angle: -180,
-        max_angle: 180, angular_resolution: 5, max_range_m: 3.5}
-    start_sensor_threads: false
-"""
+WORLD = beside(__file__, "scenarios/pyrobosim.yaml")
 FLEET = """\
 safenav-fleet: 1
 transport: pyrobosim

@@ -5,24 +5,12 @@ import pytest
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from fleet.drives import driven
+from once import beside
 from safenav.audit.check import check_trace
 from safenav.motion.file.records import Action, Reset
 
-YARD = """\
-safenav: 1
-name: yard
-map: {resolution: 2.0, grid: ["######", "#....#", "#.##.#", "#....#", "######"]}
-robots:
-  one: {model: mir250, start: [1, 1], objective: {visit: [[1, 3]]}}
-  two: {model: mir250, start: [3, 4], objective: {visit: [[2, 4]]}}
-until: {rounds: 1}
-"""
-FLEET = """\
-safenav-fleet: 1
-transport: simulation
-simulation: {pace: 1000, obstacles: [{type: crate, region: [1, 2]}]}
-defaults: {speed: 1.0, scan: {obstacle: crate}, act: {lift: grip}, follow: {}}
-"""
+YARD = beside(__file__, "scenarios/crate.yaml")
+FLEET = beside(__file__, "scenarios/crate.fleet.yaml")
 
 
 @pytest.mark.parametrize("goals", [(), ("one", "two")], ids=["references", "goals"])
@@ -38,19 +26,8 @@ def test_two_robots_lift_a_crate_that_one_of_them_found(goals: tuple[str, ...]) 
     assert check_trace(drive.lines).findings == () and drive.judged() == []
 
 
-CORRIDOR = """\
-safenav: 1
-name: corridor
-map: {resolution: 2.0, grid: ["########", "#......#", "########"]}
-robots: {one: {model: spot, start: [1, 1], objective: {visit: [[1, 6]]}}}
-until: {rounds: 1}
-"""
-CLOSED = """\
-safenav-fleet: 1
-transport: simulation
-simulation: {pace: 1000, obstacles: [{type: door, region: [1, 4]}]}
-defaults: {speed: 1.0, scan: {obstacle: door}, act: {push: push}, follow: {}}
-"""
+CORRIDOR = beside(__file__, "scenarios/corridor.yaml")
+CLOSED = beside(__file__, "scenarios/corridor.fleet.yaml")
 
 
 @pytest.mark.parametrize("goals", [(), ("one",)], ids=["reference", "goals"])
@@ -64,28 +41,8 @@ def test_a_robot_opens_the_door_that_it_found_alone(goals: tuple[str, ...]) -> N
     assert check_trace(drive.lines).findings == () and drive.judged() == []
 
 
-FLAT = """\
-safenav: 1
-name: flat
-map: {resolution: 2.0, grid: ["#######", "#.....#", "#.....#", "#######"]}
-catalogue:
-  robots:
-    tired: {mobility: free, layer: ground, capabilities: [], size: 0.5, speed: 1, motion: disc,
-            battery: {capacity: 20, start: 2, charge: 5}}
-  obstacles: {empty: {needs: [{action: sense, at: neighbours}], blocks: []}}
-flat: empty
-robots:
-  cart: {model: tired, start: [2, 1], objective: {visit: [[2, 4]]}}
-  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 2]]}}
-until: {rounds: 1}
-"""
-SWAPS = """\
-safenav-fleet: 1
-transport: simulation
-simulation: {pace: 1000}
-defaults: {speed: 1.0}
-robots: {quad: {act: {sense: swap}}}
-"""
+FLAT = beside(__file__, "scenarios/flat.yaml")
+SWAPS = beside(__file__, "scenarios/flat.fleet.yaml")
 
 
 def test_a_robot_gets_a_battery_in_a_drive() -> None:

@@ -8,6 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from motion.runs import SHIPPED, motion, played, trace_of
+from once import beside
 from safenav.errors import UsageError
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.mismatch import read_motion_of
@@ -248,23 +249,7 @@ def test_findings_are_sorted_by_time() -> None:
     assert [f.t for f in found] == sorted(f.t for f in found)
 
 
-FLAT = """
-safenav: 1
-map: {grid: ["#########", "#.......#", "#########"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [], motion: disc, size: 0.4, speed: 1,
-           battery: {capacity: 60, charge: 3, start: 4}}
-    drone: {mobility: free, layer: air, capabilities: [bring], motion: disc, size: 0.4, speed: 1}
-  obstacles:
-    empty: {needs: [{action: bring, at: neighbours}], blocks: []}
-robots:
-  cart: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
-  drone: {model: drone, start: [1, 6], objective: {hold: [1, 6]}}
-chargers: []
-flat: empty
-until: {rounds: 1}
-"""
+FLAT = beside(__file__, "scenarios/flat.yaml")
 
 
 def test_a_robot_without_charge_that_moves_is_refused() -> None:

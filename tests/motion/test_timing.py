@@ -8,6 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from motion.runs import SHIPPED, motion, played, trace_of
+from once import beside
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import Action, Line, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
@@ -202,32 +203,8 @@ def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
     assert served == [(False, pytest.approx(flat)), (True, pytest.approx(replaced))]
 
 
-APART = """
-safenav: 1
-map: {grid: ["#######", "#.....#", "#######", "#.....#", "#######"]}
-catalogue:
-  robots:
-    slow: {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 0.2}
-    fast: {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 2}
-robots:
-  a: {model: slow, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}
-  b: {model: fast, start: [3, 1], objective: {visit: [[3, 5], [3, 1]]}}
-never_together:
-  - {robots: [a, b], in: [[1, 3], [3, 3]]}
-"""
-SWEPT = """
-safenav: 1
-map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
-catalogue:
-  robots:
-    slow: {mobility: free, layer: air, capabilities: [], motion: disc, speed: 0.2}
-    fast: {mobility: free, layer: ground, capabilities: [push], motion: disc, speed: 2}
-robots:
-  a: {model: slow, start: [1, 3], objective: {visit: [[1, 5], [1, 4], [1, 3]]}}
-  b: {model: fast, start: [2, 1], objective: {visit: [[2, 5], [2, 1]]}}
-obstacles:
-  - {type: door, region: [2, 3], sweeps: [[1, 3], [2, 2]]}
-"""
+APART = beside(__file__, "scenarios/apart.yaml")
+SWEPT = beside(__file__, "scenarios/swept.yaml")
 
 
 def had(lines: list[Line], robot: str, regions: set[int]) -> list[tuple[float, float]]:

@@ -5,48 +5,16 @@ import random
 from pathlib import Path
 from typing import Any
 
-from once import made_once, trace_of_shipped
+from once import beside, made_once, trace_of_shipped
 from runtime.played import play
 from safenav.world.map import RegionMap
 from safenav.world.sight import visible_from
 
-DETOUR = """
-safenav: 1
-name: scouting
-map:
-  grid: |
-    #############
-    #.......#...#
-    #...........#
-    #...#.......#
-    #...........#
-    #.......#...#
-    #############
-robots:
-  quad: {model: quadcopter, start: 14, objective: {patrol: [28, 58]}}
-  digit: {model: digit, start: 29, heading: east, objective: {visit: [28, 36]}}
-obstacles: [{type: uncertainty, region: 34, traversable: false}]
-until: {rounds: 2}
-"""
+DETOUR = beside(__file__, "scenarios/scouting.yaml")
 
-MEETING = """
-safenav: 1
-name: meeting at a doorway
-map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
-catalogue: {robots: {rover: {mobility: free, layer: ground, vision: 3}}}
-robots:
-  west: {model: rover, start: 19, objective: {visit: [25, 19]}, tracking: belief}
-  east: {model: rover, start: 25, objective: {visit: [19, 25]}, tracking: belief}
-until: {rounds: 1}
-"""
+MEETING = beside(__file__, "scenarios/meeting.yaml")
 
-SLOW = """
-safenav: 1
-map: {grid: ["#####", "#...#", "#####"]}
-catalogue: {robots: {rover: {mobility: free, layer: ground, timing: 3}}}
-robots: {slow: {model: rover, start: 8, objective: {visit: [6, 8]}}}
-until: {rounds: 1}
-"""
+SLOW = beside(__file__, "scenarios/slow.yaml")
 
 Lines = list[dict[str, Any]]
 

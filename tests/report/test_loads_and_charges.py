@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from once import SCENARIOS
+from once import SCENARIOS, beside
 from report.browser import Browser
 from safenav.cli import group
 from safenav.motion.in_time import in_time
@@ -24,18 +24,7 @@ from safenav.report.view3d.html import page3d_of
 from safenav.trace import records
 from safenav.trace.reading import read_trace
 
-CART = """
-safenav: 1
-map: {grid: ["###############", "#.............#", "#.............#", "###############"]}
-catalogue:
-  robots:
-    cart:
-      {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 1,
-       battery: {capacity: 20, start: 15, move: 1, stay: 0, charge: 4}}
-robots: {cart: {model: cart, start: [1, 1], objective: {visit: [[1, 13], [1, 1]]}}}
-chargers: [[1, 1], [2, 9]]
-until: {rounds: 1}
-"""
+CART = beside(__file__, "scenarios/cart.yaml")
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from once import beside
 from safenav.cli.run import command as run_command
 from safenav.report.page.encode import encoded
 from safenav.report.page.live import LiveRun
@@ -11,15 +12,7 @@ from safenav.report.replay.reading import replay_of
 from safenav.report.replay.timeline import Replay
 from safenav.trace.reading import Trace, read_trace
 
-SCENARIO = """
-safenav: 1
-map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
-robots:
-  quad: {model: quadcopter, start: [1, 1], objective: {patrol: [[3, 1], [1, 7]]}}
-  late: {model: quadcopter, start: [1, 3], objective: {visit: [[3, 3], [1, 3]]}}
-obstacles:
-  - {type: door, region: [2, 4]}
-"""
+SCENARIO = beside(__file__, "scenarios/failing.yaml")
 
 
 @pytest.fixture(scope="module")

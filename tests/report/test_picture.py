@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import pytest
 from msgspec.structs import replace
 
-from once import SCENARIOS
+from once import SCENARIOS, beside
 from report import made_traces
 from safenav.cli import group
 from safenav.report.page.encode import encoded
@@ -151,17 +151,7 @@ def test_a_scenario_is_drawn_before_any_run() -> None:
         assert expected in words
 
 
-ZONE = """
-safenav: 1
-map: {grid: ["######", "#....#", "######"], names: {dock: [1, 4]}}
-catalogue:
-  obstacles: {parcel: {action: push, blocks: []}}
-robots:
-  a: {model: digit, start: 7, heading: east, objective: {hold: 8, avoid: [10]}}
-  b: {model: quadcopter, start: 10, objective: {hold: 9}}
-never_together: [{robots: [b, a], in: [8, 9]}]
-orders: [{at: 4, type: parcel, region: dock}]
-"""
+ZONE = beside(__file__, "scenarios/zone.yaml")
 
 
 def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from once import beside
 from report import made_traces
 from runtime.played import play
 from safenav.errors import InputError
@@ -309,15 +310,7 @@ def test_headings_of_the_first_tick_come_from_the_header(replays: dict[str, Repl
     assert quad.headings[0] is None and digit.headings[0] is Heading.EAST
 
 
-PUSHED = """
-clock: live
-map: {grid: ["#######", "#.....#", "#######"]}
-catalogue:
-  robots: {cart: {mobility: free, layer: ground, capabilities: [push], motion: disc, speed: 1}}
-robots: {cart: {model: cart, start: 8, objective: {once: [12]}}}
-obstacles: [{type: door, region: 10}]
-until: {rounds: 1}
-"""
+PUSHED = beside(__file__, "scenarios/pushed.yaml")
 
 
 def test_an_obstacle_on_which_a_robot_acts_is_not_hidden(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from once import beside
 from report import clinic
 from report.browser import Browser, Keys, Select
 from safenav.cli import group
@@ -254,14 +255,7 @@ def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
     assert browser.errors() == []
 
 
-FLIGHT = """\
-safenav: 1
-map:
-  grid: "."
-robots:
-  a_flyer_with_a_name_for_which_the_choice_of_views_has_no_room_beside_the_other_tools:
-    {model: quadcopter, start: 0, objective: {hold: 0}}
-"""
+FLIGHT = beside(__file__, "scenarios/flight.yaml")
 
 
 def test_a_flight_above_a_small_map_is_in_view_and_so_are_the_tools(
@@ -291,25 +285,7 @@ def test_a_flight_above_a_small_map_is_in_view_and_so_are_the_tools(
     assert stage["left"] <= tools["left"] and tools["right"] <= stage["right"]
 
 
-RING = """\
-safenav: 1
-map:
-  grid: |
-    #########
-    #.......#
-    #.#####.#
-    #.#####.#
-    #.#####.#
-    #.#####.#
-    #.#####.#
-    #.......#
-    #########
-robots:
-  cart: {model: cart, start: [1, 1], heading: east, objective: {patrol: [[1, 1], [7, 7]]}}
-catalogue:
-  robots: {cart: {mobility: heading, layer: ground, speed: 1}}
-chargers: [[1, 4]]
-"""
+RING = beside(__file__, "scenarios/ring.yaml")
 
 
 def test_walls_chargers_and_the_heading_of_a_disc_are_seen(

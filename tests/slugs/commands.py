@@ -4,39 +4,14 @@ import subprocess
 from pathlib import Path
 
 from children import ran
+from once import beside
 
 # The robot follows a light that returns infinitely often.
-FOLLOW = """
-[INPUT]
-light: 0...2
-[OUTPUT]
-at: 0...2
-[ENV_INIT]
-light = 0
-[SYS_INIT]
-at = 0
-[ENV_TRANS]
-light' <= light + 1 & light <= light' + 1
-[SYS_TRANS]
-at' <= at + 1 & at <= at' + 1
-[ENV_LIVENESS]
-light' = 2
-[SYS_LIVENESS]
-at' = light'
-"""
+FOLLOW = beside(__file__, "specifications/follow.structuredslugs")
 # The same, but the robot cannot move.
 STUCK = FOLLOW.replace("at' <= at + 1", "at' = at").replace("at' = light'", "at' = 1")
 # A counter that takes 2^30 steps to its goal, too many to wait for.
-ENDLESS = """
-[OUTPUT]
-count: 0...1073741823
-[SYS_INIT]
-count = 0
-[SYS_TRANS]
-count' = count + 1
-[SYS_LIVENESS]
-count' = 1073741823
-"""
+ENDLESS = beside(__file__, "specifications/endless.structuredslugs")
 # All different: the diagram has a node for each subset of the values.
 CROWDED = (
     "[OUTPUT]\n"

@@ -9,30 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from once import beside
 from slugs import commands
 
-# The system must answer a request in the next step, and serve infinitely often.
-SERVICE = """
-[INPUT]
-r
-[OUTPUT]
-s
-level: 0...2
-[ENV_INIT]
-! r
-[SYS_INIT]
-! s
-level = 0
-[ENV_TRANS]
-r -> ! r'
-[SYS_TRANS]
-r -> s'
-level' = level
-[ENV_LIVENESS]
-r'
-[SYS_LIVENESS]
-s'
-"""
+SERVICE = beside(__file__, "specifications/service.structuredslugs")
 VARIABLES = ["r", "s", "level@0.0.2", "level@1"]
 # Node 2 follows a request; the strategy serves then and only then.
 SOUND: dict[str, tuple[list[int], list[int]]] = {
@@ -41,24 +21,7 @@ SOUND: dict[str, tuple[list[int], list[int]]] = {
     "2": ([0, 1, 0, 0], [1, 0]),
 }
 
-# The environment may ask at any time; the system can never answer.
-HOPELESS = """
-[INPUT]
-r
-[OUTPUT]
-s
-[ENV_INIT]
-! r
-[SYS_INIT]
-! s
-[SYS_TRANS]
-! (s & r')
-r -> s'
-[ENV_LIVENESS]
-r'
-[SYS_LIVENESS]
-r & s
-"""
+HOPELESS = beside(__file__, "specifications/hopeless.structuredslugs")
 
 
 def run(binary: Path, folder: Path, specification: str, strategy: str, *options: str) -> str:

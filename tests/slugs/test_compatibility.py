@@ -8,74 +8,22 @@ from pathlib import Path
 
 import pytest
 
+from once import beside
 from oracle import build_game, extract, read_slugsin, solve, to_json, to_text
 from slugs.commands import run
 
 HEAD = '{"version": 0,\n "slugs": "0.0.1",\n\n "variables": '
 
-NO_START = """
-[INPUT]
-a
-[OUTPUT]
-b
-[ENV_INIT]
-0
-"""
+NO_START = beside(__file__, "specifications/no_start.slugsin")
 
-OUTPUT_FIRST = """
-[OUTPUT]
-q
-[INPUT]
-k
-[SYS_INIT]
-! q
-[ENV_INIT]
-k
-[ENV_TRANS]
-k'
-[SYS_TRANS]
-! q'
-"""
+OUTPUT_FIRST = beside(__file__, "specifications/output_first.slugsin")
 
-DEAD_END = """
-[INPUT]
-a
-[OUTPUT]
-b
-[ENV_INIT]
-a
-[SYS_INIT]
-b
-[ENV_TRANS]
-! a
-"""
+DEAD_END = beside(__file__, "specifications/dead_end.slugsin")
 
 # Waiting may use the targets with which a round began, not what plain steps have just added.
-TWO_ASSUMPTIONS = """
-[INPUT]
-e
-[OUTPUT]
-a
-[ENV_LIVENESS]
-! & e' a'
-a'
-[SYS_LIVENESS]
-! e
-"""
+TWO_ASSUMPTIONS = beside(__file__, "specifications/two_assumptions.slugsin")
 
-ONE_ASSUMPTION = """
-[INPUT]
-d
-g
-[OUTPUT]
-out
-[ENV_TRANS]
-d
-[ENV_LIVENESS]
-! | out d'
-[SYS_LIVENESS]
-! g'
-"""
+ONE_ASSUMPTION = beside(__file__, "specifications/one_assumption.slugsin")
 
 
 def _printed(binary: Path, folder: Path, text: str, *options: str) -> str:

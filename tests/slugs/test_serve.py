@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from once import CORPUS
+from once import CORPUS, beside
 from oracle import (
     Specification,
     build_game,
@@ -24,23 +24,7 @@ from oracle import (
 from oracle.serving import begin, difference
 from slugs.commands import run
 
-LIFT = """
-[INPUT]
-request
-[OUTPUT]
-floor: 0...3
-[SYS_INIT]
-floor = 0
-[ENV_TRANS]
-request | next(request)
-[SYS_TRANS]
-floor' <= floor + 1 & floor <= floor' + 1
-[ENV_LIVENESS]
-request'
-[SYS_LIVENESS]
-request & floor = 3
-floor = 0
-"""
+LIFT = beside(__file__, "specifications/lift.structuredslugs")
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "500")) // 10
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 BATCH = 20

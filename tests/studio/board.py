@@ -2,6 +2,7 @@
 
 import urllib.request
 
+from once import beside
 from report.browser import Browser, Select, WebElement
 from safenav.scenario.reading.loader import load_scenario
 from studio.serving import MINUTES, SCENARIOS
@@ -110,32 +111,7 @@ class Board:
         )
 
 
-HOUSE = """\
-safenav: 1
-name: house
-map:
-  grid: |
-    #########
-    #...#...#
-    #.......#
-    #...#...#
-    #########
-  names: {den: [1, 1], hall: [2, 4]}
-catalogue:
-  robots:
-    tug: {mobility: heading, layer: ground, capabilities: []}
-    humanoid: {mobility: heading, layer: ground, capabilities: [open_door]}
-    drone: {mobility: free, layer: air, capabilities: [look]}
-  obstacles:
-    fire_door: {action: open_door, resolve_at: neighbours, blocks: [ground]}
-    spill: {action: look, resolve_at: neighbours, has_truth: true, blocks: [ground]}
-robots:
-  hugo: {model: humanoid, start: den, heading: east, objective: {patrol: [den, [1, 7]]}}
-  eye: {model: drone, start: [3, 7], objective: {hold: [3, 7]}}
-obstacles:
-  - {type: spill, region: hall, traversable: true}
-until: {rounds: 3}
-"""
+HOUSE = beside(__file__, "scenarios/house.yaml")
 WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
 DEN, HALL, WALL = 10, 22, 13
 SIZES = [(1440, 900), (1024, 768), (380, 800)]

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from once import beside
 from runtime.played import Run
 from safenav.errors import UsageError
 from safenav.report.replay.reading import replay_of
@@ -46,33 +47,8 @@ def lines(before: str, after: str) -> list[str]:
     return [line for line in told if line[0] in "+-" and line[:3] not in ("+++", "---")]
 
 
-RULES = """safenav: 1
-map: {grid: ["....", "...."]}
-inputs: {alarm: {at: 3}}
-never_together: [{robots: [ann, bob], in: [1, {any: [2, 5]}]}]
-robots:
-  ann: {model: quadcopter, start: 0, objective: {hold: 0, avoid: [6]}, when: {alarm: {hold: 1}}}
-  bob: {model: quadcopter, start: 3, objective: {hold: 3}}
-catalogue: {obstacles: {photo: {action: sense, blocks: []}}}
-orders: [{at: 4, type: photo, region: 2}]
-"""
-NAMED = """safenav: 1
-map: {grid: ["....", "...."]}
-catalogue:
-  obstacles:
-    leaf: {action: push, blocks: [ann, digit], sweeps: [[0, 2]]}
-    load: {needs: [{action: push, at: [5]}, {action: push, at: [6, 7], same: true}], blocks: []}
-    gate: {action: push, resolve_at: [7]}
-robots:
-  ann: {model: digit, start: 0, heading: east, tracks: [bob], objective: {hold: 0}}
-  bob: {model: digit, start: 3, heading: west, avoids: [ann], objective: {hold: 3}}
-obstacles:
-  - {type: leaf, region: 5, sweeps: [6]}
-  - {type: gate, region: 2}
-chargers: [[1, 3]]
-requirements: [apart: "always(distance(ann, bob) >= 0.2)"]
-expect: {resolved: [leaf@5], helpers: {leaf@5: ann, gate@2: [bob]}, rounds: {ann: 1}, late: [ann]}
-"""
+RULES = beside(__file__, "scenarios/rules.yaml")
+NAMED = beside(__file__, "scenarios/named.yaml")
 
 
 @pytest.mark.parametrize(

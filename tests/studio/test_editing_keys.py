@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 import yaml
 
+from once import beside
 from safenav.errors import UsageError
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
 from safenav.scenario.yaml.document import read_document
@@ -15,33 +16,7 @@ from safenav.studio.editing.keys import known_keys, parts_of, written
 from safenav.studio.editing.operations import edited
 from studio.serving import SCENARIOS
 
-FULL = """\
-safenav: 1
-map:
-  grid: |
-    #######
-    #.....#
-    #.....#
-    #######
-  resolution: 2
-  origin: [10, 20, 0]
-inputs: {alarm: {at: [3-5]}}  # rings
-robots:
-  ann:  # the first
-    model: digit
-    start: 8
-    heading: east
-    objective:
-      ltl: {safety: ["region = 9 -> region' != 10", "17 = region -> X(region) != 18"],
-            liveness: [region = 12, region = 8]}
-  bob:
-    {model: quadcopter, start: 16,
-     objective: {cover: [17, 19], always: region = 17 -> region' != 16}}
-obstacles: []
-partition: [[8, 9, 10, 11, 12], [15, 16, 17, 18, 19]]
-requirements: [always(distance(ann, bob) >= 0.1), not_early = eventually(resolved_door@17)]
-until: {rounds: 2}
-"""
+FULL = beside(__file__, "scenarios/every_key.yaml")
 
 
 def changed_lines(before: str, after: str) -> list[str]:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from once import beside
 from report.browser import Browser, Select
 from runtime.test_operator import GATE
 from safenav.audit.check import audit
@@ -74,31 +75,7 @@ def test_a_robot_joins_on_the_page(browser: Browser, tmp_path: Path) -> None:
         assert audit(part).findings == ()
 
 
-YARD = """
-safenav: 1
-map:
-  grid: |
-    ########
-    #......#
-    #......#
-    ########
-  names: {shelf: [1, 2], dock: [1, 5]}
-catalogue:
-  obstacles:
-    parcel:
-      needs: [{action: push, at: [shelf]}, {action: push, at: [dock], same: true}]
-      blocks: []
-inputs:
-  alarm: {at: [1000]}
-robots:
-  digit:
-    model: digit
-    start: [1, 1]
-    heading: east
-    objective: {visit: [dock, shelf]}
-    when: {alarm: {hold: dock}}
-until: {rounds: 4}
-"""
+YARD = beside(__file__, "scenarios/yard.yaml")
 
 
 async def begin(page: Page) -> None:
