@@ -102,22 +102,7 @@ def test_a_request_leaves_the_stack_wherever_it_stands_in_it(tmp_path: Path) -> 
 
 def test_helpers_objectives_and_needs_follow_an_obstacle_with_two_needs(tmp_path: Path) -> None:
     """The second need has a request without a push: other robots help, the first is free again."""
-    run = play("""
-        safenav: 1
-        map: {grid: ["...#...", ".......", "...#..."]}
-        catalogue:
-          obstacles:
-            rubble:
-              needs: [{action: sense, at: neighbours}, {action: clear, at: neighbours}]
-              blocks: [ground]
-        inputs: {fog: {at: 2}}
-        robots:
-          eye: {model: quadcopter, start: 0, objective: {hold: 0}}
-          cart: {model: turtlebot4, start: 7, objective: {visit: [13, 7]}}
-          doz: {model: husky, start: 14, objective: {hold: 14}}
-        obstacles: [{type: rubble, region: 10}]
-        until: {rounds: 1}
-        """)
+    run = play(beside(__file__, "scenarios/two_needs.yaml"))
     replay = read_replay(made_traces.write(run.records, tmp_path / "t.jsonl"))
     sensed, cleared = (line["tick"] for line in run.all("met"))
     first, second = (row for _, row in replay.stack if row)

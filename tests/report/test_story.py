@@ -4,33 +4,20 @@ import click
 import pytest
 from msgspec.structs import replace
 
+from once import beside
 from safenav.outcome import Outcome
 from safenav.report.terminal.map import MapPicture, Marker, legend
 from safenav.report.terminal.story import Story
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, setting, vocabulary
 
-ROOM = """\
-safenav: 1
-map:
-  grid: |
-    ######
-    #....#
-    #....#
-    ######
-  names: {gate: 9}
-robots:
-  quad: {model: quadcopter, start: 7, objective: {patrol: [7, 10]}}
-  digit: {model: digit, start: 13, heading: NORTH, objective: {hold: 13}}
-obstacles:
-  - {type: door, region: 9}
-"""
+ROOM = beside(__file__, "scenarios/room.yaml")
 
 
 def told(*lines: records.Record, heading: str = "north", text: str = ROOM) -> list[str]:
     """What the story says of these lines."""
     said: list[str] = []
-    scenario = load_scenario_text(text.replace("NORTH", heading))
+    scenario = load_scenario_text(text.replace("heading: north", f"heading: {heading}"))
     story = Story(scenario, lambda line: said.append(click.unstyle(str(line))), maps=False)
     for line in lines:
         story(line)
@@ -50,9 +37,7 @@ def test_the_legend_of_a_large_team_goes_on_below_a_map_of_few_rows() -> None:
         for k in (8, 14, 15, 16)
     )
     said: list[str] = []
-    scenario = load_scenario_text(
-        ROOM.replace("NORTH", "north").replace("obstacles:", f"{more}obstacles:")
-    )
+    scenario = load_scenario_text(ROOM.replace("obstacles:", f"{more}obstacles:"))
     Story(scenario, lambda line: said.append(click.unstyle(str(line))))(header())
     drawn = "\n".join(said[said.index("") :])
     assert all(f" {robot.name} at " in drawn for robot in scenario.robots)
@@ -76,7 +61,7 @@ def test_the_legend_stands_below_a_map_that_leaves_no_room(width: int | None, be
     """Its lines were longer than the terminal is wide."""
     said: list[str] = []
     story = Story(
-        load_scenario_text(ROOM.replace("NORTH", "north")),
+        load_scenario_text(ROOM),
         lambda line: said.extend(click.unstyle(str(line)).split("\n")),
         width=width,
     )
