@@ -382,7 +382,8 @@ def _blocks(of: TypeKeys, what: str, known: Catalogue, reading: Reading) -> froz
     for item in node.items if isinstance(node, Sequence) else ():
         word = item.value if isinstance(item, Scalar) else None
         # A separate catalogue may name any robot, and an unreadable model may have any layer.
-        if reading.alone or known.broken or not isinstance(word, str) or not word.strip():
+        checked = reading.robots_known and not (reading.alone or known.broken)
+        if not checked or not isinstance(word, str) or not word.strip():
             continue
         if word not in words:
             found = f"'blocks' of {what}: '{clipped(word)}' is not a layer, a robot model or"

@@ -120,8 +120,9 @@ def _pattern(node: Node, what: str, reading: Reading) -> EventPattern | None:
         elif area := reading.areas.get(other):
             regions.append(area)
         else:
-            found = f"{what}: '{clipped(other)}' is not a robot, obstacle, region or area"
-            reading.add(node, found, suggestion(other, reading.named))
+            if reading.names_known and reading.robots_known:
+                found = f"{what}: '{clipped(other)}' is not a robot, obstacle, region or area"
+                reading.add(node, found, suggestion(other, reading.named))
             return None
     if len(obstacles) > 1 or len(regions) > 1:
         found = f"{what}: '{clipped(text)}' names more than one obstacle or region"

@@ -280,6 +280,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     read_areas(item.areas, reading)
     reading.alone = False
     reading.named = tuple(key.text for key, _ in entries_of(item.robots))
+    reading.robots_known = isinstance(item.robots, Mapping)
     before = len(reading)
     _read_catalogue(item.catalogue, reading)
     types_known = len(reading) == before
@@ -288,7 +289,8 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     reading.team = read_robots(item.robots, reading)
     before = len(reading)
     obstacles = (*read_obstacles(item.obstacles, reading), *read_orders(item.orders, reading))
-    if types_known and len(reading) == before and reading.world is not None:
+    known = types_known and reading.robots_known and reading.world is not None
+    if known and len(reading) == before:
         reading.obstacles = obstacles
     changes = read_changes(item.changes, reading)
     reading.flat = _flat(item, reading)
@@ -315,7 +317,8 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
 
 
 def _check_version(node: Node | None, findings: Findings) -> None:
-    version = read.integer(node, "'safenav' (the version of the format)", findings)
+    what = "'safenav' (the version of the format)"
+    version = read.integer(node, what, findings, least=-read.MOST)
     if version is not None and version != VERSION:
         found = f"version {version} of the scenario format is unknown"
         findings.add(node, found, f"this safenav reads 'safenav: {VERSION}'")

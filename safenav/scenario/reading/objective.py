@@ -319,6 +319,8 @@ def _line(
             hint = "only robots with heading mobility have one"
         elif problem.unknown in {*reading.names, *reading.areas}:
             hint = f"it names a region: write region = {problem.unknown}"
+        elif problem.unknown and not reading.names_known:
+            continue
         elif problem.unknown:
             hint = suggestion(problem.unknown, {*declared, *reading.names, *reading.areas})
         reading.add_inside(node, problem.column, f"{what}: {problem.found}", hint)

@@ -27,6 +27,7 @@ def read_map(node: Node | None, reading: Reading) -> None:
     """Read the map and its names into ``reading``. After an error in the map was reported, only its
     names are available."""
     item = MapKeys.read(node, "map", reading, elsewhere=_BESIDE)
+    reading.names_known = item is not None
     if item is not None:
         form = _form(item.node, reading)
         reading.world = _read_form(form, item, reading) if form else None
