@@ -7,7 +7,7 @@ without room to turn there; a seed without effect.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import combinations, starmap
 from math import floor
 from typing import Any
@@ -118,12 +118,9 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
                 f"{both} ('same'), and no robot has {'both' if len(skills) == 2 else 'all'}"
             )
         elif not able:
-            close = closest(need.action, known)
-            meant = f"; did you mean '{close[0]}'?" if close else ""
             has = ", ".join(f"'{action}'" for action in sorted(known)) or "nothing"
-            yield (
-                f"no robot can resolve {what}: it needs '{need.action}'; available: {has}{meant}"
-            )
+            needs = f"it needs '{need.action}'; available: {has}{_meant(need.action, known)}"
+            yield f"no robot can resolve {what}: {needs}"
         else:
             yield (
                 f"no team can resolve {what}: '{need.action}' takes {need.robots} robots, "
@@ -164,9 +161,12 @@ def _needless(scenario: Scenario) -> Iterator[str]:
         given = built_in().robots.get(model.name)
         more = model.capabilities - (given.capabilities if given is not None else frozenset())
         for action in sorted(more - needed):
-            close = closest(action, needed)
-            meant = f"; did you mean '{close[0]}'?" if close else ""
+            meant = _meant(action, needed)
             yield f"{model.name} can '{action}', which no obstacle needs{meant}"
+
+
+def _meant(word: str, known: Collection[str]) -> str:
+    return "".join(f"; did you mean '{close}'?" for close in closest(word, known))
 
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:

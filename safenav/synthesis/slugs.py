@@ -51,10 +51,8 @@ if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
 
 
-Served = tuple[Union["ServedStrategy", Verdict], float]
-"""The end of a server, and the seconds until then."""
-
-Brought = Finished | Served
+Brought = Finished | tuple[Union["ServedStrategy", Verdict], float]
+"""The output of a program, or the end of a server with the seconds until then."""
 
 
 _GOOD = Verdict.REALIZABLE
@@ -152,8 +150,8 @@ class Synthesizer:
         tell = progress or (lambda _: None)
         results: list[SynthesisResult | None] = [None] * len(specs)
         jobs = []
+        most = self.states if self.controllers is Controllers.AUTO else None
         for index, spec in enumerate(specs):
-            most = self.states if self.controllers is Controllers.AUTO else None
             job = Job(index, spec, spec.to_structuredslugs(), kind, most)
             self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
             begun = time.monotonic()
@@ -275,8 +273,7 @@ class Synthesizer:
             if entry is not None:
                 return self._checked(job, entry, tell, cached=True)
         key = self._key(job)
-        entry = self.cache.load(key)
-        if entry is None:
+        if (entry := self.cache.load(key)) is None:
             return None
         try:
             result = self._checked(job, entry, tell, cached=True)

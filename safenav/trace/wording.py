@@ -65,6 +65,13 @@ _PLAN_OVER = {
 }
 
 
+_CHANGES = {
+    "appeared": "appears",
+    "gone": "disappears",
+    "order": "is ordered",
+    "reopened": "may be resolvable again",
+}
+
 _HOLDS = {
     vocabulary.HoldReason.STRATEGY: "by its strategy",
     vocabulary.HoldReason.HELD: "held back",
@@ -125,17 +132,11 @@ class Wording(Struct, frozen=True):
                 return self._deadline(line)
             case records.Acts():
                 return self._acts(line)
-            case records.Appeared():
-                return f"{self.strong(self.obstacle(line.obstacle))} appears"
-            case records.Gone():
-                return f"{self.strong(self.obstacle(line.obstacle))} disappears"
-            case records.Ordered():
-                return f"{self.strong(self.obstacle(line.obstacle))} is ordered"
             case records.Truth():
                 truth = "traversable" if line.traversable else "not traversable"
                 return f"{self.strong(self.obstacle(line.obstacle))} is {truth} from now on"
-            case records.Reopened():
-                return f"{self.strong(self.obstacle(line.obstacle))} may be resolvable again"
+            case records.Appeared() | records.Gone() | records.Ordered() | records.Reopened():
+                return f"{self.strong(self.obstacle(line.obstacle))} {_CHANGES[line.type]}"
         return None
 
     def _of_robot(self, line: records.Record) -> str | None:
@@ -222,8 +223,8 @@ class Wording(Struct, frozen=True):
             if line.obstacle.startswith(f"lost_{line.robot}@"):
                 return f"{who} is lost: it may also be at {self._at(line.proposed)}"
             if line.obstacle.startswith("unknown_"):  # its steps failed, or it was stopped
-                strange = self.strong(self.obstacle(line.obstacle))
-                found = f"cannot enter {self._at(line.proposed)}, which counts as {strange}"
+                unknown = self.strong(self.obstacle(line.obstacle))
+                found = f"cannot enter {self._at(line.proposed)}, which counts as {unknown}"
             return f"{who} {found}: only an operator can resolve it"
         if line.action in self.skills.get(line.robot, ()):
             return f"{who} {found} until '{line.action}' is done"
@@ -284,12 +285,9 @@ class Wording(Struct, frozen=True):
     def objectives(self, line: records.Push | records.Pop, names: Iterable[str]) -> str:
         """Return the objectives of these robots after the line, in brackets; empty if no robot has
         one."""
-        told = [
-            f"{name}: {self.objective(line.objectives[name])}"
-            for name in names
-            if name in line.objectives
-        ]
-        return f" ({'; '.join(told)})" if told else ""
+        known = (name for name in names if name in line.objectives)
+        said = "; ".join(f"{name}: {self.objective(line.objectives[name])}" for name in known)
+        return f" ({said})" if said else ""
 
     def objective(self, told: TracedObjective) -> str:
         """An objective in a few words."""

@@ -258,11 +258,9 @@ def read_catalogue_file(
     inside = reading if named_at is None else reading.beside(str(path))
     text = read_source(path, reading, named_at)
     root = None if text is None else parsed(text, inside)
-    if root is None:
-        reading.catalogue = reading.catalogue.without_rest()
-    else:
+    if root is not None:
         read_catalogue(root, inside, source)
-        reading.catalogue = inside.catalogue
+    reading.catalogue = reading.catalogue.without_rest() if root is None else inside.catalogue
 
 
 def read_catalogue(node: Node, reading: Reading, source: str) -> None:
@@ -345,8 +343,7 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
     found: list[Need] = []
     for number, entry in enumerate(items, 1):
         label = f"need {number} of {what}"
-        item = NeedKeys.read(entry, label, reading)
-        if item is None:
+        if (item := NeedKeys.read(entry, label, reading)) is None:
             continue
         given = item.given(NeedKeys.action, NeedKeys.robots, NeedKeys.together, NeedKeys.same)
         same, robots = given.get("same"), given.get("robots")

@@ -13,6 +13,9 @@ from safenav.scenario.settings import Clock, Coordination, RobotChange
 from safenav.scenario.yaml.document import Mapping, Node, below, items_of
 from safenav.scenario.yaml.findings import Findings
 
+_ASSIGNABLE = "'coordination: assignable' cannot"
+_RESYNTHESIS = "use 'coordination: resynthesis'"
+
 
 def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
     """Return the errors of a scenario that may differ from its file, without places."""
@@ -36,19 +39,17 @@ def check_assignable(
     runtime may lie beyond a target, or be one."""
     for robot in team:
         if robot.while_waiting is not None:
-            found = f"'coordination: assignable' cannot keep 'while_waiting' of {robot.name}"
-            hint = "leave out the key, or use 'coordination: resynthesis'"
-            findings.add(node, found, hint)
+            found = f"{_ASSIGNABLE} keep 'while_waiting' of {robot.name}"
+            findings.add(node, found, f"leave out the key, or {_RESYNTHESIS}")
         if isinstance(robot.objective, Ltl) and robot.objective.inputs:
-            found = f"'coordination: assignable' cannot use inputs in 'ltl' of {robot.name}"
-            findings.add(node, found, "use 'coordination: resynthesis'")
+            found = f"{_ASSIGNABLE} use inputs in 'ltl' of {robot.name}"
+            findings.add(node, found, _RESYNTHESIS)
     given = [(robot.name, robot.objective) for robot in team]
     given += [(robot.name, objective) for robot in team for _, objective in robot.when]
     given += [(change.robot, change.objective) for change in changes if change.objective]
     for name in dict.fromkeys(n for n, o in given if o.literal):
-        found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
-        hint = "leave out the form, or use 'coordination: resynthesis'"
-        findings.add(node, found, hint)
+        found = f"{_ASSIGNABLE} keep 'form: literal' of {name}"
+        findings.add(node, found, f"leave out the form, or {_RESYNTHESIS}")
 
 
 def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
@@ -62,7 +63,7 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
         found = "'clock: live' with deadlines in ticks: a tick has no length there"
         hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
         report(found, hint, "clock")
-    for robot in [robot for robot in scenario.robots if robot.model.battery is not None]:
+    for robot in (each for each in scenario.robots if each.model.battery is not None):
         pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
         if not all(objective is None or objective.ordered() for objective in pursued):
             found = f"{robot.name} has a battery, and an objective without an order of its targets"

@@ -115,8 +115,7 @@ def _robot(key: Scalar, node: Node, standing: list[Standing], reading: Reading) 
     if item.where(RobotKeys.vision) is not None:
         vision = item.vision
         model = model and replace(model, vision=vision)
-    heading = _heading(item, name, model)
-    start = item.start
+    heading, start = _heading(item, name, model), item.start
     for other in (RobotKeys.avoids, RobotKeys.tracks):
         _check_others(item.where(other), f"'{other.name}' of {name}", key.text, reading)
     own = item.given(RobotKeys.avoids, RobotKeys.tracks, RobotKeys.tracking)
@@ -226,10 +225,8 @@ def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
             if other.model.timing.most > 1
         ]
         if slow:
-            found = (
-                f"'tracking' of {clipped(robot.name)}: {robot.tracking.value} requires "
-                f"one-tick steps; those of {clipped(slow[0])} take longer"
-            )
+            what = f"'tracking' of {clipped(robot.name)}: {robot.tracking.value}"
+            found = f"{what} requires one-tick steps; those of {clipped(slow[0])} take longer"
             reading.add(node, found, "'tracking: nearby' works with any timing")
 
 
@@ -241,24 +238,20 @@ def _why_apart(one: Robot, other: Robot) -> str:
 
 
 def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
-    targets, world = robot.objective.targets, reading.world
-    if not targets or world is None or not reading.reachable:
+    objective, world = robot.objective, reading.world
+    if not objective.targets or world is None or not reading.reachable:
         return
-    avoid = robot.objective.avoid
-    reach = Reachability(robot.model.mobility, robot.start, world, avoid)
-    if robot.start.region in avoid:
+    if robot.start.region in objective.avoid:
         start = world.label(robot.start.region)
         found = f"'avoid' of {robot.name}: it starts in {start}, which it must avoid"
         place = node.get("avoid") if isinstance(node, Mapping) else node
         reading.add(place, found, "let it start elsewhere")
-    missed = misses_targets(robot, node, reading)
-    settles = robot.objective.settles
-    if not missed and settles and not reach.follows(targets):
-        found = f"objective of {robot.name}: it cannot visit its targets in this order"
-        reading.add(node, found, "with heading mobility it cannot turn at its target")
-    elif not missed and not settles and not reach.recurs(targets):
-        found = f"objective of {robot.name}: it cannot visit all targets infinitely often"
-        reading.add(node, found, "with heading mobility it cannot turn at its target")
+    reach = Reachability(robot.model.mobility, robot.start, world, objective.avoid)
+    meets = reach.follows if objective.settles else reach.recurs
+    if not misses_targets(robot, node, reading) and not meets(objective.targets):
+        what = "its targets in this order" if objective.settles else "all targets infinitely often"
+        hint = "with heading mobility it cannot turn at its target"
+        reading.add(node, f"objective of {robot.name}: it cannot visit {what}", hint)
 
 
 def misses_targets(robot: Robot, node: Node | None, reading: Reading) -> bool:
