@@ -35,10 +35,10 @@ class Beliefs:
     def __init__(self) -> None:
         self._known: dict[tuple[str, str], Knowledge] = {}
 
-    def of(self, robot: str, other: str, told: Knowledge) -> Knowledge:
+    def of(self, robot: str, other: str, reported: Knowledge) -> Knowledge:
         """Return the knowledge of ``robot`` about ``other``, or ``told`` if there is none yet: the
         start of the mission is known, and a waiting robot reports its region."""
-        return self._known.get((robot, other), told)
+        return self._known.get((robot, other), reported)
 
     def look(
         self, task: Task, world: RegionMap, own: Region, positions: Mapping[str, Region]

@@ -163,7 +163,7 @@ class Knowledge:
         )
         return further, met
 
-    def affected(self, told: Collection[str]) -> set[str]:
+    def affected(self, resolved: Collection[str]) -> set[str]:
         """The names of the obstacles that an action may have affected, given that it resolved those
         in ``told``. Excluded are others that a single action resolves: they may have appeared
         since."""
@@ -174,7 +174,7 @@ class Knowledge:
             if self.need_of(work.obstacle) == len(work.obstacle.needs) - 1
             and work.obstacle.needs[-1].robots == 1
         }
-        return names - (single - {*told})
+        return names - (single - {*resolved})
 
     def within_reach(
         self,

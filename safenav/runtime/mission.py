@@ -348,7 +348,7 @@ class Mission:
             None if conclusion.cause is None else vocabulary.OperatorCause(conclusion.cause),
             conclusion.proof,
             conclusion.unrealizable,
-            late=self._deadlines.told,
+            late=self._deadlines.missed,
             refused=conclusion.refused,
             **live,
         )

@@ -207,7 +207,7 @@ class TeamState(Struct):
     waits instead of ending, for an operator or a change of the scenario at ``waits_until``
     (``changes_to_come``: whether it has any left), ``outdated`` if a robot has been put in or out
     of service or moved elsewhere since; ``changes``: number of changes on which
-    decisions depend, ``moves``: of departures and arrivals; ``told``: of records. ``dues``:
+    decisions depend, ``moves``: of departures and arrivals; ``emitted``: of records. ``dues``:
     deadlines of the open obstacles; ``stops``: those of a robot with a battery; ``frees``: whether
     a joint plan may help a robot that has no strategy from its pose. ``inputs``: their values in
     this tick, and in the one before.
@@ -232,7 +232,7 @@ class TeamState(Struct):
     outdated: bool = False
     changes: int = 0
     moves: int = 0
-    told: int = 0
+    emitted: int = 0
     dues: Callable[[Floor], Dues | None] = lambda _: None
     stops: Callable[[RobotState], Stops | None] = lambda _: None
     changes_to_come: Callable[[], bool] = lambda: False
@@ -315,7 +315,7 @@ class TeamState(Struct):
     def emit(self, record: records.Record) -> None:
         if self.now is not None:
             record = replace(record, t=round(self.now(), 9))
-        self.told += 1
+        self.emitted += 1
         for listener in self.listeners:
             listener(record)
 

@@ -70,5 +70,5 @@ class Stop(Struct):
         if self.asked is not None:
             raise RunEnded(Conclusion(Outcome.INTERRUPTED, self.asked))
         if self.seconds is not None and self.elapsed > self.seconds:
-            said = f"not completed after {self.seconds:g} s, the limit of the run"
-            raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
+            explanation = f"not completed after {self.seconds:g} s, the limit of the run"
+            raise RunEnded(Conclusion(Outcome.TIME_LIMIT, explanation))

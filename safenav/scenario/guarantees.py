@@ -48,10 +48,10 @@ class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
         for name in self.inputs.intersection(self.names):
             for given in (before, after):
                 if name not in given:
-                    ways = ({**given, name: value} for value in (0, 1))
+                    choices = ({**given, name: value} for value in (0, 1))
                     if given is before:
-                        return any(self.holds(way, after) for way in ways)
-                    return any(self.holds(before, way) for way in ways)
+                        return any(self.holds(choice, after) for choice in choices)
+                    return any(self.holds(before, choice) for choice in choices)
         key = tuple(values.get(name) for values in (before, after) for name in self.names)
         found = self._known.get(key)
         if found is None:

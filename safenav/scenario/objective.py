@@ -233,8 +233,8 @@ class Visit(TargetObjective, frozen=True):
     turn: ClassVar[str] = "goal"
 
     def words(self, word: Word) -> str:
-        told = [word(target) for target, _ in groupby(self.targets)]
-        return f"visit {', '.join(told)}" + (" in turn" if len(told) > 1 else "")
+        names = [word(target) for target, _ in groupby(self.targets)]
+        return f"visit {', '.join(names)}" + (" in turn" if len(names) > 1 else "")
 
 
 class Cover(TargetObjective, frozen=True):

@@ -32,8 +32,8 @@ def to_data(objective: Objective) -> dict[str, object]:
         "avoid": sorted(objective.avoid),
         "always": list(objective.always),
     }
-    told = {key: value for key, value in rules.items() if value}
-    return {objective.kind: listed[0] if objective.one else listed, **told}
+    given = {key: value for key, value in rules.items() if value}
+    return {objective.kind: listed[0] if objective.one else listed, **given}
 
 
 _SHOWN = 2
@@ -46,12 +46,12 @@ def describe(objective: Objective, word: Word = number_word) -> str:
     if isinstance(objective, Ltl):
         safety, liveness = len(objective.safety), len(objective.liveness)
         return f"meet its formulas ({safety} safety, {liveness} liveness)"
-    said = objective.words(word)
+    text = objective.words(word)
     if objective.avoid:
-        said += f", never in {word(objective.avoid).replace('|', ', ')}"
+        text += f", never in {word(objective.avoid).replace('|', ', ')}"
     if len(objective.always) > _SHOWN:
-        return f"{said}, always its {len(objective.always)} formulas"
-    return said + "".join(f", always {formula}" for formula in objective.always)
+        return f"{text}, always its {len(objective.always)} formulas"
+    return text + "".join(f", always {formula}" for formula in objective.always)
 
 
 def written(objective: Objective, word: Word = number_word) -> str:

@@ -166,8 +166,8 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 def may_leave(spec: Specification) -> Specification:
     """Return a specification (compiled, or read from its text) without the guarantees that the
     robot can return: the scenario does not require them."""
-    said = [c for c in spec.constraints if c.section is Section.SYS_TRANS]
-    return spec.without(c for c in said if ABLE in c.origin.rule or HOME in c.origin.rule)
+    guarantees_of = [c for c in spec.constraints if c.section is Section.SYS_TRANS]
+    return spec.without(c for c in guarantees_of if ABLE in c.origin.rule or HOME in c.origin.rule)
 
 
 def _in(part: Part, task: Task, mark: str = "") -> str:

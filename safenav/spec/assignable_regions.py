@@ -125,13 +125,15 @@ class _Ground(Struct, frozen=True):
         """Return the states that the robot can reach, each with its successors."""
         return explored(self.begins(), self.after)
 
-    def meets(self, members: Collection[State], ways: Mapping[State, Collection[State]]) -> bool:
+    def meets(
+        self, members: Collection[State], successors: Mapping[State, Collection[State]]
+    ) -> bool:
         """Whether a robot that circulates among these states can meet its objective forever."""
         guarantees = self.guarantees
         if guarantees is None or not isinstance(self.objective, Ltl):
             regions = {pose.region for pose, _ in members}
             return all(target & regions for target in self.objective.targets)
-        steps = [(one, other) for one in members for other in ways[one] if other in members]
+        steps = [(one, other) for one in members for other in successors[one] if other in members]
         return all(
             any(
                 guarantees.meets_with(goal, one[0], dict(one[1]), other[0], dict(other[1]))
@@ -145,8 +147,8 @@ class _Ground(Struct, frozen=True):
 
 @lru_cache(maxsize=64)
 def _assignable_regions(ground: _Ground) -> AssignableRegions:
-    ways = ground.ways()
-    rounds, home = _homes(ground, ways)
+    successors = ground.ways()
+    rounds, home = _homes(ground, successors)
     here = frozenset({ground.start.region})
     of_state = {state: k for k, members in enumerate(rounds) for state in members}
     begins = [of_state[state] for state in ground.begins() if state in of_state]
@@ -159,7 +161,9 @@ def _assignable_regions(ground: _Ground) -> AssignableRegions:
         return AssignableRegions(frozenset(pose.region for pose, _ in there))
     reach: list[frozenset[Region]] = []  # the regions that it can reach and still continue
     for k, members in enumerate(rounds):
-        after = {of_state[to] for state in members for to in ways[state] if to in of_state} - {k}
+        after = {
+            of_state[to] for state in members for to in successors[state] if to in of_state
+        } - {k}
         found = () if home[k] is None else (pose.region for pose, _ in members)
         reach.append(frozenset(found).union(*(reach[to] for to in sorted(after))))
     parts = _parts(rounds, reach)
@@ -172,32 +176,32 @@ def _assignable_regions(ground: _Ground) -> AssignableRegions:
 
 
 def _homes(
-    ground: _Ground, ways: dict[State, Sequence[State]]
+    ground: _Ground, successors: dict[State, Sequence[State]]
 ) -> tuple[list[list[State]], list[int | None]]:
     """Return the states in rounds (successors first), and for each round the one in which the robot
     can continue forever from there; None where its objective is lost. States where it cannot stay,
     although it may have to wait, are left out."""
     while True:
-        states = list(ways)
+        states = list(successors)
         number = {state: index for index, state in enumerate(states)}
-        graph = [[number[to] for to in ways[state] if to in number] for state in states]
+        graph = [[number[to] for to in successors[state] if to in number] for state in states]
         rounds = [[states[index] for index in members] for members in components(graph)]
         of_state = {state: k for k, members in enumerate(rounds) for state in members}
         home: list[int | None] = []
         for k, members in enumerate(rounds):
-            after = {of_state[to] for state in members for to in ways[state] if to in number}
+            after = {of_state[to] for state in members for to in successors[state] if to in number}
             beyond = {at for to in after - {k} if (at := home[to]) is not None}
             best = max(sorted(beyond), key=lambda at: len(rounds[at]), default=None)
-            home.append(k if ground.meets(frozenset(members), ways) else best)
+            home.append(k if ground.meets(frozenset(members), successors) else best)
         restless = {
             state
-            for state, following in ways.items()
+            for state, following in successors.items()
             if not any(to[0] == state[0] and to in number for to in following)
         }
         if not restless:
             return rounds, home
         lost = restless | {s for k, ms in enumerate(rounds) if home[k] is None for s in ms}
-        ways = {state: ways[state] for state in states if state not in lost}
+        successors = {state: successors[state] for state in states if state not in lost}
 
 
 def _parts(rounds: list[list[State]], reach: list[frozenset[Region]]) -> list[Part]:

@@ -119,11 +119,11 @@ def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
 
 def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked: Mask) -> Weakening:
     """Return the obstruction that keeps a robot from a strict objective."""
-    shut, turns = region_mask(strict.avoid), range(len(strict.targets))
-    if blocked & ~shut and any(can_keep(graph, pose, strict, turn, shut) for turn in turns):
+    avoided, turns = region_mask(strict.avoid), range(len(strict.targets))
+    if blocked & ~avoided and any(can_keep(graph, pose, strict, turn, avoided) for turn in turns):
         return Weakening.OBSTACLES
     plain = plain_graph(graph.world, graph.mobility)
-    if (shut or strict.always) and any(can_keep(plain, pose, strict, t) for t in turns):
+    if (avoided or strict.always) and any(can_keep(plain, pose, strict, t) for t in turns):
         return Weakening.RULES
     free = plain_graph(graph.world, Mobility.FREE)
     there = Pose(pose.region)
@@ -146,17 +146,17 @@ def can_keep(
     count = len(targets)
     open_poses = graph.everywhere & ~graph.poses_on(blocked)
     # Poses on the way between targets, and for each target those from which it can continue.
-    way, met = open_poses, []
+    between, met = open_poses, []
     for turn, target in enumerate(targets):
-        way &= ~target
+        between &= ~target
         others = reduce(or_, (*targets[:turn], *targets[turn + 1 :]), 0)
         met.append(target & open_poses & ~others)
     while True:
         before = list(met)
         for turn in range(count):
-            met[turn] &= graph.backward(graph.back(met[(turn + 1) % count], way))
+            met[turn] &= graph.backward(graph.back(met[(turn + 1) % count], between))
         if met == before:
             break
     here = 1 << graph.number(pose)
     after = (begun + 1) % count if here & targets[begun] else begun
-    return bool(graph.forward(here) & graph.back(met[after], way))
+    return bool(graph.forward(here) & graph.back(met[after], between))

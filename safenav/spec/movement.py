@@ -30,11 +30,11 @@ def among(poses: Collection[Pose], mark: str = "") -> str:
     regions: dict[Heading | None, set[Region]] = {}
     for pose in poses:
         regions.setdefault(pose.heading, set()).add(pose.region)
-    ways: dict[frozenset[Region], list[Heading]] = {}
+    facings: dict[frozenset[Region], list[Heading]] = {}
     for heading in sorted(heading for heading in regions if heading is not None):
-        ways.setdefault(frozenset(regions[heading]), []).append(heading)
+        facings.setdefault(frozenset(regions[heading]), []).append(heading)
     atoms = [one_of("region", regions[None], mark)] if None in regions else []
-    for there, facing in ways.items():
+    for there, facing in facings.items():
         atom = one_of("region", there, mark)
         if len(facing) < len(Heading):
             atom = f"{atom} & {one_of('heading', facing, mark)}"

@@ -95,8 +95,8 @@ class Specification(Struct, frozen=True):
     def without(self, dropped: Iterable[Constraint]) -> Specification:
         """Return the specification without some constraints (for explanations)."""
         gone = set(dropped)
-        kept = tuple(c for c in self.constraints if c not in gone)
-        return replace(self, constraints=kept)
+        left = tuple(c for c in self.constraints if c not in gone)
+        return replace(self, constraints=left)
 
     def with_more(self, *more: Constraint) -> Specification:
         """Return the specification with further constraints."""

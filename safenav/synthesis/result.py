@@ -36,7 +36,7 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
     """Return the verdict. Raises SynthesizerError, with the last messages, if there is none."""
     if finished.timed_out:
         return Verdict.TIMEOUT
-    said = _RESULT.findall(finished.stderr)
+    verdicts = _RESULT.findall(finished.stderr)
     if finished.status < 0:
         return _killed(finished, binary, robot)
     if binary.native and finished.status == ExitStatus.RESOURCE_LIMIT:
@@ -45,12 +45,12 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
         return Verdict.INTERRUPTED if _INTERRUPTED.search(finished.stderr) else Verdict.TIMEOUT
     if binary.native and finished.status == ExitStatus.BAD_INPUT:
         raise failure("rejects the specification", finished, binary, robot)
-    if not said:
+    if not verdicts:
         if _OUT_OF_MEMORY.search(finished.stderr):
             return Verdict.OUT_OF_MEMORY
         problem = f"printed no verdict (exit status {finished.status})"
         raise failure(problem, finished, binary, robot)
-    verdict = Verdict(said[-1].decode())
+    verdict = Verdict(verdicts[-1].decode())
     if binary.native and finished.status != ExitStatus[verdict.name]:
         problem = f"printed {verdict}, but ended with exit status {finished.status}"
         raise failure(problem, finished, binary, robot)

@@ -147,7 +147,7 @@ class Synthesizer:
     def _ask_all(
         self, specs: Sequence[Specification], kind: RequestKind, progress: Listener | None
     ) -> list[SynthesisResult]:
-        tell = progress or (lambda _: None)
+        report = progress or (lambda _: None)
         results: list[SynthesisResult | None] = [None] * len(specs)
         jobs = []
         most = self.states if self.controllers is Controllers.AUTO else None
@@ -155,20 +155,20 @@ class Synthesizer:
             job = Job(index, spec, spec.to_structuredslugs(), kind, most)
             self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
             begun = time.monotonic()
-            remembered = self._remembered(job, tell)
+            remembered = self._remembered(job, report)
             if remembered is None:
                 jobs.append(job)
                 continue
             results[index] = remembered
             elapsed = time.monotonic() - begun
-            tell(SynthesisProgress(index, spec.robot, elapsed, remembered))
+            report(SynthesisProgress(index, spec.robot, elapsed, remembered))
         if jobs:
             with orderly_termination():
-                for index, result in self._worked_off(jobs, tell).items():
+                for index, result in self._worked_off(jobs, report).items():
                     results[index] = result
         return [result for result in results if result is not None]
 
-    def _worked_off(self, jobs: Sequence[Job], tell: Listener) -> dict[int, SynthesisResult]:
+    def _worked_off(self, jobs: Sequence[Job], report: Listener) -> dict[int, SynthesisResult]:
         """Return the results of jobs by their indices. Threads run the program; its results are
         read, and reported, in the caller's thread. Any exception also ends the programs."""
         _ = self.binary.native  # queried once here, not in every thread
@@ -199,13 +199,13 @@ class Synthesizer:
                 except Empty:
                     now = time.monotonic()
                     for job, begun in tuple(running.values()):
-                        tell(SynthesisProgress(job.index, job.robot, now - begun))
+                        report(SynthesisProgress(job.index, job.robot, now - begun))
                     continue
                 del running[job.index]
                 if isinstance(brought, BaseException):
                     raise brought
-                results[job.index] = result = self._result(job, brought, tell)
-                tell(SynthesisProgress(job.index, job.robot, result.seconds, result))
+                results[job.index] = result = self._result(job, brought, report)
+                report(SynthesisProgress(job.index, job.robot, result.seconds, result))
         finally:
             waiting.clear()
             crew.dismiss()
@@ -264,42 +264,42 @@ class Synthesizer:
             command = [str(self.binary.path), *job.options, str(file)]
             return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
 
-    def _remembered(self, job: Job, tell: Listener) -> SynthesisResult | None:
+    def _remembered(self, job: Job, report: Listener) -> SynthesisResult | None:
         """Return the cached result, if it exists and passes every check of a fresh one."""
         if self.cache.directory is None or job.kind is RequestKind.MOVES:
             return None
         if job.most_nodes is not None and job.kind is RequestKind.STRATEGY:
             entry = self.cache.load(self._too_large_key(job))
             if entry is not None:
-                return self._checked(job, entry, tell, cached=True)
+                return self._checked(job, entry, report, cached=True)
         key = self._key(job)
         if (entry := self.cache.load(key)) is None:
             return None
         try:
-            result = self._checked(job, entry, tell, cached=True)
+            result = self._checked(job, entry, report, cached=True)
         except SynthesizerError:
             self.cache.drop(key)
             return None
         if job.most_nodes is not None and (result.states or 0) > job.most_nodes:
-            return self._checked(job, replace(entry, strategy_json=None), tell, cached=True)
+            return self._checked(job, replace(entry, strategy_json=None), report, cached=True)
         return result
 
-    def _result(self, job: Job, finished: Brought, tell: Listener) -> SynthesisResult:
+    def _result(self, job: Job, finished: Brought, report: Listener) -> SynthesisResult:
         if not isinstance(finished, Finished):
             found, seconds = finished
             verdict, served = (found, None) if isinstance(found, Verdict) else (_GOOD, found)
-            result = self._checked(job, CacheEntry(verdict, seconds, None), tell, cached=False)
+            result = self._checked(job, CacheEntry(verdict, seconds, None), report, cached=False)
             return replace(result, served=served)
         if too_large(finished) and job.most_nodes is not None:
             entry = CacheEntry(_GOOD, finished.seconds, None)
             self.cache.store(self._too_large_key(job), entry)
-            return self._checked(job, entry, tell, cached=False)
+            return self._checked(job, entry, report, cached=False)
         verdict = verdict_of(finished, self.binary, job.robot)
         wanted = job.kind is not RequestKind.REALIZABILITY
         automaton = wanted and verdict is job.kind.ending
         entry = CacheEntry(verdict, finished.seconds, finished.stdout if automaton else None)
         try:
-            result = self._checked(job, entry, tell, cached=False, detail=finished.explanation)
+            result = self._checked(job, entry, report, cached=False, detail=finished.explanation)
         except SynthesizerError as error:
             raise failure(
                 f"gave a wrong result: {error}", finished, self.binary, job.robot
@@ -309,7 +309,7 @@ class Synthesizer:
         return result
 
     def _checked(
-        self, job: Job, entry: CacheEntry, tell: Listener, *, cached: bool, detail: str = ""
+        self, job: Job, entry: CacheEntry, report: Listener, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
         """Return the result with its automaton. Raises SynthesizerError if that is malformed or
         fails verification."""
@@ -318,7 +318,7 @@ class Synthesizer:
         verified = None
         if strategy is not None and self.verifier is not None:
             counter = job.kind is RequestKind.COUNTERSTRATEGY
-            failure_found = self.verifier(job.spec, strategy, counter, _heard_by(tell, job))
+            failure_found = self.verifier(job.spec, strategy, counter, _heard_by(report, job))
             if failure_found is not None:
                 raise SynthesizerError(f"the strategy is wrong: {failure_found}")
             verified = True
@@ -344,7 +344,7 @@ class Synthesizer:
         return key_of(job.text, self.binary.digest, (job.kind, *job.options, *limit))
 
 
-def _heard_by(tell: Listener, job: Job) -> Callable[[], None]:
+def _heard_by(report: Listener, job: Job) -> Callable[[], None]:
     """Return a function that reports that a job still runs, at most once per heartbeat."""
     begun = last = time.monotonic()
 
@@ -353,6 +353,6 @@ def _heard_by(tell: Listener, job: Job) -> Callable[[], None]:
         now = time.monotonic()
         if now - last >= _HEARTBEAT_SECONDS:
             last = now
-            tell(SynthesisProgress(job.index, job.robot, now - begun))
+            report(SynthesisProgress(job.index, job.robot, now - begun))
 
     return alive

@@ -38,17 +38,17 @@ def load_specification(path: Path) -> Specification:
     return read_specification(text, str(path), path.stem)
 
 
-def _diagnostics(said: str, file: str, text: str) -> list[Diagnostic]:
+def _diagnostics(output: str, file: str, text: str) -> list[Diagnostic]:
     """Errors as the synthesizer wrote them on standard error."""
     found: list[Diagnostic] = []
     lines = text.split("\n")
     hint = ""
-    for line in reversed(said.splitlines()):  # a hint follows its error
+    for line in reversed(output.splitlines()):  # a hint follows its error
         if error := _ERROR.fullmatch(line):
             row = int(error[1])
             source = lines[row - 1] if 0 < row <= len(lines) else ""
             found.append(Diagnostic(file, row, int(error[2]), error[3], hint, source))
             hint = ""
-        elif told := _HINT.fullmatch(line):
-            hint = told[1]
-    return found[::-1] or [Diagnostic(file, 0, 0, said.strip() or "not a specification")]
+        elif hinted := _HINT.fullmatch(line):
+            hint = hinted[1]
+    return found[::-1] or [Diagnostic(file, 0, 0, output.strip() or "not a specification")]

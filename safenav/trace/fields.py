@@ -297,8 +297,8 @@ def plain(value: Any) -> Any:
         return value.data
     if isinstance(value, Struct):
         kind: Any = type(value)
-        said = [(entry, getattr(value, entry.name)) for entry in entries(kind)]
-        return {e.key: plain(item) for e, item in said if item is not None or not e.nothing}
+        values = [(entry, getattr(value, entry.name)) for entry in entries(kind)]
+        return {e.key: plain(item) for e, item in values if item is not None or not e.nothing}
     if isinstance(value, Mapping):
         return {key: plain(item) for key, item in value.items()}
     return [plain(item) for item in (sorted(value) if isinstance(value, frozenset) else value)]

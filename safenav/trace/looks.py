@@ -104,11 +104,11 @@ def _candidates(name: str, names: Sequence[str]) -> list[str]:
         found.append(number if len(number) == 2 else initial + number)
     elif all(_NUMBERED.fullmatch(other) for other in rivals):
         found.append(initial)
-    telling = (
+    distinct = (
         letter
         for place, letter in enumerate(name)
         if place and all(letter != other[place : place + 1] for other in rivals)
     )
-    found += [initial + letter.lower() for letter in telling if letter.isalnum()]
+    found += [initial + letter.lower() for letter in distinct if letter.isalnum()]
     found += [initial + letter.lower() for letter in name[1:] if letter.isalnum()]
     return found + [initial + sign for sign in _SIGNS]

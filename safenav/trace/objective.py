@@ -63,24 +63,24 @@ class Objective(Struct, frozen=True):
             return None
         try:
             spelled = json.dumps(body, sort_keys=True)
-            told = literal, frozenset(avoid), tuple(always)
-            return cls(str(kind), tuple(targets), spelled, *told)
+            data = literal, frozenset(avoid), tuple(always)
+            return cls(str(kind), tuple(targets), spelled, *data)
         except (RecursionError, TypeError, ValueError):
             return None
 
     @property
     def data(self) -> dict[str, object]:
         """The objective as a JSON value."""
-        told = {self.kind: json.loads(self.body), "form": "literal" if self.literal else None}
-        told |= {"avoid": sorted(self.avoid), "always": list(self.always)}
-        return {key: value for key, value in told.items() if value or key == self.kind}
+        data = {self.kind: json.loads(self.body), "form": "literal" if self.literal else None}
+        data |= {"avoid": sorted(self.avoid), "always": list(self.always)}
+        return {key: value for key, value in data.items() if value or key == self.kind}
 
     def __str__(self) -> str:
         shown = ", ".join("|".join(map(str, sorted(target))) for target in self.targets)
-        said = f"{self.kind} {shown or self.body}"
+        text = f"{self.kind} {shown or self.body}"
         if self.avoid:
-            said += f", never in {', '.join(map(str, sorted(self.avoid)))}"
-        return said + "".join(f", always {formula}" for formula in self.always)
+            text += f", never in {', '.join(map(str, sorted(self.avoid)))}"
+        return text + "".join(f", always {formula}" for formula in self.always)
 
 
 def _all(listed: object, kind: type) -> bool:

@@ -184,8 +184,8 @@ class _Reader:
                 shown.append(Diagnostic(self._source, 0, 0, f"and {hidden} more such problems"))
             raise InputError(shown)
         if self._header is None:
-            said = "the first line is incomplete" if cut_off else "the trace is empty"
-            raise InputError([Diagnostic(self._source, 0, 0, said)])
+            message = "the first line is incomplete" if cut_off else "the trace is empty"
+            raise InputError([Diagnostic(self._source, 0, 0, message)])
         return Trace(self._source, self._header, tuple(self._records), cut_off, self._ignored)
 
     def _take_header(self, number: int, data: dict[str, Any]) -> None:

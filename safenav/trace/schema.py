@@ -67,15 +67,15 @@ def schema_text() -> str:
 def _define(kind: Any, definitions: dict[str, Schema], name: str | None = None) -> Schema:
     if kind.__name__ not in definitions:
         definitions[kind.__name__] = {}
-        told = [e for e in entries(kind) if not (kind is Header and e.key == "tick")]
+        listed = [e for e in entries(kind) if not (kind is Header and e.key == "tick")]
         hints = annotations_of(kind)
-        properties = {entry.key: _schema(hints[entry.name], definitions) for entry in told}
+        properties = {entry.key: _schema(hints[entry.name], definitions) for entry in listed}
         if name is not None:
             properties = {"type": {"const": name}, **properties}
         definitions[kind.__name__] = {
             "description": " ".join(cleandoc(kind.__doc__).split()),
             "type": "object",
-            "required": [entry.key for entry in told if not entry.optional],
+            "required": [entry.key for entry in listed if not entry.optional],
             "properties": properties,
         }
     return {"$ref": f"#/$defs/{kind.__name__}"}

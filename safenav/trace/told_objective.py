@@ -13,20 +13,20 @@ from safenav.trace.objective import Objective as TracedObjective
 
 def objective_in_trace(objective: Objective) -> TracedObjective:
     """Return an objective in the form of a trace."""
-    told = TracedObjective.of(to_data(objective))
-    assert told is not None, "every objective of a scenario can be told"
-    return told
+    traced = TracedObjective.of(to_data(objective))
+    assert traced is not None, "every objective of a scenario can be told"
+    return traced
 
 
-def objective_of(told: TracedObjective) -> Objective | None:
+def objective_of(traced: TracedObjective) -> Objective | None:
     """The objective that a trace names; None for a kind that is not known here."""
-    if told.kind == "ltl":
-        return _ltl(told.body)
-    kind = KINDS.get(told.kind)
-    if kind is None or kind.wrong(told.targets) or kind.one > (len(told.targets) == 1):
+    if traced.kind == "ltl":
+        return _ltl(traced.body)
+    kind = KINDS.get(traced.kind)
+    if kind is None or kind.wrong(traced.targets) or kind.one > (len(traced.targets) == 1):
         return None
-    rules = {"avoid": told.avoid, "always": told.always}
-    return replace(kind(tuple(told.targets)), literal=told.literal and kind.strict, **rules)
+    rules = {"avoid": traced.avoid, "always": traced.always}
+    return replace(kind(tuple(traced.targets)), literal=traced.literal and kind.strict, **rules)
 
 
 def _ltl(spelled: str) -> Ltl:

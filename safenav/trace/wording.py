@@ -104,10 +104,10 @@ class Wording(Struct, frozen=True):
 
     def sentence(self, line: records.Record) -> str:
         """Return a line without its full stop. Raises TypeError for one that is not an event."""
-        said = self._of_obstacle(line) or self._of_robot(line) or self._of_team(line)
-        if said is None:
+        sentences = self._of_obstacle(line) or self._of_robot(line) or self._of_team(line)
+        if sentences is None:
             raise TypeError(f"{line.type} is not an event")
-        return said
+        return sentences
 
     def _of_obstacle(self, line: records.Record) -> str | None:
         match line:
@@ -145,8 +145,8 @@ class Wording(Struct, frozen=True):
                 found = synthesis_words(line)
                 return f"synthesis for {self.robot(line.robot)} {_WHY[line.reason]}: {found}"
             case records.NewObjective():
-                told = self.objective(line.objective)
-                return f"{self.robot(line.robot)} gets another objective: {told}"
+                traced = self.objective(line.objective)
+                return f"{self.robot(line.robot)} gets another objective: {traced}"
             case records.Told():
                 return f"{self.robot(line.robot)} now pursues: {self.objective(line.objective)}"
             case records.Service():
@@ -158,8 +158,8 @@ class Wording(Struct, frozen=True):
             case records.Assumption():
                 return f"{self.robot(line.robot)}: assumption violated: {line.name}"
             case records.Depart():
-                way = f"from {self._at(line.from_)} to {self._at(line.to)}"
-                return f"{self.robot(line.robot)} departs {way}"
+                route = f"from {self._at(line.from_)} to {self._at(line.to)}"
+                return f"{self.robot(line.robot)} departs {route}"
             case records.Arrive():
                 where = f"{self.robot(line.robot)} is at {self._at(line.at)}"
                 if line.result is vocabulary.MoveEnd.ARRIVED:
@@ -173,8 +173,8 @@ class Wording(Struct, frozen=True):
                 return f"{self._all(frozenset(line.robots))} {verb} on {names or 'what is there'}"
             case records.ActionEnd():
                 results = (f"{self.obstacle(name)}: {done}" for name, done in line.results.items())
-                said = line.reason and line.reason not in map(str, line.results.values())
-                ends = ", ".join([*results, *([line.reason] if line.reason and said else [])])
+                sentences = line.reason and line.reason not in map(str, line.results.values())
+                ends = ", ".join([*results, *([line.reason] if line.reason and sentences else [])])
                 return f"the action of {self.robot(line.robot)} ends ({ends})"
             case records.Held():
                 return f"{self.robot(line.robot)} stays ({_HOLDS[line.why]})"
@@ -261,16 +261,16 @@ class Wording(Struct, frozen=True):
 
     def _acts(self, line: records.Acts) -> str:
         """``planned for the deadlines: digit at 46 for door@47 (tick 14)``."""
-        said = []
+        sentences = []
         for act in line.acts:
             team = (f"{name} at {self.word(place)}" for name, (place, _) in act.robots.items())
-            said.append(f"{listed([*team])} for {self.obstacle(act.obstacle)} (tick {act.at})")
+            sentences.append(f"{listed([*team])} for {self.obstacle(act.obstacle)} (tick {act.at})")
         late = "may" if line.spent else "will"
-        said += [f"{self.obstacle(name)} {late} miss its deadline" for name in line.beyond]
-        chosen = f"planned for the deadlines: {'; '.join(said)}" if said else ""
+        sentences += [f"{self.obstacle(name)} {late} miss its deadline" for name in line.beyond]
+        chosen = f"planned for the deadlines: {'; '.join(sentences)}" if sentences else ""
         if line.spent:
-            told = "search budget exhausted: no verdict whether all deadlines can be met"
-            return f"{told}; {chosen}" if chosen else told
+            traced = "search budget exhausted: no verdict whether all deadlines can be met"
+            return f"{traced}; {chosen}" if chosen else traced
         return chosen or "no deadline determines the next acts any longer"
 
     def _operator(self, line: records.Operator) -> str:
@@ -286,12 +286,12 @@ class Wording(Struct, frozen=True):
         """Return the objectives of these robots after the line, in brackets; empty if no robot has
         one."""
         known = (name for name in names if name in line.objectives)
-        said = "; ".join(f"{name}: {self.objective(line.objectives[name])}" for name in known)
-        return f" ({said})" if said else ""
+        sentences = "; ".join(f"{name}: {self.objective(line.objectives[name])}" for name in known)
+        return f" ({sentences})" if sentences else ""
 
-    def objective(self, told: TracedObjective) -> str:
+    def objective(self, traced: TracedObjective) -> str:
         """An objective in a few words."""
-        return objective_words(objective_of(told), self.word)
+        return objective_words(objective_of(traced), self.word)
 
     def obstacle(self, name: str) -> str:
         """``door@47``, or ``door@dock`` where the region has a name."""
@@ -300,8 +300,8 @@ class Wording(Struct, frozen=True):
     def backing_up(self, violation: records.Violation, backtrack: records.Backtrack) -> str:
         """A violation and the safe action that was taken instead."""
         stays = backtrack.to == violation.at
-        way = "it stays" if stays else f"it goes to {self._at(backtrack.to)}"
-        return f"{self.sentence(violation)}; {way}"
+        where = "it stays" if stays else f"it goes to {self._at(backtrack.to)}"
+        return f"{self.sentence(violation)}; {where}"
 
     def holding(self, line: records.Goal) -> str:
         """The goal of a robot that must stay where it is."""
@@ -373,9 +373,9 @@ def syntheses_words(lines: Sequence[records.Synthesis]) -> str | None:
     if len(lines) <= MANY or len(sizes) < len(lines):
         return None
     cached = sum(line.cached for line in lines)
-    kept = f", {'all' if cached == len(lines) else cached} from the cache" if cached else ""
+    reused = f", {'all' if cached == len(lines) else cached} from the cache" if cached else ""
     states = f"{min(sizes)} to {max(sizes)} states"
-    return f"{len(lines)} strategies ({states}{kept}, verified)"
+    return f"{len(lines)} strategies ({states}{reused}, verified)"
 
 
 def synthesis_words(line: records.Synthesis) -> str:

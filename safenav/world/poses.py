@@ -224,10 +224,10 @@ class PoseGraph:
             if not layers[-1]:
                 return None
             found |= layers[-1]
-        way = [start]
+        path = [start]
         for layer in reversed(layers[:-1]):
-            way.append(next(step for step in self.steps(way[-1]) if layer >> step & 1))
-        return way
+            path.append(next(step for step in self.steps(path[-1]) if layer >> step & 1))
+        return path
 
     @cached_method
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:

@@ -103,16 +103,16 @@ def _next(team: TeamState, robot: RobotState, switch: CommandInputs, goal: Mask)
     goal &= allowed | 1 << here
     field, by_steps = graph.distances(goal, allowed), _by_steps(team, robot, switch)
     found: Region | None = None
-    pose, way = here, 0
+    pose, steps = here, 0
     while 0 < field[pose] < FAR:
         ahead = field[pose]
         pose = next(q for q in graph.steps(pose) if allowed >> q & 1 and field[q] < ahead)
-        way += 1
+        steps += 1
         region = pose % graph.size
         there = graph.poses_on(1 << region)
         if not switch.assignable.allows(robot.pose, robot.memory.values, region):
             continue
-        if graph.steps_between(1 << here, there, own) == way:
+        if graph.steps_between(1 << here, there, own) == steps:
             found = region
         if by_steps:
             break

@@ -222,8 +222,8 @@ class Assigner(Struct, frozen=True, dict=True):
         found += [request.saved[name] for request in popped if name in request.saved]
         return [o for served, o in found if served == obstacle and isinstance(o, ALTERNATING)]
 
-    def _alternates(self, targets: tuple[Mask, ...], shut: Mask = 0) -> bool:
-        graph, allowed = self._graph, self._allowed & ~shut & self._safe
+    def _alternates(self, targets: tuple[Mask, ...], closed: Mask = 0) -> bool:
+        graph, allowed = self._graph, self._allowed & ~closed & self._safe
         here = 1 << self.floor.poses[self.index]
         return bool(graph.closure(here, allowed) & graph.live(targets, allowed))
 

@@ -39,21 +39,21 @@ def _acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
         if _has_acts_to_come(team.settled, floor):
             yield records.Acts(team.tick, (), ())  # they no longer bind the robots
         return
-    told = []
+    listed_acts = []
     for act in chosen.acts:
         places = {}
         for robot, number in zip(act.group, act.poses, strict=True):
             graph = floor.problem.members[robot].graph
             places[floor.names[robot]] = graph.pose(number).place
         at = act.turn // len(floor.names)
-        told.append(records.ScheduledAct(floor.gates[act.gate], act.need, at, places))
+        listed_acts.append(records.ScheduledAct(floor.gates[act.gate], act.need, at, places))
     beyond = tuple(floor.gates[gate] for gate in sorted(chosen.beyond))
     around = {
         floor.names[robot]: tuple(bits(duty.around))
         for robot, duty in (settled.found.duties | settled.found.early).items()
         if duty.around
     }
-    yield records.Acts(team.tick, tuple(told), beyond, chosen.spent or None, around or None)
+    yield records.Acts(team.tick, tuple(listed_acts), beyond, chosen.spent or None, around or None)
 
 
 def _has_acts_to_come(settled: Settled | None, floor: Floor) -> bool:
@@ -184,8 +184,8 @@ def _is_news(
 ) -> bool:
     """Whether the trace lacks the request, its helpers, or that it is set aside."""
     name = request.obstacle.name
-    told = request.recorded is not None and helping[name] in ((), request.recorded)
-    return not told or (name in aside and not request.aside)
+    listed_acts = request.recorded is not None and helping[name] in ((), request.recorded)
+    return not listed_acts or (name in aside and not request.aside)
 
 
 def _because(

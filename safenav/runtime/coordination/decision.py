@@ -99,8 +99,8 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
         case events.ObstacleDeclaredPermanent(obstacle):
             return _sealed(team, event, obstacle)
         case events.RequestsSetAside(names):
-            kept = replace(team.requests, aside=team.requests.aside | names)
-            return Decision(event, requests=kept, next=Unsettled(Reason.BLOCKED))
+            left = replace(team.requests, aside=team.requests.aside | names)
+            return Decision(event, requests=left, next=Unsettled(Reason.BLOCKED))
         case events.ObstaclesReopened(reason):
             return _reopened(team, event, reason)
         case events.ServiceChanged():
@@ -117,8 +117,8 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
                 return Decision(event, next=Unsettled(reason))  # duties for a former pose
             return _assigned(team, event, now, only=name)
         case Unsettled(Reason.SERVICE | Reason.OBJECTIVE) if team.requests.aside:
-            kept = replace(team.requests, aside=frozenset())
-            return Decision(event, requests=kept, next=event)
+            left = replace(team.requests, aside=frozenset())
+            return Decision(event, requests=left, next=event)
         case Unsettled():
             return _never_resolved(team, event) or _duties(team, event, stopping)
 
@@ -204,22 +204,22 @@ def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
     """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; round counts restart,
     except after bringing a battery."""
     knowledge, requests = team.knowledge.copy(), team.requests
-    said: list[Record] = []
+    lines: list[Record] = []
     for obstacle, traversable in event.found:
         request, helped = requests.of(obstacle.name), knowledge.helped(obstacle)
         pops = (each.obstacle.name for each in requests.closed if each.entries)  # to come
         asked = (request is not None and request.recorded is not None) or obstacle.name in pops
         who, robots = event.robot.name, helped if len(helped) > 1 else None
         what = who, team.robots[who].pose.region, asked, traversable
-        said.append(records.Resolved(team.tick, obstacle.name, *what, robots=robots))
+        lines.append(records.Resolved(team.tick, obstacle.name, *what, robots=robots))
         knowledge.forget(obstacle)
         if traversable is False:
             knowledge.join(obstacle, UNTRAVERSABLE)
-            said.append(blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
+            lines.append(blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
         requests = requests.without(obstacle.name)
-    after, told = Unsettled(Reason.RESOLVED), tuple(said)
+    after, made = Unsettled(Reason.RESOLVED), tuple(lines)
     recount = any(team.scenario.restarts_rounds(found.name) for found, _ in event.found)
-    return Decision(event, knowledge, requests, records=told, recount=recount, next=after)
+    return Decision(event, knowledge, requests, records=made, recount=recount, next=after)
 
 
 def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
@@ -231,7 +231,7 @@ def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
         cause = ChangeCause.USER
     elif due is not None and obstacle in team.scenario.obstacles:
         cause = ChangeCause.SCENARIO
-    said: list[Record] = [
+    lines: list[Record] = [
         (records.Appeared if change.appeared else records.Gone)(tick, name, cause)
     ]
     after: Event | None = None
@@ -246,47 +246,47 @@ def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
         if obstacle.ordered:
             knowledge.meet(obstacle)
             requests, after = requests.ordered(obstacle), Unsettled(Reason.REQUEST)
-            said.append(records.Ordered(tick, name, cause))
+            lines.append(records.Ordered(tick, name, cause))
         if change.another and change.truth is not None:
-            said.append(records.Truth(tick, name, change.truth, cause))
-    return Decision(event, knowledge, requests, records=tuple(said), next=after)
+            lines.append(records.Truth(tick, name, change.truth, cause))
+    return Decision(event, knowledge, requests, records=tuple(lines), next=after)
 
 
 def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
     """An operator declares an obstacle permanent: it joins O."""
     knowledge = team.knowledge.copy()
     knowledge.join(obstacle, PERMANENT)
-    said: tuple[Record, ...] = ()
+    lines: tuple[Record, ...] = ()
     if obstacle.name not in team.knowledge.permanent:
-        said = (blocked(team, obstacle, BlockReason.OPERATOR),)
+        lines = (blocked(team, obstacle, BlockReason.OPERATOR),)
     requests = team.requests.without(obstacle.name)
-    return Decision(event, knowledge, requests, records=said, next=Unsettled(Reason.BLOCKED))
+    return Decision(event, knowledge, requests, records=lines, next=Unsettled(Reason.BLOCKED))
 
 
 def _reopened(team: TeamState, event: Event, reason: Reason) -> Decision:
     """Reopen the requests that were given up, before any other decision."""
-    knowledge, requests, said = team.knowledge.copy(), team.requests, list[Record]()
+    knowledge, requests, lines = team.knowledge.copy(), team.requests, list[Record]()
     for request in requests.given_up:
         name = request.obstacle.name
         if name in knowledge.given_up():
             knowledge.meet(request.obstacle)
             requests = requests.reopened(request)
-            said.append(records.Reopened(team.tick, name))
-    return Decision(event, knowledge, requests, records=tuple(said), next=Unsettled(reason))
+            lines.append(records.Reopened(team.tick, name))
+    return Decision(event, knowledge, requests, records=tuple(lines), next=Unsettled(reason))
 
 
 def _served(team: TeamState, event: events.ServiceChanged) -> Decision:
     """A robot is out of service or back; it is the requester of an obstacle that appears in its
     region."""
-    said = records.Service(team.tick, event.robot, event.active, event.cause)
+    line = records.Service(team.tick, event.robot, event.active, event.cause)
     if event.obstacle is None:
-        return Decision(event, records=(said,), next=Unsettled(Reason.SERVICE))
+        return Decision(event, records=(line,), next=Unsettled(Reason.SERVICE))
     knowledge, region = team.knowledge.copy(), team.robots[event.robot].pose.region
     knowledge.appear(event.obstacle)
     knowledge.meet(event.obstacle)
-    told = (records.Appeared(team.tick, event.obstacle.name, event.cause), said)
+    made = (records.Appeared(team.tick, event.obstacle.name, event.cause), line)
     requests = team.requests.opened(event.obstacle, event.robot, region)
-    return Decision(event, knowledge, requests, records=told, next=Unsettled(Reason.REQUEST))
+    return Decision(event, knowledge, requests, records=made, next=Unsettled(Reason.REQUEST))
 
 
 def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
@@ -297,23 +297,23 @@ def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
     lacks = {**team.lacks, **lacks}
     if not closure.stuck and team.lacks == lacks:
         return None
-    knowledge, requests, said = team.knowledge.copy(), team.requests, list[Record]()
+    knowledge, requests, lines = team.knowledge.copy(), team.requests, list[Record]()
     for gate in closure.stuck:
         request = requests.of(floor.gates[gate])
         assert request is not None
         enough = infeasibility.enough(team, request.obstacle.type)
         because = shortfall_words(lacks[floor.gates[gate]], team.scenario.map.word, "it")
         if request.recorded is None or not enough:
-            said.append(requested(team, request, floor, (), because))
+            lines.append(requested(team, request, floor, (), because))
         what = obstacle_words(request.obstacle.name, team.scenario.map.word)
         ever = "no robot can" if team.changes_to_come() else "no robot can ever"
         why = f"{ever if enough else 'this team cannot'} resolve {what}"
         knowledge.join(request.obstacle, why)
         reason = BlockReason.UNRESOLVABLE if enough else BlockReason.NO_CAPABLE_ROBOT
         proof = infeasibility.recorded_closure(floor, closure)
-        said.append(blocked(team, request.obstacle, reason, proof, because))
+        lines.append(blocked(team, request.obstacle, reason, proof, because))
         requests = requests.without(request.obstacle.name, given_up=True)
-    return Decision(event, knowledge, requests, lacks, records=tuple(said), next=event)
+    return Decision(event, knowledge, requests, lacks, records=tuple(lines), next=event)
 
 
 def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
@@ -324,12 +324,12 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
     if found.proof is not None:
         end = infeasibility.infeasible_end(team, floor, found.proof, event.refused, team.lacks)
         if event.refused and _settled(team, (), stopping).found.proof is None:
-            told = [synthesis_record(team, r, Reason.REQUEST) for r in event.refused.values()]
-            return Decision(event, records=(*told,), end=infeasibility.unserved(end, event.refused))
+            made = [synthesis_record(team, r, Reason.REQUEST) for r in event.refused.values()]
+            return Decision(event, records=(*made,), end=infeasibility.unserved(end, event.refused))
         return Decision(event, end=end)
     decision = _assigned(team, event, settled)
-    requests, said = stack(team, settled, decision.drafts, event.refused)
-    return replace(decision, requests=requests, records=said)
+    requests, lines = stack(team, settled, decision.drafts, event.refused)
+    return replace(decision, requests=requests, records=lines)
 
 
 def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: Stopping) -> Settled:

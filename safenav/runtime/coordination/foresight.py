@@ -79,9 +79,9 @@ def foreseen(scenario: Scenario) -> tuple[str, ...]:
     word = scenario.map.word
     who = listed(found.stuck)
     whose = "its objective" if len(found.stuck) == 1 else "their objectives"
-    said = [f"{who} cannot meet {whose} infinitely often: {_NEEDED}"]
+    warnings = [f"{who} cannot meet {whose} infinitely often: {_NEEDED}"]
     lacks = [each for each in found.lacks if not each.too_few]  # another warning reports those
-    return (*said, *(shortfall_words(each, word) for each in lacks))
+    return (*warnings, *(shortfall_words(each, word) for each in lacks))
 
 
 def _unserved(scenario: Scenario) -> tuple[str, ...]:

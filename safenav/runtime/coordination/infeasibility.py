@@ -76,18 +76,18 @@ def infeasible_end(
     """Return the end of a run in which, by the closure or after every choice, a robot cannot
     continue. ``lacks``: the shortfalls of obstacles that are never resolved."""
     word = state.scenario.map.word
-    closure, said = _first_dead_end(floor, proof, word)
+    closure, sentences = _first_dead_end(floor, proof, word)
     stuck, missed = list[str](), [lacks[name] for name in state.knowledge.given_up()]
     if closure is not None:
         stuck = [name for name, live in zip(floor.names, closure.live, strict=True) if not live]
-        said += [_why_stuck(state, name, chosen=closure is not proof) for name in stuck]
+        sentences += [_why_stuck(state, name, chosen=closure is not proof) for name in stuck]
         missed += reasons.shortfalls(floor, closure, state.out_of_service, state.failures.barred)
-    said += [reasons.shortfall_words(each, word) for each in missed]
+    sentences += [reasons.shortfall_words(each, word) for each in missed]
     for name, obstacle in refused:
-        said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
+        sentences.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
     known = missed and closure is proof
     cause = reasons.cause_of(missed).value if known else vocabulary.OperatorCause.UNREALIZABLE.value
-    links = tuple(dict.fromkeys(said))
+    links = tuple(dict.fromkeys(sentences))
     return Conclusion(
         Outcome.OPERATOR_NEEDED,
         "; ".join(links),
@@ -103,11 +103,11 @@ def _first_dead_end(
 ) -> tuple[TeamClosure | None, list[str]]:
     """Follow the first option of each choice: return the final closure (None: no option is left)
     and the reasons up to it."""
-    said, lossless = list[str](), True  # whether all steps so far were
+    sentences, lossless = list[str](), True  # whether all steps so far were
     while isinstance(proof, tuple):
         if not proof:
             without_room = reasons.without_room(floor, word) if lossless else []
-            return None, said + (without_room or [_TRAPPED])
+            return None, sentences + (without_room or [_TRAPPED])
         first = proof[0]
         lossless = lossless and first.lossless
         if lossless:  # each robot still reaches all that it could reach
@@ -115,9 +115,9 @@ def _first_dead_end(
             stages = floor.problem.advanced(step.gate, floor.stages, step.group)
             floor = replace(floor, stages=stages)
         else:
-            said.append(_TRAPPED)
+            sentences.append(_TRAPPED)
         proof = first.because
-    return proof, said
+    return proof, sentences
 
 
 def _why_stuck(state: TeamState, name: str, *, chosen: bool) -> str:
@@ -147,9 +147,9 @@ def no_strategy(
 ) -> Conclusion:
     """The end of a run in which a robot has no strategy: ``unrealizable`` before the start,
     otherwise ``operator_needed``."""
-    said = {name: _why_not(state, name, results[name].task) for name in failed(results)}
-    specs = {name: results[name].result.spec_sha256 for name in said}
-    links, stuck = tuple(said.values()), tuple(specs)
+    sentences = {name: _why_not(state, name, results[name].task) for name in failed(results)}
+    specs = {name: results[name].result.spec_sha256 for name in sentences}
+    links, stuck = tuple(sentences.values()), tuple(specs)
     end = Conclusion(outcome, "; ".join(links), unrealizable=specs)
     if outcome is Outcome.UNREALIZABLE:
         return end
@@ -165,22 +165,22 @@ def _why_not(state: TeamState, name: str, task: Task) -> str:
 
 def spent(question: str) -> Conclusion:
     """The end of a run in which a search has used up its budget."""
-    said = f"search budget exhausted while planning {question}; no verdict"
-    return Conclusion(Outcome.SEARCH_LIMIT, said)
+    sentences = f"search budget exhausted while planning {question}; no verdict"
+    return Conclusion(Outcome.SEARCH_LIMIT, sentences)
 
 
 def where_out(team: TeamState, robot: RobotState) -> str:
     """Describe a robot out of service, the reason, and the robot whose target it occupies."""
     region = robot.pose.region
-    barred = [
+    blocked = [
         other.name
         for other in team.in_conflict(robot.robot)
         if other.active and any(target == {region} for target in other.own.objective.targets)
     ]
-    said = [team.failures.out[robot.name]] if robot.name in team.failures.out else []
-    if barred:
-        said.append(f"at {team.scenario.map.label(region)}, a target of {listed(barred)}")
-    return f"{robot.name} ({'; '.join(said)})" if said else robot.name
+    sentences = [team.failures.out[robot.name]] if robot.name in team.failures.out else []
+    if blocked:
+        sentences.append(f"at {team.scenario.map.label(region)}, a target of {listed(blocked)}")
+    return f"{robot.name} ({'; '.join(sentences)})" if sentences else robot.name
 
 
 def what_is_left(team: TeamState) -> str:

@@ -100,8 +100,8 @@ class Strategies(Struct, frozen=True):
             }
         for model in models(task, self._state.scenario.map):
             other = model.other
-            told = self._state.robots[other.name].pose.region
-            known = self._state.beliefs.of(state.name, other.name, told)
+            region = self._state.robots[other.name].pose.region
+            known = self._state.beliefs.of(state.name, other.name, region)
             found[other.variable] = model.number(known)
         return found
 

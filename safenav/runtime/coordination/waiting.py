@@ -30,10 +30,10 @@ def in_the_way(floor: Floor, duties: Mapping[int, Duty], robot: int, region: Reg
         places: dict[int, Mask] = {}
         for one in duty.group:
             graph = problem.members[one].graph
-            shut = graph.poses_on(1 << region) if one in problem.conflicts[robot] else 0
-            allowed = problem.allowed(one, floor.stages) & ~shut
+            closed = graph.poses_on(1 << region) if one in problem.conflicts[robot] else 0
+            allowed = problem.allowed(one, floor.stages) & ~closed
             goal = duties[one].goal if one in duties else duty.goal
-            places[one] = graph.closure(1 << floor.poses[one], allowed) & goal & ~shut
+            places[one] = graph.closure(1 << floor.poses[one], allowed) & goal & ~closed
         together = problem.gates[duty.gate].needs[duty.need].together
         if not all(places.values()) or (together and not fits(problem, duty.group, places)):
             return True

@@ -31,32 +31,32 @@ BATTERY = "battery"
 
 
 class RunningDeadline(Struct, frozen=True):
-    """A running deadline. ``due``: the tick at whose end it expires. ``said``: it was reported as
-    lost."""
+    """A running deadline. ``due``: the tick at whose end it expires. ``reported``: it was reported
+    as lost."""
 
     due: int
-    said: bool = False
+    reported: bool = False
     cause: str | None = None
 
 
 class Round(Struct):
     """The clock of a robot's rounds. ``disturbed``: in this round the robot did not only pursue its
     objective; ``before``: nor in the previous one. ``over``: this round is already judged, or
-    (``said``) was reported as lost; ``done``: rounds since the last resolution."""
+    (``reported``) was reported as lost; ``done``: rounds since the last resolution."""
 
     begun: int = 0
     disturbed: bool = False
     before: bool = False
     over: bool = False
-    said: bool = False
+    reported: bool = False
     done: int = 0
 
     @classmethod
-    def continued(cls, told: RoundClock | None, done: int = 0) -> Round:
+    def continued(cls, clock: RoundClock | None, done: int = 0) -> Round:
         """Return the clock of a round that began before the run (None: it begins with the run)."""
-        if told is None:
+        if clock is None:
             return cls(done=done)
-        return cls(-told.since, told.disturbed, told.before, told.over, done=done)
+        return cls(-clock.since, clock.disturbed, clock.before, clock.over, done=done)
 
     @property
     def excused(self) -> bool:
@@ -64,7 +64,7 @@ class Round(Struct):
 
     def restart(self, tick: int) -> None:
         """Begin another round."""
-        self.begun, self.over, self.said = tick, False, False
+        self.begun, self.over, self.reported = tick, False, False
         self.before, self.disturbed = self.disturbed, False
 
 
@@ -113,8 +113,8 @@ class Deadlines(Struct):
         elif isinstance(record, records.NewObjective):
             self._rounds[record.robot] = Round(self.team.tick)  # it begins before the next turn
         elif isinstance(record, records.Acts) and record.spent:
-            said = Wording(self.team.scenario.map.word).sentence(record)
-            self.reasons.append(f"tick {record.tick}: {said}")
+            sentence = Wording(self.team.scenario.map.word).sentence(record)
+            self.reasons.append(f"tick {record.tick}: {sentence}")
         elif not isinstance(record, records.Deadline):
             self._turn.append(record)
 
@@ -134,8 +134,8 @@ class Deadlines(Struct):
                 verdict = DeadlineVerdict.EXCUSED if clock.excused else DeadlineVerdict.LATE
                 self._judge(name, clock.begun + within, verdict)
         if self.late and self.team.scenario.late is LatePolicy.STOP:
-            told = " and ".join(dict.fromkeys(self.late))
-            raise RunEnded(Conclusion(Outcome.LATE, f"a deadline was missed: {told}"))
+            missed = " and ".join(dict.fromkeys(self.late))
+            raise RunEnded(Conclusion(Outcome.LATE, f"a deadline was missed: {missed}"))
 
     def turn_begins(self, number: int) -> None:
         """Record that robot ``number`` (from 1) has its turn."""
@@ -219,7 +219,7 @@ class Deadlines(Struct):
             self._judge(MISSION, promise.due, DeadlineVerdict.KEPT)
 
     @property
-    def told(self) -> tuple[str, ...] | None:
+    def missed(self) -> tuple[str, ...] | None:
         """The missed deadlines, each once; None if the scenario has no deadline."""
         return tuple(dict.fromkeys(self.late)) if self.active else None
 
@@ -294,12 +294,12 @@ class Deadlines(Struct):
             left = (goals_left(self.team, robot, rounds) for robot in self.team.robots.values())
             ends[MISSION] = mission_end(self.team, moment, times, ([goals] for goals in left))
         for of, promise in self._open.items():
-            if of in ends and not promise.said and _beyond(ends[of], promise.due):
-                self._open[of] = replace(promise, said=True)
+            if of in ends and not promise.reported and _beyond(ends[of], promise.due):
+                self._open[of] = replace(promise, reported=True)
                 self._lost(of, promise.due, ends[of], moment, names)
         for index, (name, robot) in enumerate(self.team.robots.items()):
             clock, within = self._rounds[name], robot.robot.within
-            if within is None or clock.over or clock.said or clock.excused or not robot.active:
+            if within is None or clock.over or clock.reported or clock.excused or not robot.active:
                 continue
             goals = goals_left(self.team, robot)
             if goals is None or robot.progress is not robot.own:
@@ -307,7 +307,7 @@ class Deadlines(Struct):
             end = bound.rounds_done(moment, index, times, goals)
             soonest = bound.tick_of(end * moment.count, moment.count)
             if _beyond(soonest, clock.begun + within):
-                clock.said = True
+                clock.reported = True
                 self._lost(name, clock.begun + within, soonest, moment, names)
 
     def _lost(
@@ -316,9 +316,9 @@ class Deadlines(Struct):
         lost = DeadlineVerdict.LOST
         line = records.Deadline(self.team.tick, of, due, lost, earliest=soonest)
         self.team.emit(line)
-        said = Wording(self.team.scenario.map.word).sentence(line)
+        sentence = Wording(self.team.scenario.map.word).sentence(line)
         why = _nearest(self.team, moment, names.index(of)) if of in names else ""
-        self.reasons.append(f"tick {self.team.tick}: {said}{why}")
+        self.reasons.append(f"tick {self.team.tick}: {sentence}{why}")
 
     def _planned(self, of: str) -> int | None:
         """The tick in which an obstacle is resolved by the acts that were chosen."""
@@ -335,12 +335,12 @@ class Deadlines(Struct):
             return None
         limit = self.team.scenario.limit_of(request.obstacle)
         due = None if limit is None else self.team.tick + limit
-        first, lasts = next(iter(request.requesters), None), None
+        first, until = next(iter(request.requesters), None), None
         if first is not None and self.lasts_until is not None:
             had_turn = [*self.team.robots].index(first) < self._had
-            lasts = self.lasts_until(first, name, had_turn=had_turn)
-        if lasts is not None and (due is None or lasts < due):
-            return lasts, BATTERY
+            until = self.lasts_until(first, name, had_turn=had_turn)
+        if until is not None and (due is None or until < due):
+            return until, BATTERY
         return None if due is None else (due, None)
 
 

@@ -24,7 +24,7 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
     if team.scenario.continues:
         return None
     refused: dict[str, int | None] = {}
-    said = []
+    parts = []
     for robot in team.robots.values():
         within = robot.robot.within
         if within is None:
@@ -32,7 +32,7 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
         least = _least(team, robot)
         if least is None or least > within:
             refused[robot.name] = least
-            said.append(f"{robot.name}: {_words(robot, within, least)}")
+            parts.append(f"{robot.name}: {_words(robot, within, least)}")
     by = team.scenario.until.by
     if by is not None and not objectives_change(team):
         moment, _ = moment_of(team, len(team.robots), {})
@@ -41,7 +41,7 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
         if soonest is None or soonest > by:
             refused[MISSION] = soonest
             when = "at all" if soonest is None else f"before tick {soonest}"
-            said.append(f"the mission cannot be completed {when}, and is due by {by}")
+            parts.append(f"the mission cannot be completed {when}, and is due by {by}")
     for robot in team.robots.values():
         if robot.charge is None or team.scenario.flat is not None:
             continue
@@ -50,11 +50,11 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
             refused[f"{robot.name}.battery"] = need
             enough = least_capacity(batteries, robot) if need is None else None
             words = _charge_words(team, robot, need)
-            said.append(words if enough is None else f"{words}; a capacity of {enough} suffices")
+            parts.append(words if enough is None else f"{words}; a capacity of {enough} suffices")
     if not refused:
         return None
-    told = tuple(said)
-    return Conclusion(Outcome.UNREALIZABLE, "; ".join(said), links=told, refused=refused)
+    why = "; ".join(parts)
+    return Conclusion(Outcome.UNREALIZABLE, why, links=tuple(parts), refused=refused)
 
 
 def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
@@ -64,10 +64,10 @@ def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
     if need is not None:
         return f"{name} needs a charge of {need} at {here}, and has {robot.charge}"
     if robot.pose.region in team.scenario.chargers:
-        said = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
+        text = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
     else:
-        said = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
-    return f"{said} from which it can continue"
+        text = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
+    return f"{text} from which it can continue"
 
 
 def _least(team: TeamState, robot: RobotState) -> int | None:
@@ -82,5 +82,5 @@ def _least(team: TeamState, robot: RobotState) -> int | None:
 def _words(robot: RobotState, within: int, least: int | None) -> str:
     count = len(robot.robot.objective.targets)
     what = _NUMBERS.get(count, f"all {count} targets")
-    said = f"no walk meets {what} every {within} tick{'s' * (within > 1)}"
-    return said if least is None else f"{said}: the fastest round takes {least}"
+    text = f"no walk meets {what} every {within} tick{'s' * (within > 1)}"
+    return text if least is None else f"{text}: the fastest round takes {least}"

@@ -148,32 +148,32 @@ def _kept(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[i
     found = search.in_time(last)
     if found is not None:
         return found, frozenset()
-    kept: dict[int, int] = {}
+    in_time: dict[int, int] = {}
     acts: Acts = ()
     for gate, turn in last.items():
-        found = search.in_time({**kept, gate: turn})
+        found = search.in_time({**in_time, gate: turn})
         if found is not None:
-            kept[gate], acts = turn, found
-    beyond = frozenset(last.keys() - kept.keys())
+            in_time[gate], acts = turn, found
+    beyond = frozenset(last.keys() - in_time.keys())
     for gate in [gate for gate in last if gate in beyond]:
-        turn, found = search.soonest(gate, kept)
+        turn, found = search.soonest(gate, in_time)
         if turn < NEVER:
-            kept[gate], acts = turn, found
+            in_time[gate], acts = turn, found
     return acts, beyond
 
 
 def _most_urgent(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[int]]:
     """Return acts that resolve obstacles by their turns, added one by one in order of urgency, each
     with a separate budget; and the remaining obstacles."""
-    kept: dict[int, int] = {}
+    in_time: dict[int, int] = {}
     acts: Acts = ()
     for gate, turn in last.items():
         search.begin_again()
         with suppress(BudgetExhaustedError):
-            found = search.in_time({**kept, gate: turn})
+            found = search.in_time({**in_time, gate: turn})
             if found is not None:
-                kept[gate], acts = turn, found
-    return acts, frozenset(last.keys() - kept.keys())
+                in_time[gate], acts = turn, found
+    return acts, frozenset(last.keys() - in_time.keys())
 
 
 def _all_soon(

@@ -53,8 +53,8 @@ def best_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
     """Return for each target the poses in which to meet it, so that shortest legs between them give
     rounds of at most ``most`` ticks; None if no such choice is found."""
     costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
-    kept = _kept(costs, begin, most)
-    for last in sorted(kept, key=lambda pose: (costs[pose].get(pose, FAR), pose)):
+    lasting = _kept(costs, begin, most)
+    for last in sorted(lasting, key=lambda pose: (costs[pose].get(pose, FAR), pose)):
         if costs[last].get(last, FAR) > most:
             continue
         narrow = _traced(walk, last, 0, last)
@@ -68,12 +68,12 @@ def next_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
     later rounds can also be in time; None if that is impossible. Exact: a new call after each round
     keeps every deadline that can be kept."""
     costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
-    kept = _kept(costs, begin, most)
+    lasting = _kept(costs, begin, most)
 
     def rank(pose: int) -> tuple[bool, int, int]:
         return costs[pose].get(pose, FAR) > most, begin[pose], pose
 
-    for last in sorted((p for p in kept if begin.get(p, FAR) <= most), key=rank):
+    for last in sorted((p for p in lasting if begin.get(p, FAR) <= most), key=rank):
         narrow = _traced(walk, walk.start, walk.first, last)
         there = _leg(replace(walk, places=narrow), {walk.start: 0}, walk.first)
         if there.get(last, FAR) > most:
@@ -120,13 +120,13 @@ def keep(walk: Walk, places: tuple[Mask, ...], most: int) -> bool:
 
 def _kept(costs: Mapping[int, Costs], begin: Costs, most: int) -> set[int]:
     """Return K if the first round leads into it in time, else the empty set."""
-    kept = set(costs)
+    lasting = set(costs)
     while True:
-        after = {p for p in kept if any(c <= most and q in kept for q, c in costs[p].items())}
-        if after == kept:
+        after = {p for p in lasting if any(c <= most and q in lasting for q, c in costs[p].items())}
+        if after == lasting:
             break
-        kept = after
-    return kept if any(c <= most and p in kept for p, c in begin.items()) else set()
+        lasting = after
+    return lasting if any(c <= most and p in lasting for p, c in begin.items()) else set()
 
 
 def _rounds(walk: Walk) -> dict[int, Costs]:

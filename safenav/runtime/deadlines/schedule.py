@@ -199,14 +199,14 @@ def leads_through(moment: bound.BoundMoment, acts: Acts, regions: Sequence[Mask]
     (given for each robot). Strategies may arrive there with any heading."""
     for spread, pose, came in _journeys(moment, acts):
         walker, field = spread.walker, spread.field(spread.start())
-        shut = walker.graph.poses_on(regions[spread.robot]) & ~(1 << walker.pose)
+        closed = walker.graph.poses_on(regions[spread.robot]) & ~(1 << walker.pose)
         there = walker.graph.poses_on(1 << pose % walker.graph.size)
         on_time = {came: there}  # the poses from which it still arrives in time, by tick
         for tick in reversed(range(field.first, came + 1)):
             after = on_time.get(tick + walker.ticks, 0)
             here = on_time.get(tick + 1, 0) | walker.graph.backward(after)
             on_time[tick] = (here | on_time.get(tick, 0)) & field.at(tick)
-            if on_time[tick] & shut:
+            if on_time[tick] & closed:
                 return True
     return False
 

@@ -121,16 +121,16 @@ class _Case(Struct, frozen=True, dict=True):
         """Return the times of the obstacle; None if no robot that it blocks can encounter it.
         ``work``: its limit; one moment is always examined."""
         poses, robots, opens = self.poses, self.scenario.robots, self.opens
-        shut = {other.region for other in self.standing}
+        closed = {other.region for other in self.standing}
         skills = [each for one in opens for each in one.gate.skills]
         pools = {
-            robot.name: [p for p in poses[robot.name] if p.region not in shut] or [robot.start]
+            robot.name: [p for p in poses[robot.name] if p.region not in closed] or [robot.start]
             for robot in robots
             if any(each <= robot.capabilities for each in skills)
         }
         steady = all(robot.model.timing.most == 1 for robot in robots)
         moving = {name for name, places in poses.items() if len(places) > 1}
-        requesters, cost = [*self._requesters(shut)], len(robots) * len(opens)
+        requesters, cost = [*self._requesters(closed)], len(robots) * len(opens)
         if not requesters:
             return None
         far: dict[str, Pose] = {}
@@ -188,7 +188,7 @@ class _Case(Struct, frozen=True, dict=True):
             if len(passing) < need.robots:
                 return
 
-    def _requesters(self, shut: Collection[Region]) -> Iterator[tuple[int, Pose]]:
+    def _requesters(self, closed: Collection[Region]) -> Iterator[tuple[int, Pose]]:
         """Yield the robots that must keep out of the obstacle, by number, in each pose beside
         it."""
         for index, robot in enumerate(self.scenario.robots):
@@ -196,7 +196,7 @@ class _Case(Struct, frozen=True, dict=True):
             for pose in self.poses[robot.name] if self.obstacle.closed_to(robot) else ():
                 steps = graph.steps(graph.number(pose))
                 beside = any(step % graph.size == self.obstacle.region for step in steps)
-                if beside and pose.region not in shut:
+                if beside and pose.region not in closed:
                     yield index, pose
 
     def _bids(self, at: Mapping[str, Pose]) -> dict[str, int | None]:
@@ -213,8 +213,8 @@ class _Case(Struct, frozen=True, dict=True):
         """Return the distance in steps of each pose of a robot to the regions of the first action;
         FAR without a path."""
         graph = graph_of(robot, self.scenario.map)
-        shut = graph.on(other.region for other in self.standing if other.closed_to(robot))
-        allowed = permitted(robot, graph) & ~shut
+        closed = graph.on(other.region for other in self.standing if other.closed_to(robot))
+        allowed = permitted(robot, graph) & ~closed
         goal = graph.on(self.obstacle.resolution_regions(self.scenario.map)) & allowed
         steps = graph.distances(goal, allowed)
         return lambda pose: steps[graph.number(pose)]
@@ -244,8 +244,8 @@ class _Case(Struct, frozen=True, dict=True):
             if slow is not None and robot.name in slow and index != requester:
                 ready += timing.most - 1
             ticks = timing.least if slow is None else timing.most
-            shut = graph.everywhere & ~permitted(robot, graph)
-            walkers.append(bound.BoundRobot(graph, number, ready, ticks, skills, shut))
+            closed = graph.everywhere & ~permitted(robot, graph)
+            walkers.append(bound.BoundRobot(graph, number, ready, ticks, skills, closed))
         moment = bound.BoundMoment(tuple(walkers), opens, len(walkers) + requester)
         tick = bound.tick_of(bound.earliest(moment)[0][-1], moment.count)
         return None if tick is None else tick - 1

@@ -148,26 +148,26 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     met = f" ('{found.met[-1]}' is fulfilled, '{found.action}' is open)" if found.met else ""
     actions = "' and '".join((found.action, *found.beside))
     takes = need_words(actions, found.robots, together=found.together)
-    said = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]
+    parts = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]
     names = [*found.done, *(helper.name for helper in found.helpers)]
     if not names and found.action == OPERATOR_ACTION:
         return f"{it or obstacle_words(found.obstacle, word)} needs an operator"
     if not names:
-        return f"{said[0]}, and no robot of this team has {_ALL.get(len(found.beside), 'all')}"
+        return f"{parts[0]}, and no robot of this team has {_ALL.get(len(found.beside), 'all')}"
     if found.too_few:
-        said.append(f"this team has {_NUMBERS.get(len(names), len(names))}: {listed(names)}")
+        parts.append(f"this team has {_NUMBERS.get(len(names), len(names))}: {listed(names)}")
     if found.done:
-        said.append(f"{listed(found.done)} {'has' if len(found.done) == 1 else 'have'} done it")
+        parts.append(f"{listed(found.done)} {'has' if len(found.done) == 1 else 'have'} done it")
     hindered: dict[str, list[str]] = {}
     for each in found.helpers:
         hindered.setdefault(_why(each, found.obstacle, word), []).append(each.name)
     for why, robots in hindered.items():
         has, there = ("has", "it is") if len(robots) == 1 else ("have", "they are")
-        said += [f"{listed(robots)} {has} it, but {why.replace('it is', there)}"] if why else []
+        parts += [f"{listed(robots)} {has} it, but {why.replace('it is', there)}"] if why else []
     if not found.too_few:
         ready = [each.name for each in found.helpers if each.hindrance is Hindrance.NOTHING]
-        said += [f"{listed(ready)} can reach it"] if ready else []
-    return "; ".join(said)
+        parts += [f"{listed(ready)} can reach it"] if ready else []
+    return "; ".join(parts)
 
 
 def _why(helper: Helper, obstacle: str, word: Word) -> str:
@@ -219,13 +219,13 @@ def why_nobody(
     if len(able) - len(idle) < missing:
         return f"{listed(idle)} {'is' if len(idle) == 1 else 'are'} out of service"
     busy = {robot: duty.gate for robot, duty in found.duties.items() if duty.gate != gate}
-    said = [_doing(floor, "helps with", r, busy[r], word) for r in able if r in busy]
+    parts = [_doing(floor, "helps with", r, busy[r], word) for r in able if r in busy]
     for robot in able:
         first = next((step for step in found.plan if robot in step.group), None)
         if robot in found.reserved and first is not None and first.gate != gate:
-            said.append(_doing(floor, "is to help first with", robot, first.gate, word))
-    if said:
-        return "; ".join(said)
+            parts.append(_doing(floor, "is to help first with", robot, first.gate, word))
+    if parts:
+        return "; ".join(parts)
     if gate not in found.served:
         return None if _nobody_gets_there(floor, gate, able) else _UNSERVED
     earlier: Iterable[int] = (step.gate for step in found.plan if step.gate != gate)

@@ -143,17 +143,18 @@ class Batteries:
         battery, pending = robot.robot.model.battery, frozenset(self.team.knowledge.pending)
         if battery is None or robot.charge is None or not battery.stay:
             return None
-        shut, behind = self._on_floor(robot, pending), self._on_floor(robot, pending - {obstacle})
-        if shut is None or behind is None:
+        blocked = self._on_floor(robot, pending)
+        behind = self._on_floor(robot, pending - {obstacle})
+        if blocked is None or behind is None:
             return None
         waits = not (had_turn or self.team.has_had_turn(robot))
         charge = robot.charge - battery.stay * waits
-        pose = shut.graph.number(robot.pose)
-        turn = shut.turn(robot.own.memory.index)
+        pose = blocked.graph.number(robot.pose)
+        turn = blocked.turn(robot.own.memory.index)
         need = behind.need(pose, turn)
-        if shut.need(pose, turn) <= charge or need > charge:
+        if blocked.need(pose, turn) <= charge or need > charge:
             return None
-        if shut.nearest(pose, shut.chargers) * battery.move <= charge:
+        if blocked.nearest(pose, blocked.chargers) * battery.move <= charge:
             return None  # it can wait at a charger
         return self.team.tick + int(charge - need) // battery.stay
 
@@ -225,20 +226,20 @@ class Batteries:
             stops, turn = helping, 0
         stop, rivals = robot.stop, self.team.rivals(robot.robot)
         others = self.team.in_conflict(robot.robot)
-        kept = stops.graph.on(r.pose.region for r in others if self._stays(r))
+        held = stops.graph.on(r.pose.region for r in others if self._stays(r))
         if stop is not None:
             here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
             there = stops.graph.number(stop)
             if not here:
                 to = stops.graph.on({stop.region}) if rivals else 1 << there
-                way = stops.graph.steps_between(1 << pose, to, stops.allowed)
-                near = way is not None and way * stops.battery.move <= robot.charge
+                steps = stops.graph.steps_between(1 << pose, to, stops.allowed)
+                near = steps is not None and steps * stops.battery.move <= robot.charge
                 settled = self.team.settled
                 if settled is not None and robot.pose == settled.notes.hemmed_in.get(
                     settled.floor.index(robot.name)
                 ):  # a search has shown that no order of moves brings it to its stop
-                    near, kept = False, kept | to
-                if near and not kept >> there & 1:
+                    near, held = False, held | to
+                if near and not held >> there & 1:
                     return stop
             elif robot.charge < self._leaves_with(robot, stops, turn):
                 return stop
@@ -246,9 +247,9 @@ class Batteries:
                 return None  # its objective begins at a target that it already occupies
         away = (r.pose if r.stop is None else r.stop for r in others)
         taken = stops.graph.on(there.region for there in away)
-        place = stops.next(pose, turn, robot.charge, kept, taken, helps=duty is not None)
+        place = stops.next(pose, turn, robot.charge, held, taken, helps=duty is not None)
         if place is None and duty is None:
-            free = stops.reachable(pose, stops.chargers & ~kept)
+            free = stops.reachable(pose, stops.chargers & ~held)
             place = self._waits_at(robot, stops, free & ~taken or free)
         return None if place is None else stops.graph.pose(place)
 
@@ -368,8 +369,8 @@ def least_capacity(batteries: Batteries, robot: RobotState) -> int | None:
         larger = replace(stops.battery, capacity=capacity)
         return replace(stops, battery=larger).need(pose, turn) <= capacity
 
-    ways = len(stops.targets) + 1  # each leg passes a pose at most once
-    most = stops.battery.capacity + ways * stops.allowed.bit_count() * stops.battery.move
+    legs = len(stops.targets) + 1  # each leg passes a pose at most once
+    most = stops.battery.capacity + legs * stops.allowed.bit_count() * stops.battery.move
     tried = range(stops.battery.capacity, most)
     found = bisect_left(tried, True, key=suffices)
     return tried[found] if found < len(tried) else None

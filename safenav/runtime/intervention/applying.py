@@ -111,8 +111,8 @@ class Interventions(Struct):
             if change.objective is not None:
                 yield from self._give(robot, change.objective, _SCENARIO, change.within)
             if change.active and self._is_lost(robot.name):
-                said = f"{robot.name} is lost: only an operator can bring it back"
-                self.turns.recorder.late("service", said, robot.name, None, self.state.time)
+                reason = f"{robot.name} is lost: only an operator can bring it back"
+                self.turns.recorder.late("service", reason, robot.name, None, self.state.time)
             elif change.active is not None:
                 yield from self.turns.relocation.serve(robot, active=change.active, cause=_SCENARIO)
         if self.world is None:
@@ -202,8 +202,8 @@ class Interventions(Struct):
         """Record an operator's intervention in a live run."""
         if self.state.live:
             at: tuple[Region | None, str | None] = (None, None) if pose is None else pose.place
-            told = None if objective is None else objective_in_trace(objective)
-            self.state.emit(records.Operator(self.state.tick, what, robot, obstacle, *at, told))
+            traced = None if objective is None else objective_in_trace(objective)
+            self.state.emit(records.Operator(self.state.tick, what, robot, obstacle, *at, traced))
 
     def _bring_about(self, wanted: kinds.Intervention) -> Iterator[events.Event]:
         state = self.state
@@ -283,9 +283,9 @@ class Interventions(Struct):
         own_progress: Progress | None = None,
     ) -> Iterator[events.Event]:
         state = self.state
-        told = objective_in_trace(objective)
+        traced = objective_in_trace(objective)
         own = robot.assignment.role is Role.OWN and not _holds_at_stop(robot)
-        state.emit(records.NewObjective(state.tick, robot.name, told, own, cause, within))
+        state.emit(records.NewObjective(state.tick, robot.name, traced, own, cause, within))
         yield from self.turns.relocation.leave_plan()
         hope = state.waiting is None  # it may resolve obstacles that it avoided before
         yield events.ObjectiveGiven(robot.name, objective, within, own_progress, hope)
@@ -357,8 +357,8 @@ class Interventions(Struct):
         if not world.is_free(region):
             raise UsageError(f"{self._closed(region)}: put {robot.name} into a free one")
         if (robot.robot.model.mobility is Mobility.HEADING) is (heading is None):
-            said = "needs a heading" if heading is None else "has no heading"
-            raise UsageError(f"{robot.name} {said}")
+            reason = "needs a heading" if heading is None else "has no heading"
+            raise UsageError(f"{robot.name} {reason}")
         if region in taken(self.state, robot.robot):
             raise UsageError(f"another robot is in region {region}")
         for there in self._standing_at(region):

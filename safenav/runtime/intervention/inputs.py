@@ -28,8 +28,8 @@ class EnvironmentInputs(Struct):
     def values(self) -> dict[str, bool]:
         """The present value of each input."""
         state = self.state
-        told = inputs_of(self.world if state.inputs else None, int(state.time)) | self._by_user
-        return {name: told.get(name, on) for name, on in state.inputs.items()}
+        values = inputs_of(self.world if state.inputs else None, int(state.time)) | self._by_user
+        return {name: values.get(name, on) for name, on in state.inputs.items()}
 
     @property
     def changed(self) -> bool:
@@ -42,12 +42,12 @@ class EnvironmentInputs(Struct):
 
     def read(self) -> None:
         """Read the inputs of this tick; record a change once, also after a wait."""
-        state, told = self.state, self.values
+        state, values = self.state, self.values
         if self._looked != state.tick:
             self._looked, state.inputs_before = state.tick, state.inputs
-        if told != state.inputs or self._by_user.keys() != self._recorded:
-            state.inputs, self._recorded = told, frozenset(self._by_user)
-            state.emit(records.Inputs(state.tick, told, tuple(self._by_user) or None))
+        if values != state.inputs or self._by_user.keys() != self._recorded:
+            state.inputs, self._recorded = values, frozenset(self._by_user)
+            state.emit(records.Inputs(state.tick, values, tuple(self._by_user) or None))
 
     def selected(self) -> Iterator[tuple[RobotState, Objective, int | None, Progress]]:
         """Yield the robots for which the inputs select another objective than before, with that
@@ -57,9 +57,9 @@ class EnvironmentInputs(Struct):
             mode = on[0] if on else None
             if mode == robot.mode:
                 continue
-            kept = robot.base or (robot.robot.objective, robot.own, robot.robot.within)
-            robot.mode, robot.base = mode, None if mode is None else kept
-            base, before, within = kept
+            former = robot.base or (robot.robot.objective, robot.own, robot.robot.within)
+            robot.mode, robot.base = mode, None if mode is None else former
+            base, before, within = former
             given = base if mode is None else dict(robot.robot.when)[mode]
             own = Progress(given, before.memory if mode is None else NO_MEMORY)
             yield robot, given, within if mode is None else None, own

@@ -127,10 +127,10 @@ def _read(
             return kinds.SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
         case "objective" | "service" as kind:
             what = "back" if data.get("active") else "out"
-            told = data.get("objective") if kind == "objective" else what
+            value = data.get("objective") if kind == "objective" else what
             reading.team = scenario.robots
             reading.named = tuple(robot.name for robot in scenario.robots)
-            listed = [{"at": 1, "robot": data.get("robot"), kind: told}]
+            listed = [{"at": 1, "robot": data.get("robot"), kind: value}]
             changes = read_changes(_node(listed, reading), reading)
             if scenario.coordination is Coordination.ASSIGNABLE:
                 check_assignable((), changes, None, reading)

@@ -85,8 +85,8 @@ class OpenObstacle(Struct, frozen=True, dict=True):
         for number, need in enumerate(obstacle.needs):
             regions = region_mask(obstacle.resolution_regions(world, number))
             parts.append(OpenNeed(need.action, need.robots, regions, need.together, need.same))
-            shut = (i for i, robot in enumerate(robots) if obstacle.closed_to(robot, number))
-            closed.append(frozenset(shut))
+            blocked = (i for i, robot in enumerate(robots) if obstacle.closed_to(robot, number))
+            closed.append(frozenset(blocked))
         sweeps, about = region_mask(obstacle.swept(world)), (obstacle.name, obstacle.region)
         order = obstacle.order
         return cls(*about, tuple(closed), tuple(parts), barred, sweeps, order, refused)

@@ -69,4 +69,4 @@ class Idling(Struct):
         planner, counts = robot.planner, (robot.own.mark, robot.progress.mark)
         left = robot.pose, robot.transit, robot.held, robot.acting, robot.asked, robot.begun
         node = planner, planner.node, planner.behind
-        return self.state.told, self.state.changes, left, counts, node
+        return self.state.emitted, self.state.changes, left, counts, node

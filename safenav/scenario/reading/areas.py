@@ -212,8 +212,8 @@ def _cells(node: Sequence, reading: Reading) -> tuple[frozenset[Region], ...] | 
     missing = [world.label(region) for region in world.free if region not in owner]
     if missing:
         more = f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else ""
-        told = f"'partition': free regions in no cell: {', '.join(missing[:_SHOWN])}{more}"
-        reading.add(node, told, "a robot may be anywhere: every free region needs a cell")
+        message = f"'partition': free regions in no cell: {', '.join(missing[:_SHOWN])}{more}"
+        reading.add(node, message, "a robot may be anywhere: every free region needs a cell")
         return None
     return Partition.given(cells, world).cells
 
@@ -244,13 +244,13 @@ def _exclusions(node: Node | None, _what: str, reading: Reading) -> tuple[Exclus
         team = [known[name] for name in sorted(names & {*known})]
         together = [robot.name for robot in team if zone and robot.start.region in zone]
         if len(together) > 1:
-            said = f"{together[0]} and {together[1]} both start there"
-            reading.add(where, f"{there}: {said}", "let one start elsewhere")
+            reason = f"{together[0]} and {together[1]} both start there"
+            reading.add(where, f"{there}: {reason}", "let one start elsewhere")
         for robot in team:
             if robot.tracking is not Tracking.NEARBY:
-                said = f"'tracking: {robot.tracking.value}' of {robot.name}"
+                reason = f"'tracking: {robot.tracking.value}' of {robot.name}"
                 hint = "leave it out: 'tracking: nearby' observes which regions are occupied"
-                reading.add(place, f"{what} does not work with {said}", hint)
+                reading.add(place, f"{what} does not work with {reason}", hint)
         if len(reading) == before and zone is not None:
             found.append(Exclusion(names, zone))
     return tuple(found)

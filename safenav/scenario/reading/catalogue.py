@@ -123,8 +123,8 @@ def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None
         return None
     for taken, given in ((BatteryKeys.start, found.start), (BatteryKeys.move, found.move)):
         if given > found.capacity:
-            told = f"'{taken.name}' in {what} is {given}, and it holds {found.capacity}"
-            findings.add(item.where(taken), told)
+            message = f"'{taken.name}' in {what} is {given}, and it holds {found.capacity}"
+            findings.add(item.where(taken), message)
     return replace(found, start=found.capacity) if found.start < 0 else found
 
 
@@ -134,8 +134,8 @@ def _places(
     """Return resolution regions from a word or a list of regions."""
     if isinstance(node, Scalar) and node.value in {**reading.names, **reading.areas}:
         shown = clipped(node.text)
-        said = f"{label}: found the name '{shown}', expected a list of regions"
-        reading.add(node, said, f"put brackets around it: [{shown}]")
+        message = f"{label}: found the name '{shown}', expected a list of regions"
+        reading.add(node, message, f"put brackets around it: [{shown}]")
         return None
     if not isinstance(node, Sequence):
         return read.choice(node, label, reading, by_word(ResolveAt))
@@ -348,13 +348,13 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
         given = item.given(NeedKeys.action, NeedKeys.robots, NeedKeys.together, NeedKeys.same)
         same, robots = given.get("same"), given.get("robots")
         if same and number == 1:
-            told = f"{label} has no previous need for 'same'"
-            reading.add(item.where(NeedKeys.same), told)
+            missing = f"{label} has no previous need for 'same'"
+            reading.add(item.where(NeedKeys.same), missing)
         before = found[-1].robots if same and found else 1
         if same and found and (robots or before) != before:
-            said = f"{label} needs {robots} robots, and the need before it {before}"
+            message = f"{label} needs {robots} robots, and the need before it {before}"
             hint = "the same robots fulfil both; leave 'robots' out"
-            reading.add(item.where(NeedKeys.robots), said, hint)
+            reading.add(item.where(NeedKeys.robots), message, hint)
         given |= {"robots": robots or before, **item.given(NeedKeys.at)}
         if "action" in given:
             found.append(Need(**given))
@@ -367,9 +367,9 @@ def swept(
     """Return the regions that a resolution sweeps. ``several``: the obstacle lists its needs."""
     found = _places(node, f"'sweeps' of {what}", reading)
     if found is ResolveAt.SELF or (found is not None and several):
-        said = "it has several needs" if several else "its own region is always included"
+        message = "it has several needs" if several else "its own region is always included"
         hint = "'sweeps' lists regions beside an obstacle of one 'action', or is 'neighbours'"
-        reading.add(node, f"'sweeps' of {what}: {said}", hint)
+        reading.add(node, f"'sweeps' of {what}: {message}", hint)
     return found
 
 

@@ -96,8 +96,8 @@ def _objective(node: Node | None, name: str | None, reading: Reading) -> Objecti
     charged = robot is not None and robot.model.battery is not None
     if charged and found is not None and not found.ordered():
         kinds = one_of(kinds_that(lambda kind: kind.ordered()), chr(39))
-        said = f"{name} has a battery, and gets an objective without an order of its targets"
-        reading.add(node, said, f"use {kinds}")
+        message = f"{name} has a battery, and gets an objective without an order of its targets"
+        reading.add(node, message, f"use {kinds}")
     if found is not None and robot is not None:
         misses_targets(replace(robot, objective=found), node, reading)
     return found
@@ -120,8 +120,8 @@ def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int,
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not 1 <= first <= last <= MOST_TICKS:
             hint = "for example at: [12, 20-30]; ticks count from 1"
-            told = f"{what}: found {read.described(part)}, expected a tick or a range of ticks"
-            findings.add(part, told, hint)
+            message = f"{what}: found {read.described(part)}, expected a tick or a range of ticks"
+            findings.add(part, message, hint)
         found.append((first, last))
     return tuple(found)
 

@@ -127,5 +127,5 @@ def in_seconds(scenario: Scenario) -> str:
     if not due and scenario.until.by is not None:
         return "end the run by 'limits: {seconds: 60}'"
     name = due[0] if due else "door@47"
-    told = f"always(requested_{name} -> eventually[0,60] resolved_{name})"
-    return f"require seconds of the motion: 'requirements: [\"{told}\"]'"
+    requirement = f"always(requested_{name} -> eventually[0,60] resolved_{name})"
+    return f"require seconds of the motion: 'requirements: [\"{requirement}\"]'"

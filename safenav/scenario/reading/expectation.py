@@ -205,8 +205,8 @@ def _requirements(node: Node | None, _what: str, reading: Reading) -> dict[str, 
             well_named(name, "a requirement", reading)
         cut = 0 if item.style else max(0, _open(text))
         if cut:
-            told = f"{what}: '{clipped(text)}' ends within parentheses"
-            reading.add(item, told, "within brackets a comma ends a formula: put it in quotes")
+            message = f"{what}: '{clipped(text)}' ends within parentheses"
+            reading.add(item, message, "within brackets a comma ends a formula: put it in quotes")
             continue
         label = text if name is None else name.text
         if label in found:

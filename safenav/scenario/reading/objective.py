@@ -132,8 +132,8 @@ def read_within(
         return found
     kind = "ltl" if isinstance(objective, Ltl) else objective.kind
     if kind not in TIMED:
-        said = f"'{WITHIN}' of {robot}: rounds of '{kind}' cannot have a deadline"
-        findings.add(at, said, f"use it with {one_of(TIMED)}")
+        message = f"'{WITHIN}' of {robot}: rounds of '{kind}' cannot have a deadline"
+        findings.add(at, message, f"use it with {one_of(TIMED)}")
     return found
 
 

@@ -105,8 +105,8 @@ def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
     for item in OrderKeys.each(node, "orders", "an order", reading):
         at, limit, kind, region = item.at, item.resolve_within, item.type, item.region
         if kind is not None and kind.blocks != frozenset():
-            said = f"an order of {kind.name}, which stops robots"
-            reading.add(item.where(OrderKeys.type), said, f"give {kind.name} 'blocks: []'")
+            message = f"an order of {kind.name}, which stops robots"
+            reading.add(item.where(OrderKeys.type), message, f"give {kind.name} 'blocks: []'")
         elif at is not None and kind is not None and region is not None:
             truth = True if kind.has_truth else None
             number = 1 + sum(o.type is kind and o.region == region for o in found)

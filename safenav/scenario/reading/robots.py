@@ -163,8 +163,8 @@ def _when(node: Node | None, robot: Robot, reading: Reading) -> tuple[tuple[str,
         if key.text not in reading.inputs:
             declare = "declare it in 'inputs'"
             reading.unknown(key, f"{what}: no input is named", key.text, reading.inputs, declare)
-        told = f"{robot.name} when {clipped(key.text)}"
-        objective = read_objective(value, told, robot.model.mobility, reading)
+        reported = f"{robot.name} when {clipped(key.text)}"
+        objective = read_objective(value, reported, robot.model.mobility, reading)
         if isinstance(objective, Ltl) or isinstance(robot.objective, Ltl):
             hint = "name the input in its formulas instead"
             reading.add(key, f"{what}: not with formulas", hint)
@@ -203,10 +203,10 @@ def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
     for each in standing:
         there.setdefault(each[0].start.region, []).append(each)
     for crowd in there.values():
-        told = set()
+        reported = set()
         for (first, *_), (second, node, _) in combinations(crowd, 2):
-            if second.name not in told and first.conflicts(second):
-                told.add(second.name)
+            if second.name not in reported and first.conflicts(second):
+                reported.add(second.name)
                 region = second.start.region
                 found = f"'start' of {second.name}: {first.name} also starts in region {region}"
                 reading.add(node, found, _why_apart(first, second))

@@ -82,11 +82,11 @@ class Findings:
     ) -> None:
         """Report a word that is not ``known``; ``hint``: if no known word is suggested; ``column``:
         that of the word in a text."""
-        told = f"{found} '{clipped(word)}'", suggestion(word, known) or hint
+        message = f"{found} '{clipped(word)}'", suggestion(word, known) or hint
         if column is not None and isinstance(where, Scalar):
-            self.add_inside(where, column, *told)
+            self.add_inside(where, column, *message)
         else:
-            self.add(where, *told)
+            self.add(where, *message)
 
     def add_inside(self, node: Scalar, column: int, found: str, hint: str = "") -> None:
         """Report an error at a column of a text: at that column of the file if the text is
@@ -122,8 +122,8 @@ class Findings:
         try:
             self.raise_if_any()
         except InputError as error:
-            told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
-            raise UsageError("; ".join(told)) from error
+            message = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
+            raise UsageError("; ".join(message)) from error
 
     def _line(self, found: Diagnostic) -> str:
         lines = self._texts.get(found.file, [])

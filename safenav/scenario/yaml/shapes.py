@@ -255,15 +255,15 @@ def _below(
     value = holder[key]
     listed = range(len(value)) if isinstance(value, list) else ()
     steps = list(value) if isinstance(value, dict) else listed
-    ways = [(s, i) for f in forms(part, sought) for s in steps if (i := _inner(f, s)) is not None]
+    found = [(s, i) for f in forms(part, sought) for s in steps if (i := _inner(f, s)) is not None]
     for form in forms(part, sought):
         if isinstance(form, Shape):
             # [3, 8] may be one region or a list of two: where lists are allowed, it is a list.
-            if not ways and not isinstance(value, dict):
+            if not found and not isinstance(value, dict):
                 yield holder, key
         elif isinstance(value, dict) and any(form is each for each in sought):
             yield holder, key
-    for step, inner in ways:
+    for step, inner in found:
         yield from _below(sought, inner, value, step)
 
 

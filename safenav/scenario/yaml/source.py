@@ -153,14 +153,14 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
     findings.read_from(text)
     suffix = Path(findings.file).suffix
     foreign = suffix not in _SUFFIXES
-    told = FOREIGN.get(suffix, _FOREIGN)
+    advice = FOREIGN.get(suffix, _FOREIGN)
     try:
         document = read_document(text)
     except DocumentError as error:
-        findings.add(error.place, error.found, told if foreign else error.hint)
+        findings.add(error.place, error.found, advice if foreign else error.hint)
         return None
     if foreign and not isinstance(document.root, Mapping):
-        findings.add(None, "neither a scenario (YAML) nor a specification of slugs", told)
+        findings.add(None, "neither a scenario (YAML) nor a specification of slugs", advice)
         return None
     for place, found, hint in document.flaws:
         findings.add(place, found, hint)

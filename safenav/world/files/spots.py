@@ -120,10 +120,10 @@ def without_text(blocked: Blocked) -> tuple[Blocked, tuple[Label, ...]]:
         corners = (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
         labels.append(Label(corners, len(members)))
         text[members] = True
-    kept = blocked.copy().ravel()
+    left = blocked.copy().ravel()
     for run in np.flatnonzero(text[found.owner]):
-        kept[found.starts[run] : found.ends[run]] = False
-    return kept.reshape(blocked.shape), tuple(sorted(labels, key=lambda label: label.box))
+        left[found.starts[run] : found.ends[run]] = False
+    return left.reshape(blocked.shape), tuple(sorted(labels, key=lambda label: label.box))
 
 
 def _groups(boxes: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[NDArray[np.int64]]:
@@ -148,9 +148,9 @@ def _groups(boxes: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[NDArray[
 
 def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> tuple[str, ...]:
     """Return sentences on the walls, rooms and passages that the division into regions removes."""
-    said = []
+    sentences = []
     if share > 0:
-        said += [
+        sentences += [
             f"a share of {share:g} removes a wall: {_stretch(group, world)} "
             f"{'is' if len(group) == 1 else 'are'} free although the image draws a wall across; "
             "use a smaller share or smaller regions"
@@ -158,7 +158,7 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
         ]
     rooms = spots(~blocked, diagonal=False)
     if rooms is None:
-        return _some(said)
+        return _some(sentences)
     held: dict[int, set[int]] = {}
     connected = rooms_of(world)
     for number, piece in enumerate(connected):
@@ -175,25 +175,25 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
         inside = min(top, left) > 0 and bottom < blocked.shape[0] and right < blocked.shape[1]
         if spot not in held and inside and 2 * pixels >= area:
             cause = f"a share of {share:g} removes" if share > 0 else "the division removes"
-            said.append(
+            sentences.append(
                 f"{cause} a room: {right - left} x {bottom - top} pixels around pixel "
                 f"[{centre[0]}, {centre[1]}] hold no free region; use smaller regions"
                 + ("" if share > 0 else " or a share")
             )
         whole = sorted(held.get(spot, ()), key=lambda number: len(connected[number]))
-        said += [
+        sentences += [
             f"{_stretch(sorted(connected[number]), world)} "
             f"{'is' if len(connected[number]) == 1 else 'are'} cut off: the image has a passage "
             "that is narrower than a region; use smaller regions"
             + (" or a larger share" if share > 0 else " or a share")
             for number in whole[:-1]
         ]
-    return _some(said)
+    return _some(sentences)
 
 
-def _some(said: Sequence[str]) -> tuple[str, ...]:
-    more = len(said) - _SHOWN
-    return (*said[:_SHOWN], *((f"and {more} more losses of this kind",) if more > 0 else ()))
+def _some(sentences: Sequence[str]) -> tuple[str, ...]:
+    more = len(sentences) - _SHOWN
+    return (*sentences[:_SHOWN], *((f"and {more} more losses of this kind",) if more > 0 else ()))
 
 
 def _stretch(group: Sequence[Region], world: RegionMap) -> str:
@@ -239,7 +239,7 @@ def _largest_first(regions: Collection[Region], world: RegionMap) -> list[list[R
 def suggested(blocked: Blocked) -> tuple[int, int]:
     """Rows and columns of square regions: the fewest that keep most of the free floor connected."""
     height, width = blocked.shape
-    best, kept = (1, 1), -1.0
+    best, left = (1, 1), -1.0
     for longer in (12, 16, 20, 25, 30, 40, 50, 64, 80, 100, 128):
         side = max(height, width) / min(longer, max(height, width))
         rows, cols = max(1, round(height / side)), max(1, round(width / side))
@@ -249,6 +249,6 @@ def suggested(blocked: Blocked) -> tuple[int, int]:
         share = len(rooms[0]) / (rows * cols) if rooms else 0.0
         if share >= _ENOUGH * float((~blocked).mean()):
             return rows, cols
-        if share > kept:
-            best, kept = (rows, cols), share
+        if share > left:
+            best, left = (rows, cols), share
     return best

@@ -34,13 +34,13 @@ class Division(Struct, frozen=True):
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys of a scenario's ``map`` for this division: ``rows: 20``, ..."""
-        said = {
+        values = {
             "rows": self.rows,
             "cols": self.cols,
             "resolution": self.resolution,
             "share": self.share,
         }
-        return tuple(f"{key}: {value:g}" for key, value in said.items() if value is not None)
+        return tuple(f"{key}: {value:g}" for key, value in values.items() if value is not None)
 
 
 def form_of(path: Path) -> str | None:
@@ -77,8 +77,8 @@ def load_map(path: Path, division: Division, reach: ReadableFolder | None = None
     """Return the regions of a map file. ``reach``: the folder whose files it may name (None: any).
     Raises InputError with all errors."""
     if not path.is_file():
-        said = "this is a directory" if path.is_dir() else "no such file"
-        raise InputError([Diagnostic(str(path), 0, 0, said, "check the path")])
+        message = "this is a directory" if path.is_dir() else "no such file"
+        raise InputError([Diagnostic(str(path), 0, 0, message, "check the path")])
     reading = Reading(str(path), reach)
     reading.folder = Path.cwd()
     root = parsed("{" + ", ".join(map_lines(path, division, reading.folder)) + "}", reading)

@@ -41,19 +41,19 @@ def read_image_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap 
     limit = DEFAULT_THRESHOLD if threshold is None else threshold
     blocked = masks.pop(WALL) if legend else dark(image, limit)
     cleared, labels = without_text(blocked)
-    kept = cleared if text is Text.IGNORE else blocked
+    walls = cleared if text is Text.IGNORE else blocked
     if count is None:
-        height, width = kept.shape
-        rows, cols = suggested(kept)
+        height, width = walls.shape
+        rows, cols = suggested(walls)
         found = f"map: the image of {width} x {height} pixels needs a number of rows and columns"
         findings.add(node, found, f"add 'rows: {rows}' and 'cols: {cols}'")
         return None
     layout = Layout.of_count(blocked, *count)
-    world = with_walls(kept, layout, share, node, findings)
+    world = with_walls(walls, layout, share, node, findings)
     if world is None:
         return None
     masks.pop(FREE, None)
-    areas = dict(_areas(masks, kept, layout, world, node, findings))
+    areas = dict(_areas(masks, walls, layout, world, node, findings))
     notes = [*world.notes, *_text_notes(labels, text, blocked.shape, world)]
     return replace(world, areas=areas, notes=tuple(notes))
 

@@ -38,7 +38,7 @@ def read_movingai_map(node: Node, fields: MapKeys, findings: Reading) -> RegionM
     try:
         rows = parse_movingai(text)
     except MapFileError as error:
-        tell(error, path, node, findings)
+        report(error, path, node, findings)
         return None
     if len(findings) > before:
         return None
@@ -62,7 +62,7 @@ def read_pixels(node: Node, findings: Reading) -> Image | None:
     try:
         return read_image(data)
     except MapFileError as error:
-        tell(error, path, node, findings)
+        report(error, path, node, findings)
         return None
 
 
@@ -96,7 +96,7 @@ def with_walls(
     return replace(world, notes=losses(blocked, layout, world, share))
 
 
-def tell(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:
+def report(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:
     """Report the errors of a map file; those without a line point at ``node``."""
     inside = findings.beside(str(path))
     for flaw in error.flaws:
