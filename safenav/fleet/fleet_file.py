@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from msgspec.structs import replace
 
@@ -47,6 +48,8 @@ from safenav.scenario.yaml.shapes import (
     whole,
 )
 from safenav.scenario.yaml.source import parsed, read_source
+
+T = TypeVar("T")
 
 VERSION = 1
 EXAMPLE = "{type: door, region: 47}"
@@ -264,12 +267,8 @@ def _pyrobosim(node: Node | None, findings: Reading) -> PyrobosimUse | None:
     if item is None:
         return None
     world, pace, kind = item.world, item.pace, _kind(item, PyrobosimKeys.hallway, findings)
-    listed = read.mapping(item.closing, "'closing' of pyrobosim", findings)
-    closing = {
-        key.text: seconds
-        for key, value in (listed.entries if listed else ())
-        if (seconds := read.positive(value, f"'{key.text}' of closing", findings)) is not None
-    }
+    what = "'closing' of pyrobosim"
+    closing = _by_name(item.closing, what, "of closing", POSITIVE, findings)
     if world is None or kind is None:
         return None
     return PyrobosimUse(findings.folder / world, kind, pace or 1.0, closing)
@@ -296,12 +295,7 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
     side = side_of(findings.world)
     base = replace(base, tolerance=default_tolerance(side))
     item = StationKeys(MappingNode(Place(), tuple(entries)), label, findings)
-    acts = read.mapping(item.act, f"'act' {label}", findings)
-    act = {
-        key.text: service
-        for key, value in (acts.entries if acts else ())
-        if (service := NAMED.read(value, f"'{key.text}' {label}", findings)) is not None
-    }
+    act = _by_name(item.act, f"'act' {label}", label, NAMED, findings)
     _check_inside(item, StationKeys.tolerance, side, findings)
     numbers = (StationKeys.tolerance, StationKeys.speed, StationKeys.timeout, StationKeys.retries)
     return replace(
@@ -312,6 +306,16 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
         follow=_follow(item.follow, label, findings),
         act=act,
     )
+
+
+def _by_name(
+    node: Node | None, what: str, of: str, values: Shape[T], findings: Findings
+) -> dict[str, T]:
+    """Return the values of a mapping from names. ``of``: follows a name in messages."""
+    item = read.mapping(node, what, findings)
+    found = ((key.text, value) for key, value in (item.entries if item else ()))
+    named = ((name, values.read(value, f"'{name}' {of}", findings)) for name, value in found)
+    return {name: value for name, value in named if value is not None}
 
 
 def _absolute(namespace: str) -> str:

@@ -44,31 +44,24 @@ class Setpoints(Struct, frozen=True):
 
     def at(self, now: float) -> Array:
         """Return the row at a time."""
-        place = (now - self.begin) / self.step
-        last = len(self.rows) - 1
-        if not 0 <= place < last:
-            return self._resting(-1 if place > 0 else 0)
-        before = int(place)
-        part = place - before
-        found: Array = self.rows[before] * (1 - part) + self.rows[before + 1] * part
-        return found
+        row: Array = self._rows(np.array([now]))[0]
+        return row
 
     def ahead(self, now: float) -> Setpoints:
         """Return the part of the stream that is sent at a time, which is the time of its first
         row."""
+        rows = self._rows(now + PERIOD * np.arange(HORIZON, dtype=np.float64))
+        return Setpoints(now, PERIOD, rows, tuple(foot for foot in self.feet if foot.up > now))
+
+    def _rows(self, times: Array) -> Array:
         last = len(self.rows) - 1
-        places = (now - self.begin + PERIOD * np.arange(HORIZON)) / self.step
+        places = (times - self.begin) / self.step
         before = np.clip(places.astype(int), 0, max(0, last - 1))
         part = np.clip(places - before, 0.0, 1.0)[:, None]
-        rows = self.rows[before] * (1 - part) + self.rows[np.minimum(before + 1, last)] * part
+        after = np.minimum(before + 1, last)
+        rows: Array = self.rows[before] * (1 - part) + self.rows[after] * part
         rows[(places < 0) | (places >= last), MOVING] = 0.0
-        feet = tuple(foot for foot in self.feet if foot.up > now)
-        return Setpoints(now, PERIOD, rows, feet)
-
-    def _resting(self, index: int) -> Array:
-        row: Array = self.rows[index].copy()
-        row[MOVING] = 0.0
-        return row
+        return rows
 
 
 def sampled(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
