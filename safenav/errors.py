@@ -81,8 +81,8 @@ class Diagnostic(Struct, frozen=True):
         place = self.file
         if self.line:
             place += f":{self.line}:{self.column}"
-        told = [f"{place}: {self.found}", *self._excerpt()]
-        return "\n    ".join([*told, self.hint] if self.hint else told)
+        parts = [f"{place}: {self.found}", *self._excerpt()]
+        return "\n    ".join([*parts, self.hint] if self.hint else parts)
 
     def _excerpt(self) -> list[str]:
         """Return the line, cut to the text around the column, and a caret below the column."""
@@ -109,10 +109,10 @@ class InputError(SafenavError):
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
-        told = [str(d) for d in self.diagnostics[:_REPORTED]]
+        lines = [str(d) for d in self.diagnostics[:_REPORTED]]
         if len(self.diagnostics) > _REPORTED:
-            told.append(f"and {len(self.diagnostics) - _REPORTED} more")
-        super().__init__("\n".join(told))
+            lines.append(f"and {len(self.diagnostics) - _REPORTED} more")
+        super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[Sequence[Diagnostic]]]:
         return type(self), (self.diagnostics,)  # to be sent between processes

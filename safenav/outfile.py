@@ -13,8 +13,8 @@ import click
 from safenav.errors import UsageError
 
 
-def write_out(path: Path, content: str | bytes, *, told: bool = True, replace: bool = True) -> None:
-    """Write a file (``-``: standard output), and report it if ``told``. ``replace``: overwrite an
+def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: bool = True) -> None:
+    """Write a file (``-``: standard output), and report it if ``echo``. ``replace``: overwrite an
     existing file.
 
     Raises UsageError if it cannot be written.
@@ -24,7 +24,7 @@ def write_out(path: Path, content: str | bytes, *, told: bool = True, replace: b
         sys.stdout.buffer.write(data)
         return
     write_whole(path, lambda part: part.write_bytes(data), replace=replace)
-    if told:
+    if echo:
         tell(path)
 
 

@@ -122,6 +122,6 @@ def _values(cases: Sequence[Result], key: str) -> tuple[list[str], bool]:
 
 
 def _came_to(result: Result) -> str:
-    told: list[object] = [result.verdict, result.reasons, result.outcome, result.explanation]
-    told += [result.ticks, result.rounds, result.resolved, result.blocked, result.helpers]
-    return json.dumps(told, sort_keys=True)
+    facts: list[object] = [result.verdict, result.reasons, result.outcome, result.explanation]
+    facts += [result.ticks, result.rounds, result.resolved, result.blocked, result.helpers]
+    return json.dumps(facts, sort_keys=True)

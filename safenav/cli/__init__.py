@@ -168,10 +168,10 @@ def main() -> None:
         error.show()
         sys.exit(error.exit_code)
     except click.ClickException as error:
-        told = error.format_message().rstrip(".")
+        message = error.format_message().rstrip(".")
         context = getattr(error, "ctx", None)
         hint = f"\n    {context.command_path} --help lists the options" if context else ""
-        _fail(f"{told[:1].lower()}{told[1:]}{hint}", ExitCode.BAD_INPUT)
+        _fail(f"{message[:1].lower()}{message[1:]}{hint}", ExitCode.BAD_INPUT)
     except KeyboardInterrupt:
         _fail("interrupted", ExitCode.INTERRUPTED)
     except Exception as error:
@@ -230,8 +230,8 @@ def _fail(message: str, code: ExitCode) -> None:
     from safenav.lines import printable
     from safenav.report.terminal.fold import folded_message, terminal_width
 
-    told = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
-    shown = folded_message(told, terminal_width(sys.stderr))
+    line = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
+    shown = folded_message(line, terminal_width(sys.stderr))
     try:
         click.echo(shown, err=True, color=_coloured())
     except OSError:  # the terminal has been closed, which ends the program as Ctrl-C does

@@ -193,11 +193,11 @@ def command(
         not_run = [case.name for case in report.not_run]
         comparison = compare(report.in_order, former, slower, not_run)
     if junit is not None:
-        write_out(junit, to_junit(report), told=False)
+        write_out(junit, to_junit(report), echo=False)
     if results is not None:
-        write_out(results, to_json(report, comparison), told=False)
+        write_out(results, to_json(report, comparison), echo=False)
     if as_csv is not None:
-        write_out(as_csv, to_csv(report), told=False)
+        write_out(as_csv, to_csv(report), echo=False)
     err = Path("-") in files
     width = terminal_width(sys.stderr if err else sys.stdout)
     echo_folded(summary(report, comparison, slowest, width), err=err)
@@ -238,5 +238,5 @@ def _report_skipped(found: FoundCases) -> None:
         names = printable(", ".join(found.passed_over[:3])) + (", ..." if count > 3 else "")
         click.echo(f"skipped {count} YAML {files}: {names}", err=True)
     for matrix in found.matrices:
-        told = f"skipped a matrix file: to run it, safenav batch {printable(matrix)}"
-        click.echo(told, err=True)
+        note = f"skipped a matrix file: to run it, safenav batch {printable(matrix)}"
+        click.echo(note, err=True)

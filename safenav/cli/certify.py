@@ -115,11 +115,11 @@ def check_bundle(bundle: Path, proved: bool, as_json: bool) -> int:
         data |= {"proofs": [to_builtins(proof) for proof in proofs]} if proved else {}
         click.echo(json.dumps(data, indent=2))
     else:
-        said = (f" [{claim['rests_on']}]" if proved else "" for claim in claims)
-        rows = [(c["id"], c["text"] + told) for c, told in zip(claims, said, strict=True)]
+        bases = (f" [{claim['rests_on']}]" if proved else "" for claim in claims)
+        rows = [(c["id"], c["text"] + basis) for c, basis in zip(claims, bases, strict=True)]
         for proof in (p for p in proofs if p.kind in TEAM):
-            told = ": ".join(filter(None, (proof.verdict, proof.reason)))
-            rows.append((proof.kind, f"{TEAM[proof.kind]} [{told}]"))
+            result = ": ".join(filter(None, (proof.verdict, proof.reason)))
+            rows.append((proof.kind, f"{TEAM[proof.kind]} [{result}]"))
         if rows:
             click.echo("\n".join(table(("claim", "established"), rows)))
         colour = "green" if verdict.accepted else "red"

@@ -74,8 +74,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         for vacuity in vacuous:
             assert strategy is not None
             warnings += vacuity_lines(name, vacuity, strategy)
-        told = [vacuity_data(vacuity, strategy) for vacuity in vacuous if strategy]
-        verdicts.append(_verdict(name, answer, plan) | {"warnings": told})
+        vacuities = [vacuity_data(vacuity, strategy) for vacuity in vacuous if strategy]
+        verdicts.append(_verdict(name, answer, plan) | {"warnings": vacuities})
     poses = {
         name: visited(answer.task, answer.result.strategy, plan) for name, answer in answers.items()
     }
@@ -117,8 +117,8 @@ def _with_inputs(plan: Scenario, synthesizer: Synthesizer) -> Iterator[str]:
             then = replace(plan, robots=tuple(team))
             answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
             if not answer.realizable:
-                said = explain_unrealizable(answer.task.robot, answer.task, plan.map)
-                yield f"when {event} is on from the start, {said}"
+                explanation = explain_unrealizable(answer.task.robot, answer.task, plan.map)
+                yield f"when {event} is on from the start, {explanation}"
 
 
 def _verdict(name: str, answer: TaskResult, plan: Scenario) -> dict[str, Any]:

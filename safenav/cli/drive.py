@@ -121,7 +121,7 @@ def command(
             world = fleet_world(plan, robots, recording)
             connection.callback(world.close)
             world.open(patience)
-            listeners = [*listeners, world.told]
+            listeners = [*listeners, world.observe]
         synthesizer = default_synthesizer(plan)
         attended = operator is not None
         return Mission(plan, synthesizer, world=world, listeners=listeners, attended=attended)

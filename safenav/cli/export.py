@@ -14,7 +14,7 @@ from safenav.motion.waypoints import as_json as json_of
 from safenav.motion.waypoints import frame_of
 from safenav.motion.waypoints import waypoints as waypoints_of
 from safenav.outfile import tell, write_all, write_out, write_whole
-from safenav.report.bag.messages import Ways, messages
+from safenav.report.bag.messages import Poses, messages
 from safenav.report.replay.reading import replay_of
 from safenav.report.tables import tables
 from safenav.trace.reading import Trace, read_trace
@@ -192,20 +192,20 @@ def _columns(run: Trace, motion: Motion | None, path: Path, rate: float, robot: 
 def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
     from safenav.report.bag.mcap_file import write_mcap
 
-    ways = None
+    poses = None
     if motion is not None:
         from safenav.motion.in_time import in_time
 
-        run, ways = in_time(run, motion), _ways(motion, frame)
+        run, poses = in_time(run, motion), _poses(motion, frame)
     try:
-        said = messages(replay_of(run), frame, ways)
-        write_whole(path, lambda part: write_mcap(part, said))
+        stamped = messages(replay_of(run), frame, poses)
+        write_whole(path, lambda part: write_mcap(part, stamped))
     except ValueError as error:
         raise UsageError(f"{run.source}: {error}") from error
     tell(path)
 
 
-def _ways(motion: Motion, frame: Frame) -> Ways:
+def _poses(motion: Motion, frame: Frame) -> Poses:
     """Return times, positions and yaws of each robot of a motion (s, m, rad), in the frame of the
     map."""
     from safenav.motion.columns import Columns, columns_of, placed

@@ -103,7 +103,7 @@ def _new_fleet(file: Path, scenario: Path, force: bool) -> int:
 
 def _written(text: str, file: Path, force: bool, about: str, next_steps: list[str]) -> int:
     """Write a text; if it goes to a file, print what the file is (``about``) and the next steps."""
-    write_out(file, text, told=False, replace=force)
+    write_out(file, text, echo=False, replace=force)
     if str(file) != "-":
         click.echo(f"{file}: {about}", err=True)
         for step in next_steps:

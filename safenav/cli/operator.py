@@ -51,14 +51,14 @@ def run_with_operator(
     batches = None if source == TERMINAL else _batches(Path(source), mission.scenario)
     terminal = _Terminal(mission)
     while True:
-        told: list[Record] = []
-        mission.state.listeners = (*mission.state.listeners, told.append)
+        records: list[Record] = []
+        mission.state.listeners = (*mission.state.listeners, records.append)
         try:
             _run(mission, batches, terminal, helping=helping)
         except _Joins as joins:
             if another is None:
                 raise UsageError(f"{joins.place}: no robot can join this run") from None
-            mission = terminal.mission = another(_with(mission, told, joins))
+            mission = terminal.mission = another(_with(mission, records, joins))
             continue
         except UsageError as error:
             mission.give_up(str(error))  # so that its trace has an end
@@ -90,13 +90,13 @@ def _joining(line: str, place: str) -> _Joins | None:
     return _Joins(f"{name.rstrip(':')}: {rest}", place) if word == ADD else None
 
 
-def _with(mission: Mission, told: Sequence[Record], joins: _Joins) -> Scenario:
+def _with(mission: Mission, records: Sequence[Record], joins: _Joins) -> Scenario:
     """End a mission; return the scenario of its rest, with the robot that joins. Raises
     UsageError."""
     from safenav.runtime.analysis.resuming import joins_words, rest_with
 
     try:
-        found = rest_with(told, mission.scenario, joins.line)
+        found = rest_with(records, mission.scenario, joins.line)
     except UsageError as error:
         raise UsageError(f"{joins.place}: {error}") from error
     mission.give_up(joins_words(found))
@@ -203,21 +203,21 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
     found: list[Lines] = [[]]
     team: Scenario | None = scenario
     for number, line in enumerate(lines, 1):
-        told = re.split(r"(?:^|\s)#", line, maxsplit=1)[0].strip()  # not crate@47#2
-        if told and told.split()[0] not in (*LINES, ADD):
+        command = re.split(r"(?:^|\s)#", line, maxsplit=1)[0].strip()  # not crate@47#2
+        if command and command.split()[0] not in (*LINES, ADD):
             known = "; ".join((*LINES.values(), ADD_FORM))
             raise UsageError(
-                f"{path}:{number}: '{told[:60]}' is not an intervention; known: {known}"
+                f"{path}:{number}: '{command[:60]}' is not an intervention; known: {known}"
             )
-        if told and (joins := _joining(told, "")) is not None:
+        if command and (joins := _joining(command, "")) is not None:
             team = team and _with_another(team, joins.line)
-        elif told and team is not None:
+        elif command and team is not None:
             try:
-                _known(read_intervention(told, team), team)
+                _known(read_intervention(command, team), team)
             except UsageError as error:
                 raise UsageError(f"{path}:{number}: {error}") from error
-        if told:
-            found[-1].append((f"{path}:{number}", told))
+        if command:
+            found[-1].append((f"{path}:{number}", command))
         elif not line.strip() and found[-1]:
             found.append([])
     return iter([batch for batch in found if batch])
@@ -252,19 +252,19 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
     given = 0
     while mission.result is None:
         click.echo("operator> ", nl=False, err=True)
-        told = terminal.line(stepping=not given)
+        command = terminal.line(stepping=not given)
         if mission.result is None and mission.waiting is None:
             click.echo("\n           something has changed: the run continues", err=True)
         if mission.result is not None or mission.waiting is None:
             return
-        if told is None or told == "give_up":
+        if command is None or command == "give_up":
             mission.intervene(read_intervention("give_up", mission.state.scenario))
             return
-        if not told and given:
+        if not command and given:
             return
-        if not told:
+        if not command:
             continue
-        if (joins := _joining(told, "operator")) is not None:
+        if (joins := _joining(command, "operator")) is not None:
             try:
                 joined(mission.scenario, joins.line)
             except UsageError as error:
@@ -273,7 +273,7 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
             _settle(mission)
             raise joins
         try:
-            mission.intervene(read_intervention(told, mission.state.scenario))
+            mission.intervene(read_intervention(command, mission.state.scenario))
             given += 1
         except UsageError as error:
             click.echo(f"           {error}", err=True)

@@ -120,8 +120,8 @@ def _tell(found: Installation) -> None:
         _line(None, "cache", f"off ({cache.chosen_by})")
     else:
         used = f"{cache.entries} results, {cache.bytes / 2**20:.1f} MiB"
-        told = cache.problem or f"writable, {used}"
-        _line(cache.problem is None or None, "cache", f"{cache.directory} ({told})")
+        state = cache.problem or f"writable, {used}"
+        _line(cache.problem is None or None, "cache", f"{cache.directory} ({state})")
 
 
 def _line(good: bool | None, what: str, text: str) -> None:

@@ -147,8 +147,8 @@ def _refuse_ending(output: Path | None, form: str) -> None:
         name = output.with_suffix(f".{form}").name
         wanted = "--gif" if ending == "gif" else f"--{ending} last"
         added = f", or add {wanted}" if form == "html" else ""
-        said = f"{output}: the replay is {form.upper()}; choose a name such as {name}{added}"
-        raise UsageError(said)
+        problem = f"{output}: the replay is {form.upper()}; choose a name such as {name}{added}"
+        raise UsageError(problem)
 
 
 def _page3d(run: Trace, trace: Path, file: Path | None) -> str:

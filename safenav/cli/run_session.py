@@ -147,8 +147,8 @@ class RunSession:
             steps.append(f"run longer: safenav run {name} --max-ticks N")
         if outcome in (Outcome.TICK_LIMIT, Outcome.TIME_LIMIT):
             vacuous = " and ".join(self._vacuous())
-            said = f"check: safenav check {name} ({vacuous} may win by breaking assumptions)"
-            steps += [said] if vacuous else []
+            advice = f"check: safenav check {name} ({vacuous} may win by breaking assumptions)"
+            steps += [advice] if vacuous else []
         return steps
 
     def _vacuous(self) -> Iterator[str]:

@@ -79,13 +79,13 @@ def driven_motion(
     for name, body in movers.items():
         turns = _Turns(name, steps)
         if name in followers:
-            lines += turns.told(_plan(followers[name], body, begun, over))
+            lines += turns.in_steps(_plan(followers[name], body, begun, over))
             for reset in followers[name].resets:
                 if 0 <= (t := reset.t - begun) <= over + ROUNDING:
                     lines.append(replace(reset, t=t, tick=turns.tick(t)))
         else:
             mine = (sent for sent in recording.goals if sent.robot == name)
-            lines += turns.told([_goal(sent, places, body, begun, over) for sent in mine])
+            lines += turns.in_steps([_goal(sent, places, body, begun, over) for sent in mine])
         lines += _measured(name, recording.places.get(name, []), places, begun, over)
     robots = {
         name: {**described(trace, name, body), **_driven(stations[name])}
@@ -119,7 +119,7 @@ class _Turns:
     def _step(self, t: float) -> int:
         return bisect_right(self._ends, t + ROUNDING)
 
-    def told(self, pieces: Iterable[P]) -> list[P]:
+    def in_steps(self, pieces: Iterable[P]) -> list[P]:
         """Return pieces with their ticks. In each step the last piece that crosses a border becomes
         the step, if the robot arrives beyond it in the trace."""
         found = [replace(piece, tick=self.tick(piece.t0)) for piece in pieces]

@@ -259,8 +259,8 @@ class Following:
                 body.region, body.heading = before
                 refused = f"{reason}, {off:.2f} m from where its footsteps begin"
         if not (refused and follower.gone):
-            told = Reset(follower.name, 0, now, east, north, facing, refused or reason)
-            follower.resets.append(told)
+            reset = Reset(follower.name, 0, now, east, north, facing, refused or reason)
+            follower.resets.append(reset)
         follower.gone = bool(refused)
         if not refused:
             body.time = now

@@ -98,8 +98,8 @@ class FleetSteps:
     def check(scenario: Scenario) -> Frame:
         """Return the frame of the map in metres. Raises UsageError if the scenario has none."""
         if scenario.map.frame is None:
-            said = "the map has no size in metres: add 'resolution: 1.0' (metres per region)"
-            raise UsageError(f"{said} to 'map', or take the map from map_server with 'ros:'")
+            problem = "the map has no size in metres: add 'resolution: 1.0' (metres per region)"
+            raise UsageError(f"{problem} to 'map', or take the map from map_server with 'ros:'")
         return scenario.map.frame
 
     @property
@@ -118,14 +118,14 @@ class FleetSteps:
         if found != pose.region:
             where = "off the map" if found is None else f"in region {found}"
             x, y = self.places.centre(pose.region)
-            said = f"{name} is {where} ({at.x:.2f}, {at.y:.2f} m); the scenario starts it in "
-            said += f"{pose.region} ({x:.2f}, {y:.2f} m)"
+            problem = f"{name} is {where} ({at.x:.2f}, {at.y:.2f} m); the scenario starts it in "
+            problem += f"{pose.region} ({x:.2f}, {y:.2f} m)"
         elif pose.heading is not None and (facing := self.places.heading(at.yaw)) != pose.heading:
-            said = f"{name} faces {facing.label}; the scenario starts it facing "
-            said += pose.heading.label
+            problem = f"{name} faces {facing.label}; the scenario starts it facing "
+            problem += pose.heading.label
         else:
             return None if self._following is None else self._following.start_error(name)
-        return f"{said}\n    odometry has to be in the frame of the map (its 'origin')"
+        return f"{problem}\n    odometry has to be in the frame of the map (its 'origin')"
 
     def _send(self, body: DrivenRobot, task: FleetTask, pose: Pose) -> None:
         self._goals += 1

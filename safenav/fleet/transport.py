@@ -131,9 +131,9 @@ class Transport(Protocol):
 def result_of(success: bool, text: str) -> ActResult:
     """Return the result in a service's answer (std_srvs/Trigger): its message may be one of the
     words ``done``, ``untraversable``, ``failed``, ``nothing``; else success decides."""
-    said = text.strip()
-    if said in set(ActResult):
-        return ActResult(said)
+    word = text.strip()
+    if word in set(ActResult):
+        return ActResult(word)
     return ActResult.DONE if success else ActResult.FAILED
 
 

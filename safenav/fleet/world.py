@@ -71,7 +71,7 @@ class FleetWorld(FleetSteps):
         del tick
         return self._inputs
 
-    def told(self, record: Record) -> None:
+    def observe(self, record: Record) -> None:
         """Process a record of the trace: a robot departs once its ``depart`` is written, not
         before. Add this as a listener of the mission after the trace writer; otherwise robots
         depart when the mission waits."""
@@ -370,8 +370,8 @@ class FleetWorld(FleetSteps):
             task = leader.task
             if task is None or task.team_action is None or task.goal != message.number:
                 continue
-            told = message.robot, message.result, self._idle(task), message.reason
-            if task.team_action.answer(*told):
+            answer = message.robot, message.result, self._idle(task), message.reason
+            if task.team_action.answer(*answer):
                 if task.team_action.resolved is not None:
                     self._forget(task.team_action.resolved)
                 self._act_on_next(leader, task, task.team_action)

@@ -211,17 +211,17 @@ def _flying(curve: Curve, times: Array) -> Array:
 
 def _driving(arc: Arc, times: Array) -> Array:
     table = np.zeros((len(times), len(BODY)))
-    way = values(arc.way, times)
+    distance = values(arc.way, times)
     if arc.curvature is None:
-        table[:, 0], table[:, 1], table[:, 9] = arc.x, arc.y, arc.yaw + way
+        table[:, 0], table[:, 1], table[:, 9] = arc.x, arc.y, arc.yaw + distance
         return table
     speed = derivative(arc.way)
     pace, pull = values(speed, times), values(derivative(speed), times)
     bend = arc.curvature
-    yaw = arc.yaw + bend * way
-    chord = way * np.sinc(bend * way / 2 / np.pi)
-    table[:, 0] = arc.x + chord * np.cos(arc.yaw + bend * way / 2)
-    table[:, 1] = arc.y + chord * np.sin(arc.yaw + bend * way / 2)
+    yaw = arc.yaw + bend * distance
+    chord = distance * np.sinc(bend * distance / 2 / np.pi)
+    table[:, 0] = arc.x + chord * np.cos(arc.yaw + bend * distance / 2)
+    table[:, 1] = arc.y + chord * np.sin(arc.yaw + bend * distance / 2)
     table[:, 3], table[:, 4] = pace * np.cos(yaw), pace * np.sin(yaw)
     table[:, 6] = pull * np.cos(yaw) - bend * pace**2 * np.sin(yaw)
     table[:, 7] = pull * np.sin(yaw) + bend * pace**2 * np.cos(yaw)

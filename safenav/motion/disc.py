@@ -11,7 +11,7 @@ from math import atan2, hypot, pi, remainder, tau
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving
-from safenav.motion.geometry import MetricFloor, way
+from safenav.motion.geometry import MetricFloor, unit_vector
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
 from safenav.pace.robot import RESERVE, ROOM, TURNING, YAW, glide
@@ -22,7 +22,7 @@ def end_of(crossing: Crossing, floor: MetricFloor, size: float) -> tuple[float, 
     obstacle there."""
     x, y = floor.centre(crossing.to)
     if crossing.short:
-        ahead, back = way(crossing.heading), floor.side / 2 - size / 2 - ROOM
+        ahead, back = unit_vector(crossing.heading), floor.side / 2 - size / 2 - ROOM
         x, y = x - ahead[0] * back, y - ahead[1] * back
     return x, y
 

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 HEADINGS = ("east", "north", "west", "south")
 """In the order of quarter turns counter-clockwise."""
 
-_WAYS = {"east": (1, 0), "north": (0, 1), "west": (-1, 0), "south": (0, -1)}
+_UNIT_VECTORS = {"east": (1, 0), "north": (0, 1), "west": (-1, 0), "south": (0, -1)}
 
 
 class Box(Struct, frozen=True):
@@ -53,7 +53,7 @@ class MetricFloor(Struct, frozen=True):
         """The heading of a step between two regions that lie side by side."""
         (row, col), (next_row, next_col) = divmod(origin, self.cols), divmod(to, self.cols)
         step = (next_col - col, row - next_row)
-        return next(name for name, ahead in _WAYS.items() if ahead == step)
+        return next(name for name, ahead in _UNIT_VECTORS.items() if ahead == step)
 
 
 def turn(before: str, after: str) -> int:
@@ -62,9 +62,9 @@ def turn(before: str, after: str) -> int:
     return quarters - 4 if quarters == 3 else quarters
 
 
-def way(heading: str) -> tuple[int, int]:
+def unit_vector(heading: str) -> tuple[int, int]:
     """A heading as an integer unit vector, so that rotation by it is exact."""
-    return _WAYS[heading]
+    return _UNIT_VECTORS[heading]
 
 
 def margin(points: Array, box: Box) -> Array:

@@ -32,7 +32,7 @@ def in_time(trace: Trace, motion: Motion) -> Trace:
         return trace
     lines: list[records.Record] = []
     tick, now = 0, 0.0
-    for time, record in sorted(_walked(trace, motion).told, key=lambda line: line[0]):
+    for time, record in sorted(_walked(trace, motion).dated, key=lambda line: line[0]):
         tick, now = tick + (time > now), time
         lines.append(replace(record, t=time, tick=tick))
     return replace(trace, header=replace(trace.header, clock=MOTION), records=tuple(lines))
@@ -61,7 +61,7 @@ class _Run(Struct):
     steps: Mapping[tuple[str, int], tuple[float, float]]
     actions: list[Action]
     makespan: float
-    told: list[tuple[float, records.Record]] = field(default_factory=list)
+    dated: list[tuple[float, records.Record]] = field(default_factory=list)
     ended: dict[str, float] = field(default_factory=dict)
     """The end of each robot's last activity so far."""
     turn: str = ""
@@ -106,7 +106,7 @@ class _Run(Struct):
             case records.Truth():
                 self._about(record.obstacle, now, record)
             case records.End():
-                end = max([self.makespan, *(t for t, _ in self.told)])
+                end = max([self.makespan, *(t for t, _ in self.dated)])
                 self._tell(end, replace(record, makespan=end))
             case _:
                 if isinstance(record, SHARED):
@@ -169,4 +169,4 @@ class _Run(Struct):
         self._tell(self.since[obstacle], record)
 
     def _tell(self, time: float, record: records.Record) -> None:
-        self.told.append((round(time, DECIMALS), record))
+        self.dated.append((round(time, DECIMALS), record))

@@ -22,12 +22,12 @@ def quintic(
     goal_pull: float = 0.0,
 ) -> tuple[float, ...]:
     """The six coefficients of the quintic between two positions, speeds and accelerations."""
-    way = goal - start
+    distance = goal - start
     v0, v1 = speed * seconds, goal_speed * seconds
     a0, a1 = pull * seconds**2 / 2, goal_pull * seconds**2 / 2
-    third = 10 * way - 6 * v0 - 4 * v1 - 3 * a0 + a1
-    fourth = -15 * way + 8 * v0 + 7 * v1 + 3 * a0 - 2 * a1
-    fifth = 6 * way - 3 * v0 - 3 * v1 - a0 + a1
+    third = 10 * distance - 6 * v0 - 4 * v1 - 3 * a0 + a1
+    fourth = -15 * distance + 8 * v0 + 7 * v1 + 3 * a0 - 2 * a1
+    fifth = 6 * distance - 3 * v0 - 3 * v1 - a0 + a1
     shape = (start, v0, a0, third, fourth, fifth)
     return tuple(value / seconds**power for power, value in enumerate(shape))
 

@@ -29,7 +29,7 @@ def report_of(motion: Motion) -> str:
     outcome = motion.outcome
     lines = [f"makespan {outcome.makespan:.1f} s, regions of {motion.header.side:g} m"]
     if outcome.chain:
-        lines += ["", "critical path:", *(f"  {_told(link)}" for link in _joined(outcome.chain))]
+        lines += ["", "critical path:", *(f"  {_link(link)}" for link in _joined(outcome.chain))]
     lines += ["", "robot            busy s  waiting s  path m  mean m/s   max m/s  room m"]
     for name in motion.header.robots:
         travel = travel_of(motion, name)
@@ -48,9 +48,9 @@ def report_of(motion: Motion) -> str:
 def travel_of(motion: Motion, robot: str) -> Travel:
     columns = columns_of(motion, robot, RATE, in_world=False)
     x, y = columns.place
-    way = np.hypot(np.diff(x), np.diff(y))
+    steps = np.hypot(np.diff(x), np.diff(y))
     speeds = np.hypot(*columns.velocity)
-    return Travel(float(way.sum()), float(speeds.max()), _room(motion, robot, columns))
+    return Travel(float(steps.sum()), float(speeds.max()), _room(motion, robot, columns))
 
 
 def _room(motion: Motion, robot: str, columns: Columns) -> float:
@@ -65,7 +65,7 @@ def _room(motion: Motion, robot: str, columns: Columns) -> float:
     return float(least)
 
 
-def _told(link: Link) -> str:
+def _link(link: Link) -> str:
     return f"{link.t0:8.1f} to {link.t1:7.1f} s  {link.robot}: {link.what}"
 
 

@@ -48,9 +48,9 @@ class Judgement(Struct, frozen=True):
     def data(self) -> dict[str, object]:
         """Return JSON data: None for an infinite bound."""
         bounds = [value if isfinite(value) else None for value in (self.low, self.high)]
-        told: dict[str, object] = {"name": self.name, "formula": self.formula}
-        told |= {"verdict": self.verdict, "robustness": bounds, "error": self.error}
-        return told | ({"advice": self.advice} if self.advice else {})
+        data: dict[str, object] = {"name": self.name, "formula": self.formula}
+        data |= {"verdict": self.verdict, "robustness": bounds, "error": self.error}
+        return data | ({"advice": self.advice} if self.advice else {})
 
     @property
     def complaint(self) -> str:
@@ -167,8 +167,8 @@ def readable(recording: MotionRecording, text: str) -> Requirement:
         formula = parse_requirement(text)
     except FormulaError as error:
         hint = f"\n    {error.hint}" if error.hint else ""
-        said = f"column {error.column}: {error.found}{hint}"
-        raise UsageError(f"requirement '{text[:80]}': {said}") from error
+        problem = f"column {error.column}: {error.found}{hint}"
+        raise UsageError(f"requirement '{text[:80]}': {problem}") from error
     for node in nodes(formula):
         for robot in node.robots if isinstance(node, RobotSignal) else ():
             if robot not in recording.robots:
@@ -220,9 +220,9 @@ def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
     """The robustness of each requirement over time, for a page: at most MOST_POINTS points [second,
     value], each the least of those around it, and the verdict."""
     formulas = requirements_of(trace)
-    told: list[dict[str, object]] = []
+    data: list[dict[str, object]] = []
     if not formulas:
-        return told
+        return data
     recording = MotionRecording(motion, trace)
     for one in judged(recording, formulas):
         found = curve(recording, one.formula)
@@ -232,5 +232,5 @@ def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
         parts = np.array_split(np.arange(len(low)), min(MOST_POINTS, len(low)))
         least = [part[int(np.argmin(low[part]))] for part in parts]
         points = [[round(float(found.times[k]), 3), round(float(low[k]), 4)] for k in least]
-        told.append({"name": one.name, "told": str(one), "verdict": one.verdict, "points": points})
-    return told
+        data.append({"name": one.name, "told": str(one), "verdict": one.verdict, "points": points})
+    return data

@@ -61,13 +61,13 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
     """The waypoints of all robots, one robot after the other. Raises InputError for a robot that is
     not in the team, or a region off the map."""
     header, world = trace.header, trace.header.scenario.map
-    ways: dict[str, list[Waypoint]] = {name: [] for name in header.scenario.robots}
+    by_robot: dict[str, list[Waypoint]] = {name: [] for name in header.scenario.robots}
 
     def add(
         line: int, robot: str, tick: int, region: int, facing: str | None, t: float | None
     ) -> None:
         found = ""
-        if robot not in ways:
+        if robot not in by_robot:
             found = f"'{robot[:40]}' is not a robot of this trace"
         elif not 0 <= region < world.rows * world.cols:
             found = f"{robot} is in region {region}, which is not on the map"
@@ -76,7 +76,7 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
         row, col = divmod(region, world.cols)
         x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, world.rows))
         yaw = None if facing is None else round(remainder(YAW[facing] + frame.yaw, tau), _DECIMALS)
-        ways[robot].append(Waypoint(robot, tick, x, y, yaw, region, t))
+        by_robot[robot].append(Waypoint(robot, tick, x, y, yaw, region, t))
 
     start = None if header.clock is None else 0.0
     for name, robot in header.scenario.robots.items():
@@ -85,7 +85,7 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
         if isinstance(record, Move | Arrive):
             region = record.to if isinstance(record, Move) else record.at
             add(record.line, record.robot, record.tick, region, record.heading, record.t)
-    return [waypoint for way in ways.values() for waypoint in way]
+    return [waypoint for one in by_robot.values() for waypoint in one]
 
 
 def _columns(found: Sequence[Waypoint]) -> tuple[str, ...]:
@@ -106,6 +106,6 @@ def as_json(found: Sequence[Waypoint], frame: Frame) -> str:
         entry = {column: getattr(waypoint, column) for column in _columns(found)[1:]}
         robots.setdefault(waypoint.robot, []).append(json.dumps(entry))
     joint = ",\n"
-    ways = joint.join(f"{json.dumps(n)}: [\n{joint.join(way)}\n]" for n, way in robots.items())
+    lists = joint.join(f"{json.dumps(n)}: [\n{joint.join(lines)}\n]" for n, lines in robots.items())
     sides, origin = json.dumps(frame.resolution), json.dumps([*frame.origin, frame.yaw])
-    return f'{{"resolution": {sides}, "origin": {origin}, "robots": {{\n{ways}\n}}}}\n'
+    return f'{{"resolution": {sides}, "origin": {origin}, "robots": {{\n{lists}\n}}}}\n'

@@ -86,11 +86,11 @@ class ProgressBar:
     def html(self, tick: int, ended: str = "") -> str:
         """Return the bar: completed and required rounds, tick, syntheses."""
         done = sum(min(count, self._each) for count in self._rounds.values())
-        said = ended.replace("_", " ") or "running"
+        verdict = ended.replace("_", " ") or "running"
         return (
             f'<progress value="{done}" max="{self._wanted}"></progress> '
             f"{done} of {self._wanted} rounds, tick {tick}, "
-            f"{self._syntheses} syntheses: {escape(said)}"
+            f"{self._syntheses} syntheses: {escape(verdict)}"
         )
 
 

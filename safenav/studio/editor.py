@@ -146,7 +146,7 @@ class Editor(Studio):
             files = {**self._companions, name: content}
             self._companions = {}
             self._plan = await asyncio.to_thread(importing.opened_plan, name, files)
-            return await asyncio.to_thread(self._plan.told)
+            return await asyncio.to_thread(self._plan.message)
         elif self._plan is None or kind not in ("preview", "divided"):
             raise UsageError("the image is no longer available: choose it again")
         else:
@@ -160,14 +160,14 @@ class Editor(Studio):
         return None
 
     def _everything(self) -> list[dict[str, Any]]:
-        told = super()._everything()
-        return [*told, self._told(), {"is": "verdicts", "verdicts": self._realizability.verdicts}]
+        sent = super()._everything()
+        return [*sent, self._view(), {"is": "verdicts", "verdicts": self._realizability.verdicts}]
 
     def _hello(self) -> dict[str, Any]:
         more = {"editor": True, "templates": TEMPLATES, "folder": str(self.scenarios.folder)}
         return {**super()._hello(), **more}
 
-    def _told(self) -> dict[str, Any]:
+    def _view(self) -> dict[str, Any]:
         """Return the message with the text, its drawing, palette and errors."""
         document, file = self.document, self.document.origin.file
         return {
@@ -228,7 +228,7 @@ class Editor(Studio):
         self._draft, self._checked = self._drafted(reachable=False), False
         first = _altered(before, self._draft.scenario)
         self._draw()
-        self.tell(self._told())
+        self.tell(self._view())
         self.tell(self._hello())
         if self._checking is not None:
             self._checking.cancel()
@@ -245,7 +245,7 @@ class Editor(Studio):
         self._draft, self._checked = draft, True
         self._draw()
         if draft.diagnostics:
-            self.tell(self._told())
+            self.tell(self._view())
 
     async def _type(self, data: Message) -> None:
         text = data.get("text")
@@ -263,7 +263,7 @@ class Editor(Studio):
         world = self._draft.world
         if world is None:
             raise UsageError("the map is not valid yet: fix the listed problems first")
-        if self.document.change(changed(self.document.text, lambda told: embed(told, world))):
+        if self.document.change(changed(self.document.text, lambda data: embed(data, world))):
             self._changed()
 
     async def _undo(self, _: Message) -> None:
@@ -323,7 +323,7 @@ class Editor(Studio):
         if moved:  # the text may now name other files
             self._changed()
         else:
-            self.tell(self._told())
+            self.tell(self._view())
 
     async def _keep(self, _: Message) -> None:
         """Open the scenario of the run, with its changes, in the editor."""

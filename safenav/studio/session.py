@@ -203,10 +203,10 @@ class Studio:
 
     def _everything(self) -> list[dict[str, Any]]:
         """Return the messages with the whole state, for a newly opened page."""
-        told = [self._hello()]
+        messages = [self._hello()]
         if self.run is not None:
-            told.append({"is": "run", "run": self.run.whole, "state": self.run.state})
-        return told
+            messages.append({"is": "run", "run": self.run.whole, "state": self.run.state})
+        return messages
 
     def _hello(self) -> dict[str, Any]:
         """Return the description of this studio."""

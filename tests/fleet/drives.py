@@ -49,7 +49,7 @@ def driven(
         try:
             world.open()
             with TraceWriter(path) as writer:
-                mission = Mission(plan, world=world, listeners=[*listeners, writer, world.told])
+                mission = Mission(plan, world=world, listeners=[*listeners, writer, world.observe])
                 mission.run()
         finally:
             world.close()

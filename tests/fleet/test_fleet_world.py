@@ -235,7 +235,7 @@ def test_messages_count_after_the_clock_of_a_robot_is_set(jump: float) -> None:
 
 def test_messages_during_a_synthesis_count_before_time_limits() -> None:
     world, robots, _ = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
-    world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
+    world.observe(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     robots.now += 60.0  # a synthesis; odometry and scans continue
     robots.locate("digit")
     scanned(robots, "digit", 0.6)
@@ -424,7 +424,7 @@ def test_no_robot_enters_a_region_into_which_a_person_moved_another() -> None:
     world = FleetWorld(scenario, stations, robots, robots.clock)  # type: ignore[arg-type]
     world.open()
     run = Run()
-    mission = Mission(scenario, world=world, listeners=[run, world.told], attended=True)
+    mission = Mission(scenario, world=world, listeners=[run, world.observe], attended=True)
     mission.start()
     for _ in range(500):
         if mission.waiting is not None:

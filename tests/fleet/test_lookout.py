@@ -33,7 +33,7 @@ def test_a_lidar_reports_a_door_before_the_arrival_is_reported() -> None:
     """A reading from the way there does not count; the one from the new place does."""
     world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     assert robots.goals == []
-    world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
+    world.observe(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     assert len(robots.goals) == 1  # it sets out when the trace has told it
     robots.post(Scanned("digit", robots.stamp - 0.5, 0.0, math.pi / 2, rays(0.6, 1)))
     scanned(robots, "digit", 0.6)
@@ -52,7 +52,7 @@ def test_a_door_is_not_gone_while_another_lidar_hits_it(later: str) -> None:
     """From beside it a leaf may be too thin for the rays: the two robots would report it gone and
     there again with every scan."""
     world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
-    world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
+    world.observe(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     scanned(robots, "digit", 0.6)
     world.wait(5.0)
     robots.x["quad"] = 3.5  # beside region 10, in the south

@@ -158,8 +158,8 @@ class _Search:
                 raise UsageError(f"{below} is a matrix file itself\n    name scenarios here")
             found = find_cases([str(below)])
         except (UsageError, OSError) as error:
-            said = error.strerror if isinstance(error, OSError) else error
-            raise UsageError(f"{place}: {said}") from None
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise UsageError(f"{place}: {reason}") from None
         self.found.passed_over += found.passed_over
         self.found.matrices += (m for m in found.matrices if m not in self._named)
         return found.cases

@@ -46,7 +46,7 @@ def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Re
         scenario = load(case)
         result = _run(case, scenario, conditions, trace)
     except errors.InputError as error:
-        result = without_a_run(case, CaseVerdict.INVALID, [_told(d) for d in error.diagnostics])
+        result = without_a_run(case, CaseVerdict.INVALID, [_line(d) for d in error.diagnostics])
     except errors.ResourceLimitError as error:
         result = without_a_run(case, CaseVerdict.LIMIT, [str(error)])
     except errors.SafenavError as error:
@@ -88,7 +88,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
     if expect.outcome is None:
         expect = replace(expect, outcome=Outcome.COMPLETED)
     wrong = [*differences(expect, ledger, scenario.map.word), *uncertified]
-    wrong += [told for one in requirements or () if (told := one.complaint)]
+    wrong += [complaint for one in requirements or () if (complaint := one.complaint)]
     measured: dict[str, Any] = {
         "scenario": scenario.name,
         "outcome": ended.outcome.value,
@@ -156,6 +156,6 @@ def _binary() -> Binary:
     return find_binary()
 
 
-def _told(diagnostic: errors.Diagnostic) -> str:
+def _line(diagnostic: errors.Diagnostic) -> str:
     """Return a diagnostic on one line."""
     return "; ".join(part.strip() for part in str(replace(diagnostic, source="")).splitlines())

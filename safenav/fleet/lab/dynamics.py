@@ -81,17 +81,17 @@ class Dynamics:
 
     def _moves(self, name: str) -> bool:
         body = self._bodies[name]
-        return bool(body.way) or (body.reference is not None and self.now < body.reference.end)
+        return bool(body.path) or (body.reference is not None and self.now < body.reference.end)
 
     def _drive(self, body: SimulatedBody, _: bool) -> None:
         """Drive towards the goal with limited speed and force; without a goal, track the reference,
         else hold the position."""
         x, y, yaw = self._at(body)
         vx, vy, turn = map(self._velocity, body.dofs)
-        if body.reference is not None and not body.way:
+        if body.reference is not None and not body.path:
             self._track(body, body.reference, (x, y, vx, vy), yaw, turn)
             return
-        gx, gy, to = body.way[0] if body.way else (*body.stay, None)
+        gx, gy, to = body.path[0] if body.path else (*body.stay, None)
         far = hypot(gx - x, gy - y)
         fast = min(body.speed, (2 * 0.5 * FORCE * far) ** 0.5) / far if far > 1e-6 else 0.0
         wanted = turned(to - yaw) if to is not None else 0.0
@@ -134,12 +134,12 @@ class Dynamics:
     def _fly(self, body: SimulatedBody, thinks: bool) -> None:
         """Fly by the quadratic programme at 20 Hz in x and y; hold altitude and yaw."""
         x, y, yaw = self._at(body)
-        follows = None if body.way else body.reference
-        to = body.way[0][2] if body.way else None
+        follows = None if body.path else body.reference
+        to = body.path[0][2] if body.path else None
         if follows is not None:
             to = float(follows.at(self.now)[9])
         if thinks:
-            goal = body.way[0][:2] if body.way else body.stay
+            goal = body.path[0][:2] if body.path else body.stay
             ahead = None if follows is None else follows.ahead(self.now + PERIOD).rows
             pulls = []
             for i, tracker in enumerate(body.trackers):
@@ -167,10 +167,10 @@ class Dynamics:
         """Return position, velocity and acceleration after each step of the horizon: a quintic,
         rest to rest, from where the goal was given."""
         start, began = body.begun[axis], body.begun[2]
-        across = body.way[0][:2] if body.way else body.begun[:2]
+        across = body.path[0][:2] if body.path else body.begun[:2]
         other = across[1 - axis] - body.begun[1 - axis]
-        way = hypot(goal - start, other)
-        lasts = max(1.875 * way / body.speed, (10 / 3**0.5 * way / (body.tilt / 2)) ** 0.5, PERIOD)
+        far = hypot(goal - start, other)
+        lasts = max(1.875 * far / body.speed, (10 / 3**0.5 * far / (body.tilt / 2)) ** 0.5, PERIOD)
         times = np.minimum(np.maximum(self.now - began + AHEAD, 0.0), lasts)
         path = quintic(lasts, start, 0.0, goal, 0.0)
         speed = derivative(path)

@@ -102,8 +102,8 @@ HEIGHT, TALL = 1.8, 3.0
 
 
 class SimulatedBody(Struct):
-    """One robot. ``way``: remaining goals, the present one first; ``end``: result of the last goal,
-    reported once; ``stay``: the position that it holds without a goal; ``pull``: commanded
+    """One robot. ``path``: remaining goals, the present one first; ``end``: result of the last
+    goal, reported once; ``stay``: the position that it holds without a goal; ``pull``: commanded
     accelerations, which ``thrust`` follows with a lag; ``acts``: its present action, if any;
     ``omega``: natural frequency of a walker's pendulum (1/s); ``reference``: the reference that it
     tracks without a goal."""
@@ -117,7 +117,7 @@ class SimulatedBody(Struct):
     mass: float
     tilt: float
     dofs: tuple[int, ...] = ()
-    way: list[tuple[float, float, float | None]] = field(default_factory=list)
+    path: list[tuple[float, float, float | None]] = field(default_factory=list)
     begun: tuple[float, float, float] = (0.0, 0.0, 0.0)
     stay: tuple[float, float] = (0.0, 0.0)
     trackers: tuple[AxisTracker, ...] = ()

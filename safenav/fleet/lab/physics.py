@@ -64,10 +64,10 @@ class Physics(Dynamics):
             body = self._bodies[name]
             if body.reference is not None:
                 body.reference, body.stay = None, self._at(body)[:2]
-            if body.way:
+            if body.path:
                 body.stay = self._at(body)[:2]
                 body.begun = (*body.stay, self.now)
-                body.way, body.end = [], "canceled"
+                body.path, body.end = [], "canceled"
 
     def perform(self, name: str, action: str) -> None:
         """Let a robot act on an obstacle that needs this action, in its region or beside it."""
@@ -89,11 +89,11 @@ class Physics(Dynamics):
                 deep = 0.5 * self._side - body.radius - 0.02
                 side = deep - 0.1  # a leaf that is wide open is between the robot and the wall
                 spots = [(0.0, 0.0), (deep, 0.0), (deep, side), (deep, -side), (deep, 0.0)]
-                way = [(cx + a * ux - b * uy, cy + a * uy + b * ux, None) for a, b in spots]
+                path = [(cx + a * ux - b * uy, cy + a * uy + b * ux, None) for a, b in spots]
                 home = (x, y)
                 if here is not None and body.reference is None:
                     home = self._places.centre(here)
-                self._begin(body, [*way, (*home, yaw)])
+                self._begin(body, [*path, (*home, yaw)])
                 body.acts.until = inf
 
     def bring(self, obstacle: Obstacle) -> None:
@@ -183,8 +183,8 @@ class Physics(Dynamics):
 
     # Steps
 
-    def _begin(self, body: SimulatedBody, way: list[tuple[float, float, float | None]]) -> None:
-        body.way, body.end = way, None
+    def _begin(self, body: SimulatedBody, path: list[tuple[float, float, float | None]]) -> None:
+        body.path, body.end = path, None
         body.begun = (*self._at(body)[:2], self.now)
         body.best, body.since = inf, self.now
 
@@ -206,10 +206,10 @@ class Physics(Dynamics):
     def _busy(self, region: Region) -> bool:
         """Return whether a robot overlaps a region or is in transit to it."""
         for body in self._bodies.values():
-            ways = [self._at(body)[:2], *((x, y) for x, y, _ in body.way)]
+            ends = [self._at(body)[:2], *((x, y) for x, y, _ in body.path)]
             if body.reference is not None:
-                ways.append((float(body.reference.rows[-1, 0]), float(body.reference.rows[-1, 1])))
-            if any(self._places.outside(region, x, y) <= body.radius for x, y in ways):
+                ends.append((float(body.reference.rows[-1, 0]), float(body.reference.rows[-1, 1])))
+            if any(self._places.outside(region, x, y) <= body.radius for x, y in ends):
                 return True
         return False
 
@@ -227,9 +227,9 @@ class Physics(Dynamics):
     def _judge(self, body: SimulatedBody) -> None:
         """End a goal that is reached, or that makes no progress; end an action."""
         act = body.acts
-        if body.way:
+        if body.path:
             x, y, yaw = self._at(body)
-            gx, gy, to = body.way[0]
+            gx, gy, to = body.path[0]
             far, off = hypot(gx - x, gy - y), 0.0 if to is None else abs(turned(to - yaw))
             near = far < NEAR and off < ALIGNED
             if near and hypot(*map(self._velocity, body.dofs[:2])) < SLOW:
@@ -283,12 +283,12 @@ class Physics(Dynamics):
     def _next(self, body: SimulatedBody, end: str) -> None:
         """Begin the next goal, or end the sequence of goals; after a failed action the robot also
         returns."""
-        left = body.way[1:] if end == "succeeded" or body.acts is not None else []
+        left = body.path[1:] if end == "succeeded" or body.acts is not None else []
         if left:
             self._begin(body, left)
         else:
-            body.stay = body.way[0][:2] if end == "succeeded" else self._at(body)[:2]
-            body.way, body.end = [], end
+            body.stay = body.path[0][:2] if end == "succeeded" else self._at(body)[:2]
+            body.path, body.end = [], end
         if end == "aborted" and body.flies:  # its estimator has taken the obstacle for wind
             x, y, _ = self._at(body)
             body.trackers = (AxisTracker(x, body.tilt), AxisTracker(y, body.tilt))

@@ -99,7 +99,7 @@ class HostedRobot:
 
     def _drive(self, goal: Any, within: Any, turns: bool) -> tuple[str, str]:
         """Drive by the robot's own planner, unless its path leaves the regions ``within``."""
-        from pyrobosim.utils.path import Path as Way
+        from pyrobosim.utils.path import Path as PlannedPath
 
         at = self.robot.get_pose()
         off = abs(turned(goal.get_yaw() - at.get_yaw())) if turns else 0.0
@@ -109,17 +109,17 @@ class HostedRobot:
             if self.robot.path_executor.max_angular_velocity is None:
                 self.robot.set_pose(goal)  # it turns instantly
                 return "succeeded", ""
-            way = Way(poses=[at, goal])
+            path = PlannedPath(poses=[at, goal])
         else:
             self.robot.reset_path_planner()  # its graph does not change when a hallway closes
-            way = self.robot.plan_path(goal=goal)
-            if way is None or way.num_poses == 0:
+            path = self.robot.plan_path(goal=goal)
+            if path is None or path.num_poses == 0:
                 return "aborted", "its planner found no path"
-            if not _inside(way, within):
+            if not _inside(path, within):
                 return "aborted", "its planner's path leaves the two regions"
             if not turns:
-                way.poses[-1].set_euler_angles(yaw=way.poses[-2].get_yaw())
-        result = self.robot.navigate(path=way, realtime_factor=self._pace)
+                path.poses[-1].set_euler_angles(yaw=path.poses[-2].get_yaw())
+        result = self.robot.navigate(path=path, realtime_factor=self._pace)
         ends = {"SUCCESS": "succeeded", "CANCELED": "canceled"}
         return ends.get(result.status.name, "aborted"), result.message or result.status.name
 
@@ -141,11 +141,11 @@ class HostedRobot:
         return ("done", why or "") if went == "done" else ("failed", why or "")
 
 
-def _inside(way: Any, within: Any) -> bool:
+def _inside(path: Any, within: Any) -> bool:
     """Return whether a path stays in the union of some polygons."""
     from shapely import LineString, Polygon, unary_union
 
-    line = LineString([(pose.x, pose.y) for pose in way.poses])
+    line = LineString([(pose.x, pose.y) for pose in path.poses])
     regions = unary_union([Polygon(corners) for corners in within])
     return bool(regions.buffer(HERE).covers(line))
 

@@ -43,8 +43,8 @@ class PyrobosimTransport:
             if station.follow is not None:
                 raise UsageError(GOALS_ONLY.format(name))
             for service in set(station.act.values()) - {OPENING}:
-                said = f"'act' of robot '{name}': pyrobosim has no action '{service}'"
-                raise UsageError(f"{said}\n    the action that opens a hallway is '{OPENING}'")
+                problem = f"'act' of robot '{name}': pyrobosim has no action '{service}'"
+                raise UsageError(f"{problem}\n    the action that opens a hallway is '{OPENING}'")
         self._places = places
         self._stations = stations
         self._use = use
@@ -85,13 +85,13 @@ class PyrobosimTransport:
             for name in needed:
                 if name not in there:
                     known = ", ".join(sorted(there)) or "none"
-                    said = f"{self._use.world}: the world has no {what} '{name}'"
-                    raise UsageError(f"{said}\n    it has {known}")
+                    problem = f"{self._use.world}: the world has no {what} '{name}'"
+                    raise UsageError(f"{problem}\n    it has {known}")
         for name, (x, y) in hallways.items():
             region = self._places.region(x, y)
             if region is None or not self._places.world.is_free(region):
-                said = f"the centre of hallway '{name}' ({x:.2f}, {y:.2f} m) is in no free region"
-                raise UsageError(f"{self._use.world}: {said} of the scenario")
+                where = f"the centre of hallway '{name}' ({x:.2f}, {y:.2f} m)"
+                raise UsageError(f"{self._use.world}: {where} is in no free region of the scenario")
             self._halls[region] = name
 
     def missing(self) -> list[str]:

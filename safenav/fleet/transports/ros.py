@@ -238,12 +238,12 @@ def scanned(robot: str, stamp: float, scan: Any) -> Scanned:
     a reading, nor is NaN."""
     least, most = float(scan.range_min), float(scan.range_max)
 
-    def metres(told: float) -> float:
-        if told == -inf:
+    def metres(measured: float) -> float:
+        if measured == -inf:
             return least
-        return nan if isnan(told) or told < least else told if told <= most else inf
+        return nan if isnan(measured) or measured < least else measured if measured <= most else inf
 
-    ranges = [metres(float(told)) for told in scan.ranges]
+    ranges = [metres(float(measured)) for measured in scan.ranges]
     return Scanned(robot, stamp, float(scan.angle_min), float(scan.angle_increment), ranges)
 
 

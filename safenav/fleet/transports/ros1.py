@@ -82,9 +82,9 @@ def find_master(uri: str) -> None:
     try:
         rosgraph.Master("/safenav", uri).getPid()
     except (OSError, ValueError, *OTHERS, rosgraph.MasterException) as error:
-        said = f"no ROS master at {uri} ({error})"
+        problem = f"no ROS master at {uri} ({error})"
         hint = "start one (roscore), or set 'master' of network"
-        raise UsageError(f"{said}\n    {hint}") from error
+        raise UsageError(f"{problem}\n    {hint}") from error
     finally:
         socket.setdefaulttimeout(before)
 

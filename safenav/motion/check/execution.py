@@ -35,7 +35,7 @@ HELD = 0.1
 """Seconds within which a robot farther off than its tolerance is held."""
 
 
-class MeasuredWay(Struct, frozen=True):
+class MeasuredPath(Struct, frozen=True):
     """The measurements of a robot: times of reception (n), its own stamps (n), x and y (n, 2)."""
 
     times: Array
@@ -65,37 +65,37 @@ class TrackingError(Struct, frozen=True):
 
 def check_execution(case: Examination) -> None:
     """Check every rule for every robot that was driven."""
-    ways: dict[str, MeasuredWay] = {}
-    swept = {name: told.sweeps or () for name, told in case.obstacles.items()}
+    paths: dict[str, MeasuredPath] = {}
+    swept = {name: obstacle.sweeps or () for name, obstacle in case.obstacles.items()}
     for name, limits in case.driven.items():
-        way = _way(case, name)
-        if way is None:
+        path = _path(case, name)
+        if path is None:
             continue
-        ways[name] = way
-        _rate(case, name, way)
-        _clock(case, name, way)
+        paths[name] = path
+        _rate(case, name, path)
+        _clock(case, name, path)
         own: list[Holding] = []
         # A robot that acts on an obstacle reaches into its region, which blocks all others, and
         # into those that the resolution sweeps, which are reserved meanwhile.
-        told = _acts(case.trace, name)
-        acting = [(one, t0, t1) for act, t0, t1 in told for one in act.obstacles]
+        acts = _acts(case.trace, name)
+        acting = [(one, t0, t1) for act, t0, t1 in acts for one in act.obstacles]
         acting += [(a.obstacle, a.t0, a.t1) for a in case.actions if a.robot == name]
         for obstacle, t0, t1 in acting:
             room = {*swept.get(obstacle, ())}
             room |= {case.obstacles[obstacle].region} if obstacle in case.obstacles else set()
             own += [Holding(name, region, t0, t1) for region in room]
         own += [held for held in case.held if held.robot == name]
-        found = outside(case, name, way.times, way.centres, own, MEASURED_TOUCH)
+        found = outside(case, name, path.times, path.centres, own, MEASURED_TOUCH)
         if found is not None:
             t, what = found[0], f"measured at {found[1]}"
             if any(t0 <= t <= t1 for _, t0, t1 in acting):
                 what += " (it acts; 'sweeps' of the obstacle type reserves the room for that)"
             case.wrong(t, name, "measured room", what)
         if limits["driven"] == SETPOINTS:
-            _tracking(case, name, way)
+            _tracking(case, name, path)
         else:
-            _arrivals(case, name, way)
-    check_distances(case, {name: way.at for name, way in ways.items()}, measured=True)
+            _arrivals(case, name, path)
+    check_distances(case, {name: path.at for name, path in paths.items()}, measured=True)
 
 
 def _acts(trace: Trace, name: str) -> Iterator[tuple[Act, float, float]]:
@@ -110,21 +110,21 @@ def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
     found: list[TrackingError] = []
     case = Examination(motion, trace)
     for name, limits in case.driven.items():
-        way = _way(case, name)
-        if way is None:
+        path = _path(case, name)
+        if path is None:
             continue
         held = 0
         if limits["driven"] == SETPOINTS:
-            off = float(_errors(case, name, way).max(initial=0.0))
+            off = float(_errors(case, name, path).max(initial=0.0))
             held = len(_holds(case, name))
         else:
-            offs = [off for _, _, off in _arrived(case, name, way) if off is not None]
+            offs = [off for _, _, off in _arrived(case, name, path) if off is not None]
             off = max(offs, default=0.0)
-        found.append(TrackingError(name, str(limits["driven"]), len(way.times), off, held))
+        found.append(TrackingError(name, str(limits["driven"]), len(path.times), off, held))
     return found
 
 
-def _way(case: Examination, name: str) -> MeasuredWay | None:
+def _path(case: Examination, name: str) -> MeasuredPath | None:
     rows = [row for line in case.motion.of(Measured, name) for row in line.rows]
     if not rows:
         if case.makespan > case.numbers[name].get("gap", 0.0):
@@ -139,13 +139,13 @@ def _way(case: Examination, name: str) -> MeasuredWay | None:
             case.wrong(float(table[at, 0]), name, "measured clock", found)
             if column == 0:
                 return None
-    return MeasuredWay(table[:, 0], table[:, 1], table[:, 2:])
+    return MeasuredPath(table[:, 0], table[:, 1], table[:, 2:])
 
 
-def _rate(case: Examination, name: str, way: MeasuredWay) -> None:
+def _rate(case: Examination, name: str, path: MeasuredPath) -> None:
     """No gap between measurements is longer than the ``gap`` seconds of the header."""
     gap = case.numbers[name].get("gap", 0.0)
-    times = np.concatenate([[0.0], way.times, [case.makespan]])
+    times = np.concatenate([[0.0], path.times, [case.makespan]])
     silent = np.diff(times)
     worst = int(silent.argmax())
     if silent[worst] > gap:
@@ -153,10 +153,10 @@ def _rate(case: Examination, name: str, way: MeasuredWay) -> None:
         case.wrong(float(times[worst]), name, "measured rate", what)
 
 
-def _clock(case: Examination, name: str, way: MeasuredWay) -> None:
+def _clock(case: Examination, name: str, path: MeasuredPath) -> None:
     """The robot's clock runs at the rate of the run's: the least delay of messages is constant."""
-    late = way.times - way.stamps
-    windows = (way.times // WINDOW).astype(int)
+    late = path.times - path.stamps
+    windows = (path.times // WINDOW).astype(int)
     found = [(float(late[windows == w].min()), w * WINDOW) for w in np.unique(windows).tolist()]
     (least, _), (most, _) = min(found), max(found)
     if most - least > DRIFT:
@@ -165,16 +165,16 @@ def _clock(case: Examination, name: str, way: MeasuredWay) -> None:
         case.wrong(at, name, "measured clock", what)
 
 
-def _errors(case: Examination, name: str, way: MeasuredWay) -> Array:
+def _errors(case: Examination, name: str, path: MeasuredPath) -> Array:
     """Metres off the reference at each measurement; 0 while the robot acts, when it has none. The
     lines of the motion cover only actions that have fulfilled a need."""
-    off: Array = np.hypot(*(way.centres - case.places(name, way.times)).T)
+    off: Array = np.hypot(*(path.centres - case.places(name, path.times)).T)
     spans = [(line.t0, line.t1) for line in case.actions if line.robot == name]
     for _, begin, end in _acts(case.trace, name):
         if not any(begin < t1 and t0 < end for t0, t1 in spans):
             spans.append((begin, end))
     for t0, t1 in spans:
-        off[(way.times >= t0) & (way.times <= t1)] = 0.0
+        off[(path.times >= t0) & (path.times <= t1)] = 0.0
     return off
 
 
@@ -210,37 +210,37 @@ def _failures(trace: Trace, name: str) -> Iterator[tuple[float, float]]:
         yield begun, inf
 
 
-def _tracking(case: Examination, name: str, way: MeasuredWay) -> None:
+def _tracking(case: Examination, name: str, path: MeasuredPath) -> None:
     """A robot is where its plan has it, within the tolerance in the header, or is held as soon as
     it is not. Its plan then continues from its position, and the trace records a failure or another
     attempt."""
     if not case.pieces[name]:
         return  # the rule of continuity reports it
     tolerance = case.numbers[name].get("tolerance", 0.0)
-    off = _errors(case, name, way)
-    held = np.zeros(len(way.times), dtype=bool)
-    told = [*_failures(case.trace, name)]
+    off = _errors(case, name, path)
+    held = np.zeros(len(path.times), dtype=bool)
+    failures = [*_failures(case.trace, name)]
     for reset in _holds(case, name):
-        if not any(begin - HELD <= reset.t <= end + HELD for begin, end in told):
+        if not any(begin - HELD <= reset.t <= end + HELD for begin, end in failures):
             what = f"held ({reset.reason}), but the trace reports no failure then"
             case.wrong(reset.t, name, "tracking", what)
-        held |= (way.times >= reset.t - HELD) & (way.times <= reset.t + NEAR)
+        held |= (path.times >= reset.t - HELD) & (path.times <= reset.t + NEAR)
     beyond = np.flatnonzero((off > tolerance) & ~held)
     if len(beyond):
         what = f"{off[beyond[0]]:.3f} m off its plan, at most {off.max():.3f} m; {tolerance:g} m "
-        case.wrong(float(way.times[beyond[0]]), name, "tracking", f"{what}are tolerated")
+        case.wrong(float(path.times[beyond[0]]), name, "tracking", f"{what}are tolerated")
     for reset in case.motion.of(Reset, name):
-        was = way.at(np.array([reset.t]))[0]
+        was = path.at(np.array([reset.t]))[0]
         jump = float(np.hypot(was[0] - reset.x, was[1] - reset.y))
         if jump > JUMP:
             what = f"its plan continues {jump:.3f} m from where it was measured"
             case.wrong(reset.t, name, "tracking", what)
 
 
-def _arrivals(case: Examination, name: str, way: MeasuredWay) -> None:
+def _arrivals(case: Examination, name: str, path: MeasuredPath) -> None:
     """A robot that arrives is at its last goal, to which this step has sent it."""
     tolerance = case.numbers[name].get("tolerance", 0.0)
-    for end, region, off in _arrived(case, name, way):
+    for end, region, off in _arrived(case, name, path):
         if off is None:
             what = f"arrives in region {region}, to which no goal was sent"
             case.wrong(end, name, "arrival", what)
@@ -250,7 +250,7 @@ def _arrivals(case: Examination, name: str, way: MeasuredWay) -> None:
 
 
 def _arrived(
-    case: Examination, name: str, way: MeasuredWay
+    case: Examination, name: str, path: MeasuredPath
 ) -> Iterator[tuple[float, int, float | None]]:
     """The arrivals of a robot: time (s), region, and metres from its goal (None: no goal was
     sent)."""
@@ -263,5 +263,5 @@ def _arrived(
         if not sent or sent[-1].t1 < (depart.t or 0.0):
             yield end, depart.to, None
             continue
-        was = way.at(np.array([end]))[0]
+        was = path.at(np.array([end]))[0]
         yield end, depart.to, float(np.hypot(was[0] - sent[-1].x, was[1] - sent[-1].y))

@@ -78,12 +78,12 @@ def mismatch(motion: Motion, trace: Trace) -> str:
 def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     """The first parameter of a robot that is not that of the trace, or a limit that no robot has;
     empty if there is none."""
-    told = dict(trace.header.scenario.robots[name].motion or {})
-    corners = told.pop("footprint", None)
+    traced = dict(trace.header.scenario.robots[name].motion or {})
+    corners = traced.pop("footprint", None)
     if isinstance(corners, list | tuple):
-        told["size"] = 2 * max(hypot(x, y) for x, y in corners)
-    for key, value in told.items():
-        if told["kind"] not in BUILT_IN and key not in ("kind", "size"):
+        traced["size"] = 2 * max(hypot(x, y) for x, y in corners)
+    for key, value in traced.items():
+        if traced["kind"] not in BUILT_IN and key not in ("kind", "size"):
             continue
         same = limits.get(key) == value
         if isinstance(value, float) and isinstance(found := limits.get(key), int | float):

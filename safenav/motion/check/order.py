@@ -172,10 +172,10 @@ class _Order:
         """In a run with a clock, for each robot, its ``_since`` and ``bound`` when its last action
         began; later an earlier part of the action or another strategy may have changed them."""
         self.closed: set[str] = set()
-        told = case.trace.header.scenario
-        self.external = told.world == "external"
+        scenario = case.trace.header.scenario
+        self.external = scenario.world == "external"
         """In such a world an obstacle is known once a robot encounters it."""
-        listed = set() if self.external else {obstacle.name for obstacle in told.obstacles}
+        listed = set() if self.external else {obstacle.name for obstacle in scenario.obstacles}
         self.opened = {
             name: 0.0 for name, found in self.obstacles.items() if found.from_ or name not in listed
         }

@@ -63,8 +63,8 @@ def _rows(case: Examination, track: FlownTrack) -> None:
     if spin.max() > 1e-4:
         wrong(int(spin.argmax()), "attitude", "a quaternion whose length is not 1")
         return
-    way = np.diff(rows[:, :3], axis=0) - (rows[1:, 3:6] + rows[:-1, 3:6]) / 2 * track.step
-    missed = np.abs(way).max(axis=1, initial=0.0)
+    moved = np.diff(rows[:, :3], axis=0) - (rows[1:, 3:6] + rows[:-1, 3:6]) / 2 * track.step
+    missed = np.abs(moved).max(axis=1, initial=0.0)
     if len(missed) and missed.max() > WAY:
         what = f"it moves {missed.max():.3f} m away from where its velocity leads"
         wrong(int(missed.argmax()), "dynamics", what)
@@ -98,10 +98,10 @@ def _flown(case: Examination, track: FlownTrack, flights: Sequence[Flight]) -> N
     if found is not None:
         case.wrong(found[0], track.robot, "room", f"the wind takes it to {found[1]}")
     off = np.hypot(*(rows[:, :2] - _reference(flights, times)).T)
-    told = np.abs(off - np.array(track.errors))
-    if told.max() > 1e-3:
-        what = f"it is {off[told.argmax()]:.3f} m off its reference; the recorded error differs"
-        case.wrong(float(times[told.argmax()]), track.robot, "track", what)
+    apart = np.abs(off - np.array(track.errors))
+    if apart.max() > 1e-3:
+        what = f"it is {off[apart.argmax()]:.3f} m off its reference; the recorded error differs"
+        case.wrong(float(times[apart.argmax()]), track.robot, "track", what)
 
 
 def _pull(rows: Array) -> Array:

@@ -57,12 +57,12 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[tuple[str, int]]]:
                 obstacle = obstacles[record.obstacle]
                 needs = obstacle.all_needs
                 number = record.need if isinstance(record, records.Met) else len(needs) - 1
-                told = isinstance(record, records.Resolved) and obstacle.name in last
+                resolved = isinstance(record, records.Resolved) and obstacle.name in last
                 last.discard(obstacle.name)
                 if isinstance(record, records.Met) and number == len(needs) - 1:
                     last.add(obstacle.name)
                 command = ended.get((record.robot, record.tick), 0 if lockstep else None)
-                if told or command is None:
+                if resolved or command is None:
                     continue
                 takes = number + 1 < len(needs) and bool(needs[number + 1].same)
                 team = tuple(_team(trace, record, needs[number], at))

@@ -77,9 +77,9 @@ def motion_at_earliest_times(
     run = _Run(
         trace, floor, MotionExecution(movers, ledger), ledger, short, trace.obstacles, sweeping
     )
-    told = {action.index: action for action in actions}
+    by_index = {action.index: action for action in actions}
     for index, record in enumerate(trace.records):
-        run.take(record, told.get(index))
+        run.take(record, by_index.get(index))
     lines, outcome = run.execution.finish()
     waits = [*_waits(run.done)]
     waiting = dict.fromkeys(movers, 0.0)

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.motion.file import records
-from safenav.motion.geometry import MetricFloor, turn, way
+from safenav.motion.geometry import MetricFloor, turn, unit_vector
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.pendulum import Array, sampled
 from safenav.motion.polynomial import between, derivative, values
@@ -171,7 +171,7 @@ class Placing:
     enters a region."""
 
     def __init__(self, floor: MetricFloor, region: int, heading: str) -> None:
-        self._cos, self._sin = way(heading)
+        self._cos, self._sin = unit_vector(heading)
         x, y = floor.centre(region)
         half = floor.side / 2
         self._x, self._y = x - self._cos * half, y - self._sin * half

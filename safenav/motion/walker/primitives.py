@@ -190,6 +190,6 @@ def _walking(gait: Gait, x: float, foot: int) -> Array:
 
 
 def _placed_walking(gait: Gait, apex: Apex) -> Array:
-    way = np.array([cos(apex.yaw), sin(apex.yaw)])
-    aside = np.array([-way[1], way[0]]) * apex.foot * gait.sway
-    return np.concatenate([np.array([apex.x, apex.y]) + aside, way * gait.speed])
+    ahead = np.array([cos(apex.yaw), sin(apex.yaw)])
+    aside = np.array([-ahead[1], ahead[0]]) * apex.foot * gait.sway
+    return np.concatenate([np.array([apex.x, apex.y]) + aside, ahead * gait.speed])

@@ -53,8 +53,8 @@ def pushed(
             segment = recovered(course, actual, following, omega)
         if planned.primitive.startswith("walk"):
             instant = chance.uniform(FIRST, segment.t1 - segment.t0 - FIRST)
-            way, size = chance.uniform(0, 2 * pi), push * chance.uniform(0, 1) ** 0.5
-            blow = (size * cos(way), size * sin(way))
+            angle, size = chance.uniform(0, 2 * pi), push * chance.uniform(0, 1) ** 0.5
+            blow = (size * cos(angle), size * sin(angle))
             here = PendingMove(segment, course.box)
             first, hit, segment = struck(here, following, instant, blow, omega)
             found += [first, hit]
@@ -179,12 +179,12 @@ def _steps(plan: WalkPlan, places: dict[int, int], size: int) -> tuple[Array, Ar
     rows: list[Array] = []
     most: list[float] = []
 
-    def add(way: Array, after: int, before: int | None, limit: float) -> None:
+    def add(direction: Array, after: int, before: int | None, limit: float) -> None:
         row = np.zeros(size)
         if after in places:
-            row[places[after] : places[after] + 2] += way
+            row[places[after] : places[after] + 2] += direction
         if before is not None and before in places:
-            row[places[before] : places[before] + 2] -= way
+            row[places[before] : places[before] + 2] -= direction
         if row.any():
             rows.append(row)
             most.append(limit)
@@ -199,15 +199,15 @@ def _steps(plan: WalkPlan, places: dict[int, int], size: int) -> tuple[Array, Ar
         add(-across, phase, phase - 1, float(across @ step) - LATERAL)
         for part in range(DIRECTIONS):
             angle = 2 * pi * part / DIRECTIONS
-            way = np.array([cos(angle), sin(angle)])
-            add(way, phase, phase - 1, STEP * cos(pi / DIRECTIONS) - float(way @ step))
-        for way, limit in (
+            direction = np.array([cos(angle), sin(angle)])
+            add(direction, phase, phase - 1, STEP * cos(pi / DIRECTIONS) - float(direction @ step))
+        for direction, limit in (
             (np.array([1.0, 0.0]), box.east - EDGE - other.x),
             (np.array([-1.0, 0.0]), other.x - box.west - EDGE),
             (np.array([0.0, 1.0]), box.north - EDGE - other.y),
             (np.array([0.0, -1.0]), other.y - box.south - EDGE),
         ):
-            add(way, phase, None, limit)
+            add(direction, phase, None, limit)
     if not rows:
         return np.zeros((0, size)), np.zeros(0)
     return np.array(rows), np.array(most)

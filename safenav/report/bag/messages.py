@@ -48,20 +48,20 @@ class Stamped(Struct, frozen=True):
     message: Message
 
 
-Ways = Mapping[str, Sequence[tuple[float, float, float, float]]]
+Poses = Mapping[str, Sequence[tuple[float, float, float, float]]]
 """Poses by robot: seconds, x, y (metres in the frame ``map``) and yaw, at common times."""
 
 
-def messages(replay: Replay, frame: Frame, ways: Ways | None = None) -> Iterator[Stamped]:
+def messages(replay: Replay, frame: Frame, motion: Poses | None = None) -> Iterator[Stamped]:
     """Return all messages of a run, in the order of their times; a tick of a run without a clock
-    lasts a second. ``ways``: poses of a motion, instead of the centres of regions.
+    lasts a second. ``motion``: poses of a motion, instead of the centres of regions.
 
     Raises ValueError for regions that are not square: an occupancy grid has one resolution."""
-    told = _Telling(replay, frame)
-    if ways is None:
-        return told.all()
-    still = (said for said in told.all() if said.topic != "/tf")
-    return merge(told.moved(ways), still, key=lambda said: said.seconds)
+    found = _Messages(replay, frame)
+    if motion is None:
+        return found.all()
+    still = (one for one in found.all() if one.topic != "/tf")
+    return merge(found.moved(motion), still, key=lambda one: one.seconds)
 
 
 def names_of(replay: Replay) -> dict[str, str]:
@@ -78,7 +78,7 @@ def names_of(replay: Replay) -> dict[str, str]:
     return found
 
 
-class _Telling:
+class _Messages:
     def __init__(self, replay: Replay, frame: Frame) -> None:
         width, height = frame.resolution
         if abs(width - height) > 1e-6 * width:
@@ -93,8 +93,8 @@ class _Telling:
         yield Stamped(self.replay.time(0), "/places", _MARKERS, {"markers": [*self._places()]})
         yield Stamped(self.replay.time(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
         planned: list[Message] = []
-        ways: dict[str, list[Message]] = {track.name: [] for track in self.replay.robots}
-        told: dict[str, ObstacleStatus] = {}
+        passed: dict[str, list[Message]] = {track.name: [] for track in self.replay.robots}
+        shown: dict[str, ObstacleStatus] = {}
         for tick in range(self.replay.last + 1):
             seconds = self.replay.time(tick)
             poses = self._poses(tick)
@@ -102,12 +102,12 @@ class _Telling:
             for track in self.replay.robots:
                 if tick and track.regions[tick] == track.regions[tick - 1]:
                     continue
-                way = ways[track.name]
-                way.append({"header": self._header(tick), "pose": poses[track.name]})
-                path = {"header": self._header(tick), "poses": list(way)}
+                so_far = passed[track.name]
+                so_far.append({"header": self._header(tick), "pose": poses[track.name]})
+                path = {"header": self._header(tick), "poses": list(so_far)}
                 topic = f"/{self.names[track.name]}/path"
                 yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
-            if changed := [*self._obstacles(tick, told)]:
+            if changed := [*self._obstacles(tick, shown)]:
                 yield Stamped(seconds, "/obstacles", _MARKERS, {"markers": changed})
             plan = [*self._plan(tick)]
             if _bare(plan) != _bare(planned):
@@ -127,11 +127,11 @@ class _Telling:
                 }
                 yield Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
 
-    def moved(self, ways: Ways) -> Iterator[Stamped]:
+    def moved(self, motion: Poses) -> Iterator[Stamped]:
         """Yield the frames of the robots at the poses of a motion."""
-        for poses in zip(*ways.values(), strict=True):
+        for poses in zip(*motion.values(), strict=True):
             placed = (_pose(x, y, yaw) for _, x, y, yaw in poses)
-            yield self._frames(poses[0][0], dict(zip(ways, placed, strict=True)))
+            yield self._frames(poses[0][0], dict(zip(motion, placed, strict=True)))
 
     def _frames(self, seconds: float, poses: Mapping[str, Message]) -> Stamped:
         """Return the frames of robots at poses."""
@@ -176,12 +176,12 @@ class _Telling:
             found[placed.name] = _pose(x, y, self.frame.yaw + facing)
         return found
 
-    def _obstacles(self, tick: int, told: dict[str, ObstacleStatus]) -> Iterator[Message]:
-        """Yield markers of obstacles whose status has changed; ``told``: the sent statuses."""
+    def _obstacles(self, tick: int, shown: dict[str, ObstacleStatus]) -> Iterator[Message]:
+        """Yield markers of obstacles whose status has changed; ``shown``: the sent statuses."""
         for number, hidden in enumerate(self.replay.hidden.values()):
             status = self.replay.statuses[hidden.name].at(tick)
-            if status is not told.get(hidden.name, ObstacleStatus.HIDDEN):
-                told[hidden.name] = status
+            if status is not shown.get(hidden.name, ObstacleStatus.HIDDEN):
+                shown[hidden.name] = status
                 action = _DELETE if status is ObstacleStatus.RESOLVED else _ADD
                 yield self._marker(tick, "obstacles", number, _CUBE, action) | {
                     "pose": self._at(hidden.region),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from safenav.batch.cases.case import Result, file_name
 from safenav.errors import UsageError
-from safenav.report.batches.junit import told
+from safenav.report.batches.junit import result_lines
 
 FOLDER = "failures"
 
@@ -44,7 +44,7 @@ class FailureFolder:
     @staticmethod
     def _write(folder: Path, result: Result, trace: Path | None) -> list[str]:
         files = [folder / "reason.txt"]
-        lines = [result.name, *told(result)]
+        lines = [result.name, *result_lines(result)]
         if trace is not None and trace.exists() and trace.stat().st_size:
             files.append(folder / "trace.jsonl")
             shutil.copyfile(trace, files[-1])

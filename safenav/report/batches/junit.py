@@ -62,7 +62,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
         word = "failure" if result.verdict is CaseVerdict.DIFFERENT else "error"
         message = _clean("; ".join(result.reasons))
         child = ET.SubElement(element, word, message=message, type=result.verdict.value)
-        child.text = _clean("\n".join(told(result)))
+        child.text = _clean("\n".join(result_lines(result)))
     notes = [f"passed at attempt {result.attempts}", *result.earlier] if result.flaky else []
     notes += [
         f"requirement {name}: {one['verdict']}, robustness {one['robustness']}"
@@ -74,7 +74,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
         ET.SubElement(element, "system-out").text = _clean("\n".join(notes))
 
 
-def told(result: Result) -> list[str]:
+def result_lines(result: Result) -> list[str]:
     """Return a case's reasons, end, settings, earlier attempts and files, as lines."""
     lines = list(result.reasons)
     if result.outcome is not None:

@@ -21,13 +21,13 @@ class ProgressLine:
 
     def __init__(self) -> None:
         self._live = sys.stderr.isatty()
-        self._told = 0.0
+        self._last = 0.0
 
     def waiting(self, report: Report, running: Sequence[tuple[str, float]]) -> None:
         if self._live:
             self._show(_state(report, running))
-        elif report.seconds - self._told >= self.EVERY:
-            self._told = report.seconds
+        elif report.seconds - self._last >= self.EVERY:
+            self._last = report.seconds
             click.echo(_state(report, running), err=True)
 
     def arrived(self, report: Report, result: Result) -> None:

@@ -178,8 +178,8 @@ class _Growth:
             "vision": track.vision,
             "sight": [[tick, self._known.placed(view)] for tick, view in sight],
             "beliefs": [
-                [self._index[of], self.changes(told, self._belief, "belief", viewer, of)]
-                for (viewer, of), told in self._replay.beliefs.items()
+                [self._index[of], self.changes(beliefs, self._belief, "belief", viewer, of)]
+                for (viewer, of), beliefs in self._replay.beliefs.items()
                 if viewer == track.name
             ],
         }

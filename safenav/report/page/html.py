@@ -54,14 +54,14 @@ def on_ticks(
         if isinstance(line, Moving):
             ends[min(line.tick, last)] = max(ends[min(line.tick, last)], line.t1)
     ends = np.maximum.accumulate(ends)
-    told = []
+    curves = []
     for one in found:
         points = one["points"]
         assert isinstance(points, list)
         at = np.interp([second for second, _ in points], ends, np.arange(last + 1))
         placed = [[round(float(x), 3), value] for x, (_, value) in zip(at, points, strict=True)]
-        told.append(one | {"points": placed})
-    return told
+        curves.append(one | {"points": placed})
+    return curves
 
 
 _DOCUMENT = """\

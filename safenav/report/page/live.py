@@ -22,7 +22,7 @@ class LiveRun:
         self._builder = ReplayBuilder(Trace(source, header, (), False, 0))
         self.replay = self._builder.replay
         self._sent = PageKnowledge(self.replay.map, numbered=False)
-        self.tell = self._builder.tell
+        self.tell = self._builder.add
         self.news()
 
     @property

@@ -141,8 +141,8 @@ class _Router(Struct):
         a, b = self.slots[source], self.slots[target]
         half_width, half_height = self.box[0] / 2, self.box[1] / 2
         if a.row == b.row and b.col - a.col == a.forward:
-            way = a.forward * half_width
-            return Arrow(source, target, ((x + way, y), (to_x - way, to_y)), True)
+            reach = a.forward * half_width
+            return Arrow(source, target, ((x + reach, y), (to_x - reach, to_y)), True)
         if b.row - a.row == 1 and a.col == b.col and a.lowest and b.topmost:
             return Arrow(source, target, ((x, y + half_height), (x, to_y - half_height)), True)
         if source == target:
@@ -216,8 +216,8 @@ def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
         box.draw(page, centre, (width, height))
     page.close_group()
     legend.draw(page, _MARGIN, top + layout.height, inner)
-    told = f"The automaton of {strategy.specification.robot}: {figures}."
-    return page.document(inner + 2 * _MARGIN, total, title, told)
+    summary = f"The automaton of {strategy.specification.robot}: {figures}."
+    return page.document(inner + 2 * _MARGIN, total, title, summary)
 
 
 class _Box(Struct, frozen=True):
@@ -263,8 +263,8 @@ def _boxes(strategy: Strategy, task: Task, world: RegionMap) -> list[_Box]:
         region = values["region"]
         rest = _rest(strategy, values)
         lines = [" ".join(rest)] if rest else []
-        told = in_words(strategy, values, Owner.INPUT).split()
-        seen = [word for word in told if not word.startswith("!")]  # false inputs are not shown
+        inputs = in_words(strategy, values, Owner.INPUT).split()
+        seen = [word for word in inputs if not word.startswith("!")]  # false inputs are not shown
         lines += wrapped(" ".join(seen), 10.5, 170) if seen else []
         boxes.append(_Box(world.label(region), tuple(lines), goal, region in targets))
     return boxes

@@ -123,9 +123,9 @@ def _moments(replay: Replay, film: Film) -> Iterator[tuple[Layers, int]]:
         halt = 0
         if tick > shown:
             events = [event for now in range(shown + 1, tick + 1) for event in replay.happened(now)]
-            told = [event.text for event in events if event.kind in _CAPTIONS]
-            if told:
-                caption, since = ". ".join(told) + ".", tick
+            texts = [event.text for event in events if event.kind in _CAPTIONS]
+            if texts:
+                caption, since = ". ".join(texts) + ".", tick
             elif tick - since > 8:
                 caption = ""
             halt = 1200 if any(event.kind in _HALTS for event in events) else 0

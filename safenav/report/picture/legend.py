@@ -120,9 +120,9 @@ def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
     blocks = [*_parts(_robots(scene, style)), *_parts(_obstacles(scene, hidden))]
     if scene.stack:
         blocks.append(_stack(scene.stack, scene.map))
-    told = [event for event in scene.happened if event.kind not in _QUIET]
-    if told:
-        rows = tuple(Row(None, lines_of(event.text, 12, WIDTH)) for event in told[:6])
+    events = [event for event in scene.happened if event.kind not in _QUIET]
+    if events:
+        rows = tuple(Row(None, lines_of(event.text, 12, WIDTH)) for event in events[:6])
         blocks.append(Block("At this moment", rows))
     blocks += _parts(_marks(scene, style, more))
     return Legend(tuple(blocks))

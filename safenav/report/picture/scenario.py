@@ -133,9 +133,9 @@ def _obstacles(scenario: Scenario) -> list[str]:
             where = ", ".join(map(word, obstacle.resolution_regions(scenario.map, number)))
             group = f" by {need.robots} robots" if need.robots > 1 else ""
             needs.append(f"{need.action}{group} at {where or 'nowhere'}")
-        told = f"ordered at tick {obstacle.appears}" if obstacle.ordered else "hidden"
+        status = f"ordered at tick {obstacle.appears}" if obstacle.ordered else "hidden"
         lines.append(
-            f"  ?  {obstacle_words(obstacle.name, word)}: {told} at "
+            f"  ?  {obstacle_words(obstacle.name, word)}: {status} at "
             f"{scenario.map.label(obstacle.region)}, needs {', then '.join(needs)}, "
             f"{_blocked(obstacle, scenario)}"
         )

@@ -58,8 +58,8 @@ def svg_of_summary(strategy: Strategy, task: Task, world: RegionMap) -> str:
     page.close_group()
     aside = _MARGIN + (width + 24 if beside else 0)
     legend.draw(page, aside, top if beside else top + height + 20)
-    told = f"The strategy of {strategy.specification.robot}: {len(regions)} states in all."
-    return page.document(inner + 2 * _MARGIN, below + _MARGIN, strategy.specification.title, told)
+    words = f"The strategy of {strategy.specification.robot}: {len(regions)} states in all."
+    return page.document(inner + 2 * _MARGIN, below + _MARGIN, strategy.specification.title, words)
 
 
 def _draw_states(

@@ -39,12 +39,12 @@ def viewers(replay: Replay) -> tuple[str, ...]:
 def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
     """Return the robot's sight and beliefs after ``tick``. Raises KeyError for an unknown robot."""
     track = replay.track(robot)
-    told = (
+    pairs = (
         (other, changes.at(tick))
         for (viewer, other), changes in replay.beliefs.items()
         if viewer == robot
     )
-    beliefs = tuple((other, belief) for other, belief in told if belief is not None)
+    beliefs = tuple((other, belief) for other, belief in pairs if belief is not None)
     sight = SightCache(replay.map).after(replay, robot, tick)
     return Shading(robot, track.vision, None if sight is None else frozenset(sight), beliefs)
 

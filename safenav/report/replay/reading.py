@@ -51,13 +51,13 @@ def replay_of(trace: Trace) -> Replay:
     """Return the run of a trace. Raises InputError if it contradicts itself."""
     line = trace.header.line
     try:
-        telling = ReplayBuilder(trace)
+        builder = ReplayBuilder(trace)
         for record in trace.records:
             line = record.line
-            telling.tell(record)
+            builder.add(record)
     except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
-    replay = telling.replay
+    replay = builder.replay
     # Events of an incomplete last tick belong to the last complete one.
     replay.events = [replace(e, tick=min(e.tick, replay.last)) for e in replay.events]
     return replay
@@ -101,8 +101,8 @@ class ReplayBuilder:
     def _begin(self, begun: Begun) -> None:
         """Take over the rounds of the run that this one continues."""
         for name, done in begun.robots.items():
-            told = self._objective(name)
-            if not (isinstance(told, TargetObjective) and told.settles):
+            objective = self._objective(name)
+            if not (isinstance(objective, TargetObjective) and objective.settles):
                 self.replay.progress[name] = Changes.of(RobotProgress(done.rounds))
 
     def _exclusion(self, each: setting.ExclusionHeader) -> Exclusion:
@@ -117,7 +117,7 @@ class ReplayBuilder:
             world.word, world.place, team=team, actions=actions, skills=skills, live=self._live
         )
 
-    def tell(self, line: records.Record) -> None:
+    def add(self, line: records.Record) -> None:
         """Add the next line. Raises ContradictionError if it does not fit those before."""
         line = self.paths.timed(line)
         self.charges.take(line)
@@ -154,16 +154,16 @@ class ReplayBuilder:
             case records.Met():
                 self._event(line, StoryKind.RESOLVED)
             case records.Told():
-                self._told(line.tick, line.robot, line.objective)
+                self._set_objective(line.tick, line.robot, line.objective)
             case records.Belief():
                 self._believe(line)
             case records.Synthesis() if line.verdict is Verdict.REALIZABLE and line.tick:
-                self._told(line.tick, line.robot, line.objective)
+                self._set_objective(line.tick, line.robot, line.objective)
             case records.NewObjective() if line.at_once:
                 self._given(line.tick, line.robot, objective_of(line.objective))
             case records.Plan():
-                ways = {n: tuple(region for region, _ in way) for n, way in line.robots.items()}
-                self.replay.plans.append((line.tick, ways))
+                paths = {n: tuple(region for region, _ in path) for n, path in line.robots.items()}
+                self.replay.plans.append((line.tick, paths))
             case records.Deadline():
                 self._deadline(line)
             case records.PlanEnd():
@@ -209,8 +209,8 @@ class ReplayBuilder:
 
     def _stacked(self, line: records.Push | records.Pop, frames: tuple[StackRow, ...]) -> None:
         self.replay.stack.append((line.tick, frames))
-        for name, told in line.objectives.items():
-            self._told(line.tick, name, told)
+        for name, objective in line.objectives.items():
+            self._set_objective(line.tick, name, objective)
 
     def _reword(self, text: str) -> None:
         """Reword the last event with knowledge from earlier lines."""
@@ -220,19 +220,19 @@ class ReplayBuilder:
         self.paths.known(line.robot)
         self.paths.known(line.of)
         regions = frozenset(self.paths.on_map(region) for region in line.regions)
-        told = self.replay.beliefs.setdefault((line.robot, line.of), Changes.of(None))
-        told.append((line.tick, RobotBelief(line.seen, regions)))
+        beliefs = self.replay.beliefs.setdefault((line.robot, line.of), Changes.of(None))
+        beliefs.append((line.tick, RobotBelief(line.seen, regions)))
 
     def _goal(self, line: records.Goal) -> None:
         self.paths.known(line.robot)
-        told = self.replay.progress[line.robot]
-        before = told.now
+        progress = self.replay.progress[line.robot]
+        before = progress.now
         objective = self._objective(line.robot)
         settles = isinstance(objective, TargetObjective) and objective.settles
         last = objective.targets[-1] if isinstance(objective, TargetObjective) else frozenset()
         holding = settles and line.region in last
         rounds = 0 if settles else line.round  # a round per held tick is not shown
-        told.append((line.tick, RobotProgress(rounds, self.paths.on_map(line.region))))
+        progress.append((line.tick, RobotProgress(rounds, self.paths.on_map(line.region))))
         if not settles or before.reached != line.region:  # continued holding is not an event
             self._event(line, StoryKind.GOAL)
             if holding:
@@ -256,17 +256,17 @@ class ReplayBuilder:
             begin = max(0, line.due - within.get(line.of, line.due))
         else:
             begin = next(begun, 0)
-        told = (line.verdict.value, line.due - line.tick)
-        self.replay.deadlines.append(Slack(line.tick, of, begin, line.due, *told))
+        verdict = (line.verdict.value, line.due - line.tick)
+        self.replay.deadlines.append(Slack(line.tick, of, begin, line.due, *verdict))
         if line.verdict in (DeadlineVerdict.LATE, DeadlineVerdict.LOST):
             self._event(line, StoryKind.DEADLINE)
 
     def _objective(self, name: str) -> Objective | None:
         return self.replay.objectives[name].now
 
-    def _told(self, tick: int, name: str, told: TracedObjective) -> None:
+    def _set_objective(self, tick: int, name: str, traced: TracedObjective) -> None:
         self.paths.known(name)
-        objective = objective_of(told)
+        objective = objective_of(traced)
         if objective != self._objective(name):
             self._given(tick, name, objective)
 

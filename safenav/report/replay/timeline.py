@@ -181,10 +181,10 @@ class StackRow(Struct, frozen=True):
         """``quad waits, digit helps``"""
         if self.helpers == (self.requester,):
             return f"{self.requester} resolves it itself"
-        told = [] if self.requester in (None, *self.helpers) else [f"{self.requester} waits"]
+        parts = [] if self.requester in (None, *self.helpers) else [f"{self.requester} waits"]
         if self.helpers:
-            told.append(f"{listed(self.helpers)} {'helps' if len(self.helpers) == 1 else 'help'}")
-        return ", ".join(told) or "no robot helps yet"
+            parts.append(f"{listed(self.helpers)} {'helps' if len(self.helpers) == 1 else 'help'}")
+        return ", ".join(parts) or "no robot helps yet"
 
 
 class RobotProgress(Struct, frozen=True):
@@ -374,14 +374,14 @@ class Replay(Struct):
             degrees += turn * min(1.0, 2.0 * part)  # it has turned by half the step
         objective = self.objectives[track.name].at(tick)
         trail *= 1 if self.times is None else len(self.robots)
-        way = track.regions[max(0, tick - trail) : tick + 1]
+        passed = track.regions[max(0, tick - trail) : tick + 1]
         both = () if taken is None else (region, taken.toward)
-        held = (n for n, told in self.loads.items() if track.name in told.at(tick))
+        held = (n for n, carriers in self.loads.items() if track.name in carriers.at(tick))
         loads = tuple(self.hidden[name] for name in held)
         charge = self.charges[track.name].at(tick) if track.name in self.charges else None
         named, doing = (track.name, track.model, track.layer), self.doing(track.name, objective)
         return Placed(
-            *named, *place, degrees, objective, tuple(way), both, loads, charge, doing=doing
+            *named, *place, degrees, objective, tuple(passed), both, loads, charge, doing=doing
         )
 
     def doing(self, robot: str, objective: Objective | None) -> str:

@@ -33,7 +33,7 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
         good = click.style("realizable", fg="green")
         done = f"the run is completed after {_time(result.ticks, result.makespan)}"
         yield f"every robot is {good}, and {done}: {_late(result.lost)}"
-        yield from (f"  {said}" for said in result.lost)
+        yield from (f"  {loss}" for loss in result.lost)
         return
     ended = click.style(result.outcome.value.replace("_", " "), fg="red", bold=True)
     if result.outcome is not Outcome.OPERATOR_NEEDED:

@@ -72,8 +72,8 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     for depth, held in reversed(list(enumerate(scene.stack, start=1))):
         lines.append(f"stack {depth}: {held.about(scene.map.word)} ({held.roles})")
     lines.append("")
-    told = [event for event in replay.events if event.tick <= tick][-recent:]
-    for event in told:
+    events = [event for event in replay.events if event.tick <= tick][-recent:]
+    for event in events:
         text = f"{_moment(replay, event.tick)}  {event.text}"
         new = event.tick == tick
         lines.append(click.style(text, fg=_COLOURS.get(event.kind), dim=None if new else True))
@@ -103,10 +103,10 @@ def _fitted(lines: list[str], map_ends: int, middle: tuple[int, int]) -> list[st
     room = height - 1 - len(above) - 3  # three empty lines
     end = len(lines) - lines[::-1].index("")
     status = [folded(line, width, 7) for line in lines[map_ends + 1 : end - 1]]
-    told = [folded(line, width, 7) for line in lines[end:]]
-    while len(told) > 1 and sum(map(len, told)) > room // 3:
-        del told[0]
-    story = [part for parts in told for part in parts]
+    paragraphs = [folded(line, width, 7) for line in lines[end:]]
+    while len(paragraphs) > 1 and sum(map(len, paragraphs)) > room // 3:
+        del paragraphs[0]
+    story = [part for parts in paragraphs for part in parts]
     pairs = ([line[i : i + 2] for i in range(0, len(line), 2)] for line in lines[2:map_ends])
     drawn = ["".join(_cut(cells, middle[1], width // 2)) for cells in pairs]
     left = room - len(story)

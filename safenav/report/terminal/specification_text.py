@@ -140,9 +140,9 @@ def line_words(constraint: Constraint, file: str) -> str:
 def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
     """Return the explanation as data for machines, with values of the specification."""
     play, strategy = found.play, found.counterstrategy
-    told: dict[str, Any] | None = None
+    data: dict[str, Any] | None = None
     if play is not None and strategy is not None:
-        told = {
+        data = {
             "ending": play.ending.value,
             "moments": [strategy.values(node) for node in play.walk],
             "cycle": [strategy.values(node) for node in play.cycle],
@@ -153,7 +153,7 @@ def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
         "core": [_data(c) for member in found.core.members for c in member.constraints],
         "minimal": found.core.minimal,
         "realizable_with_a_cooperating_environment": not found.core.alone,
-        "play": told,
+        "play": data,
         "assumptions": list(found.assumptions),
     }
 

@@ -78,7 +78,7 @@ class Story:
         self._syntheses: list[records.Synthesis] = []
         begun = {} if scenario.begun is None else scenario.begun.robots
         self._rounds = {name: done.rounds for name, done in begun.items()}
-        self._told_rounds = False
+        self._in_rounds = False
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
         self._own = {r.name: r.objective for r in scenario.robots}
         self._stops: set[str] = set()
@@ -175,10 +175,10 @@ class Story:
     def _restart(self, event: records.Resolved) -> None:
         """Restart the rounds, which count from the last resolution."""
         if self._scenario.restarts_rounds(event.obstacle):
-            if self._told_rounds:
+            if self._in_rounds:
                 self._line(event.tick, "rounds restart")
             self._rounds.clear()
-            self._told_rounds = False
+            self._in_rounds = False
 
     def _goal(self, event: records.Goal) -> None:
         """Print each completed round once, but none of robots that wait, help, charge, or are sent
@@ -190,7 +190,7 @@ class Story:
             if event.robot in self._modes:  # rounds of an objective under ``when`` do not count
                 formulas, shown = False, replace(event, round=0)
             self._line(event.tick, self._wording.goal(shown, formulas=formulas))
-            self._told_rounds = True
+            self._in_rounds = True
         self._rounds[event.robot] = event.round
 
     def _inputs(self, event: records.Inputs) -> None:
@@ -226,11 +226,11 @@ class Story:
         if not self._syntheses:
             return
         events, self._syntheses = self._syntheses, []
-        told = [f"{self._name(event.robot)} ({synthesis_words(event)})" for event in events]
+        names = [f"{self._name(event.robot)} ({synthesis_words(event)})" for event in events]
         first = events[0].reason is vocabulary.Reason.INITIAL
         verb = "synthesized" if first else "resynthesized"
         together = syntheses_words(events)
-        self._line(events[0].tick, f"{verb} {together or ', '.join(told)}")
+        self._line(events[0].tick, f"{verb} {together or ', '.join(names)}")
         assumed = (rule.rpartition(" (")[0] or rule for e in events for rule in e.assumptions)
         for rule, count in Counter(assumed).items() if together else ():
             self._echo(f"             {count} robots assume: {rule}")

@@ -18,7 +18,7 @@ class WaitingLine:
     def __init__(self) -> None:
         self._live = sys.stderr.isatty()
         self._shown = False
-        self._told = 0
+        self._last = 0
 
     def __call__(self, progress: SynthesisProgress) -> None:
         if progress.result is None:
@@ -26,11 +26,11 @@ class WaitingLine:
             if self._live:
                 click.echo(f"\r\033[K{text}", nl=False, err=True)
                 self._shown = True
-            elif int(progress.seconds) // self.EVERY > self._told:
-                self._told = int(progress.seconds) // self.EVERY
+            elif int(progress.seconds) // self.EVERY > self._last:
+                self._last = int(progress.seconds) // self.EVERY
                 click.echo(text, err=True)
         else:
-            self._told = 0
+            self._last = 0
             if self._shown:
                 click.echo("\r\033[K", nl=False, err=True)
                 self._shown = False

@@ -50,8 +50,8 @@ def worst_data(case: Worst) -> dict[str, Any]:
 
 def _data(times: Times) -> dict[str, Any]:
     at = {name: pose.place for name, pose in times.moment.items()}
-    told = {"best": times.best, "worst": times.worst, "moment": at, "bids": dict(times.bids)}
-    return {**told, "all_moments": times.whole, "nearest": times.nearest}
+    data = {"best": times.best, "worst": times.worst, "moment": at, "bids": dict(times.bids)}
+    return {**data, "all_moments": times.whole, "nearest": times.nearest}
 
 
 def _times(times: Times) -> str:
@@ -76,17 +76,17 @@ def _moment(times: Times, word: Word) -> str:
     bids = times.bids
     helpers = [name for name in times.moment if name in bids]
     helpers.sort(key=lambda name: (bids[name] is None, bids[name] or 0))
-    told = []
+    parts = []
     for name in (*(n for n in times.moment if n not in bids), *helpers[:MOST_SHOWN]):
         pose = times.moment[name]
         facing = "" if pose.heading is None else f" facing {pose.heading.label}"
-        told.append(f"{name} at {word(pose.region)}{facing}")
+        parts.append(f"{name} at {word(pose.region)}{facing}")
         if name in bids:
             bid = bids[name]
-            way = "cannot reach it" if bid is None else f"needs {counted(bid, 'tick')}"
-            told[-1] += f" {way}"
+            distance = "cannot reach it" if bid is None else f"needs {counted(bid, 'tick')}"
+            parts[-1] += f" {distance}"
     far = len(helpers[MOST_SHOWN:])
-    return ", ".join((*told, f"{counted(far, 'robot')} farther away") if far else told)
+    return ", ".join((*parts, f"{counted(far, 'robot')} farther away") if far else parts)
 
 
 MISSION = "mission"
@@ -105,8 +105,8 @@ def battery_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator[
     if ahead is None or scenario.flat is not None:
         return
     for robot, tick in ahead.flat.items():
-        said = f"the battery of {robot} is empty in tick {tick}, as simulated"
-        yield said + _steps(scenario, ahead)
+        found = f"the battery of {robot} is empty in tick {tick}, as simulated"
+        yield found + _steps(scenario, ahead)
 
 
 def deadline_data(scenario: Scenario, ahead: TeamSimulation | None) -> list[dict[str, Any]]:

@@ -230,8 +230,8 @@ def _timed(replay: Replay, trace: Trace, motion: records.Motion) -> Replay:
     ticked = replay_of(trace)
 
     def instant(tick: int, *robots: str) -> int:
-        told = (turns.get(name, ()) for name in robots)
-        past = (turn[: bisect_right(turn, tick, key=itemgetter(0))] for turn in told)
+        each = (turns.get(name, ()) for name in robots)
+        past = (turn[: bisect_right(turn, tick, key=itemgetter(0))] for turn in each)
         ends = (turn[-1][1] for turn in past if turn)
         return bisect_right(replay.times or (), max(ends, default=0.0) + SAME) - 1
 

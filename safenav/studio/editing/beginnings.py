@@ -51,8 +51,8 @@ def movingai(name: str, content: bytes) -> str:
         try:
             world = load_map(path, Division(), ReadableFolder(path.parent))
         except InputError as error:  # omit the temporary folder
-            told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
-            raise InputError(told) from None
+            found = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
+            raise InputError(found) from None
     return drawn(world, Path(name).stem)
 
 

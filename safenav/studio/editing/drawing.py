@@ -230,7 +230,7 @@ def _still(
         statuses={name: Changes.of(ObstacleStatus.HIDDEN) for name in hidden},
         loads={name: Changes.of(()) for name in hidden},
         met={name: Changes.of(0) for name in hidden},
-        objectives={name: Changes.of(told) for name, told in objectives.items()},
+        objectives={name: Changes.of(changes) for name, changes in objectives.items()},
         progress={track.name: Changes.of(RobotProgress()) for track in tracks},
         chargers=tuple(chargers),
         exclusions=exclusions,

@@ -42,7 +42,7 @@ class FloorPlan(Struct, frozen=True):
     blocked: Blocked
     ros: RosMap | None = None
 
-    def told(self) -> dict[str, Any]:
+    def message(self) -> dict[str, Any]:
         """Return the picture and the initial values of the sliders. ``gray``: a byte per pixel."""
         height, width = self.blocked.shape
         step = -(-max(height, width) // _SHOWN)
@@ -108,8 +108,8 @@ def opened_plan(name: str, files: Mapping[str, bytes]) -> FloorPlan:
             try:
                 findings.raise_if_any()
             except InputError as error:  # omit the temporary folder
-                told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
-                raise InputError(told) from None
+                found = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
+                raise InputError(found) from None
             assert settings is not None and image is not None and blocked is not None
             return FloorPlan(path.stem, image, blocked, settings)
         try:

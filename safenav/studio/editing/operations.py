@@ -36,27 +36,27 @@ def edited(text: str, operation: Operation) -> str:
         raise UsageError(f"this edit does not fit the text ({type(error).__name__})") from error
 
 
-def add_obstacle(data: Any, told: Operation) -> None:
+def add_obstacle(data: Any, edit: Operation) -> None:
     """Add an obstacle of ``type`` at ``region``; ``from``, ``until``, ``traversable`` if given."""
-    _add(data, "obstacles", "robots", ("type", "region", "traversable", "from", "until"), told)
+    _add(data, "obstacles", "robots", ("type", "region", "traversable", "from", "until"), edit)
 
 
-def add_order(data: Any, told: Operation) -> None:
+def add_order(data: Any, edit: Operation) -> None:
     """Add an order of ``type`` at ``region`` in tick ``at``."""
-    _add(data, "orders", "obstacles", ("at", "type", "region"), told)
+    _add(data, "orders", "obstacles", ("at", "type", "region"), edit)
 
 
-def add_delivery(data: Any, told: Operation) -> None:
+def add_delivery(data: Any, edit: Operation) -> None:
     """Add an order of a new type in tick ``at``: one robot takes a load from the region ``from``
     and puts it down in ``to``, both by ``action``."""
     places = MapPlaces(data)
     types = in_catalogue(data, "obstacles")
     name = next(n for n in _numbered("parcel") if n not in types)
-    ends = [inline([places.written(told[key], [])]) for key in ("from", "to")]
-    needs = [inline({"action": told["action"], "at": end}) for end in ends]
+    ends = [inline([places.written(edit[key], [])]) for key in ("from", "to")]
+    needs = [inline({"action": edit["action"], "at": end}) for end in ends]
     needs[1]["same"] = True
     types[name] = CommentedMap({"needs": inline(needs), "blocks": inline([])})
-    add_order(data, {"at": told["at"], "type": name, "region": told["from"]})
+    add_order(data, {"at": edit["at"], "type": name, "region": edit["from"]})
 
 
 def _numbered(stem: str) -> Iterator[str]:
@@ -64,28 +64,28 @@ def _numbered(stem: str) -> Iterator[str]:
     yield from (f"{stem}_{number}" for number in count(2))
 
 
-def _add(data: Any, key: str, after: str, keys: Sequence[str], told: Operation) -> None:
+def _add(data: Any, key: str, after: str, keys: Sequence[str], edit: Operation) -> None:
     """Add an entry to a list of the scenario, with its region in the notation of other entries."""
     places = MapPlaces(data)
     entries = _listed(data, key, after=after)
     like = next((e["region"] for e in entries if isinstance(e, dict) and "region" in e), None)
     if like is None:
         like = next((r.get("start") for r in (data.get("robots") or {}).values()), [])
-    new = inline({each: told[each] for each in keys if told.get(each) is not None})
-    new["region"] = places.written(told["region"], like)
+    new = inline({each: edit[each] for each in keys if edit.get(each) is not None})
+    new["region"] = places.written(edit["region"], like)
     entries.append(new)
 
 
-def add_change(data: Any, told: Operation) -> None:
+def add_change(data: Any, edit: Operation) -> None:
     """Add a change for ``robot`` at tick ``at``: an ``objective`` (kind and targets, each a region
     number or a list of them of which any counts), or ``service``."""
-    new = inline({"at": told["at"], "robot": told["robot"]})
-    if told.get("objective") is not None:
-        ((kind, body),) = told["objective"].items()
+    new = inline({"at": edit["at"], "robot": edit["robot"]})
+    if edit.get("objective") is not None:
+        ((kind, body),) = edit["objective"].items()
         targets = [any_of(target) for target in (body if kind in LISTS else [body])]
         new["objective"] = inline({kind: inline(targets) if kind in LISTS else targets[0]})
     else:
-        new["service"] = told["service"]
+        new["service"] = edit["service"]
     _listed(data, "changes", after="obstacles" if "obstacles" in data else "robots").append(new)
 
 
@@ -101,21 +101,21 @@ def _listed(data: Any, key: str, *, after: str) -> Any:
     return listed
 
 
-def move_obstacle(data: Any, told: Operation) -> None:
+def move_obstacle(data: Any, edit: Operation) -> None:
     """Move an obstacle to ``region``. ``list``: ``orders`` for an order, as in ``set_obstacle`` and
     ``remove_obstacle``."""
-    obstacle, places = _obstacle(data, told), MapPlaces(data)
-    obstacle["region"] = places.written(told["region"], obstacle.get("region"))
+    obstacle, places = _obstacle(data, edit), MapPlaces(data)
+    obstacle["region"] = places.written(edit["region"], obstacle.get("region"))
 
 
 SETTINGS = ("traversable", "from", "until", "type", "resolve_within", "sweeps", "at")
 """The keys of an obstacle or an order that can be set."""
 
 
-def set_obstacle(data: Any, told: Operation) -> None:
+def set_obstacle(data: Any, edit: Operation) -> None:
     """Set ``key`` (one of SETTINGS) to ``value``; null removes it."""
-    obstacle = _obstacle(data, told)
-    key, value = told["key"], told.get("value")
+    obstacle = _obstacle(data, edit)
+    key, value = edit["key"], edit.get("value")
     if key not in SETTINGS:
         raise UsageError(f"an obstacle has no '{str(key)[:40]}'")
     if value is None:
@@ -124,38 +124,38 @@ def set_obstacle(data: Any, told: Operation) -> None:
         obstacle[key] = value
 
 
-def remove_obstacle(data: Any, told: Operation) -> None:
-    _obstacle(data, told)
-    listed = _list_of(told)
-    del data[listed][told["index"]]
+def remove_obstacle(data: Any, edit: Operation) -> None:
+    _obstacle(data, edit)
+    listed = _list_of(edit)
+    del data[listed][edit["index"]]
     if not data[listed]:
         del data[listed]
 
 
-def set_charger(data: Any, told: Operation) -> None:
+def set_charger(data: Any, edit: Operation) -> None:
     """Add a charger in ``region``, or remove it (``on`` false)."""
-    places, region = MapPlaces(data), told["region"]
+    places, region = MapPlaces(data), edit["region"]
     chargers = data.get("chargers")
     if not isinstance(chargers, list):
         put(data, "chargers", inline([]), after="orders" if "orders" in data else "robots")
         chargers = data["chargers"]
     there = [index for index, value in enumerate(chargers) if places.read(value) == region]
-    if told["on"] and not there:
+    if edit["on"] and not there:
         chargers.append(places.written(region, chargers[0] if chargers else []))
-    for index in reversed([] if told["on"] else there):
+    for index in reversed([] if edit["on"] else there):
         del chargers[index]
     if not chargers:
         del data["chargers"]
 
 
-def set_part(data: Any, told: Operation) -> None:
+def set_part(data: Any, edit: Operation) -> None:
     """Set ``key`` of the mapping at ``path`` (names and numbers) to the value of the YAML ``text``;
     an empty text removes the key."""
     holder = data
-    for step in told["path"]:
+    for step in edit["path"]:
         holder = holder[step]
-    key, text = str(told["key"]), str(told["text"])
-    known = ordered_keys(told["path"])
+    key, text = str(edit["key"]), str(edit["text"])
+    known = ordered_keys(edit["path"])
     if key not in known or not isinstance(holder, dict):
         raise UsageError(f"there is no key '{key[:40]}' here")
     if not text.strip():
@@ -171,10 +171,10 @@ def set_part(data: Any, told: Operation) -> None:
     put(holder, key, value, after=before[-1] if before else "")
 
 
-def own(data: Any, told: Operation) -> None:
+def own(data: Any, edit: Operation) -> None:
     """Copy the built-in robot model or obstacle type ``name`` into the scenario's own catalogue,
     where it can be changed. ``of``: ``robots`` or ``obstacles``."""
-    kind, name = told["of"], told["name"]
+    kind, name = edit["of"], edit["name"]
     if kind not in ("robots", "obstacles"):
         raise UsageError("a catalogue has robots and obstacles")
     known = YAML(typ="safe", pure=True).load(LIBRARY / f"{kind}.yaml")[kind]
@@ -204,9 +204,9 @@ def in_catalogue(data: Any, kind: str) -> Any:
     return catalogue[kind]
 
 
-def set_value(data: Any, told: Operation) -> None:
+def set_value(data: Any, edit: Operation) -> None:
     """Set ``name``, ``rounds``, ``ticks`` or ``seed``."""
-    key, value = told["key"], told["value"]
+    key, value = edit["key"], edit["value"]
     if key in ("name", "seed"):
         put(data, key, value, after="safenav" if key == "name" else "limits")
     elif key in ("rounds", "ticks"):
@@ -218,9 +218,9 @@ def set_value(data: Any, told: Operation) -> None:
         raise UsageError(f"'{str(key)[:40]}' is not a setting of the drawing")
 
 
-def repair(data: Any, told: Operation) -> None:
+def repair(data: Any, edit: Operation) -> None:
     """Apply the changes of a repair (``safenav explain``): items and their new values as YAML."""
-    for item, value in told["change"]:
+    for item, value in edit["change"]:
         freed = re.fullmatch(r"no wall at ([\d, ]+)", value)
         if item == "map" and freed is not None:
             walls.paint(data, {"regions": [int(r) for r in freed[1].split(",")], "wall": False})
@@ -238,16 +238,16 @@ def repair(data: Any, told: Operation) -> None:
             holder[last] = parsed(value)
 
 
-def _obstacle(data: Any, told: Operation) -> Any:
-    obstacles, index = data.get(_list_of(told)), told.get("index")
+def _obstacle(data: Any, edit: Operation) -> Any:
+    obstacles, index = data.get(_list_of(edit)), edit.get("index")
     known = isinstance(obstacles, list) and index in range(len(obstacles))
     if not known or not isinstance(obstacles[index], dict):
         raise UsageError("there is no such obstacle")
     return obstacles[index]
 
 
-def _list_of(told: Operation) -> str:
-    return "orders" if told.get("list") == "orders" else "obstacles"
+def _list_of(edit: Operation) -> str:
+    return "orders" if edit.get("list") == "orders" else "obstacles"
 
 
 OPERATIONS: Mapping[str, Callable[[Any, Operation], None]] = {

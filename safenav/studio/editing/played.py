@@ -77,8 +77,8 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
                 _settle_draws(data, records)
                 entry["traversable"] = record.traversable
         elif isinstance(record, NewObjective):
-            told: dict[str, Any] = {"at": record.tick, "robot": record.robot}
-            add_change(data, told | {"objective": record.objective.data})
+            change: dict[str, Any] = {"at": record.tick, "robot": record.robot}
+            add_change(data, change | {"objective": record.objective.data})
         elif isinstance(record, Service):
             service = "back" if record.active else "out"
             add_change(data, {"at": record.tick, "robot": record.robot, "service": service})

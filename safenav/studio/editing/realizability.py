@@ -100,11 +100,11 @@ def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
         return {"because": str(error)}
     if not found:
         return {}
-    told = explanation_data(found[0], scenario)
+    data = explanation_data(found[0], scenario)
     return {
-        "because": told["because"],
-        "confined": told["confined"],
-        "lost": sorted({region for target in told["lost"] for region in target}),
+        "because": data["because"],
+        "confined": data["confined"],
+        "lost": sorted({region for target in data["lost"] for region in target}),
         "repairs": [
             {"kind": repair.kind.value, "change": [list(pair) for pair in repair.change]}
             for repair in found[0].repairs

@@ -17,7 +17,7 @@ from safenav.studio.editing.round_trip import Operation, inline, put
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-def add_robot(data: Any, told: Operation) -> None:
+def add_robot(data: Any, edit: Operation) -> None:
     """Add a robot of ``model`` that holds ``region`` until it is assigned an objective."""
     places = MapPlaces(data)
     robots = data.get("robots")
@@ -25,47 +25,47 @@ def add_robot(data: Any, told: Operation) -> None:
         robots = data["robots"] = CommentedMap()
     if len(robots) == 0 and isinstance(robots, CommentedMap):
         robots.fa.set_block_style()
-    name = str(told.get("name") or _new_name(str(told["model"]), robots))
+    name = str(edit.get("name") or _new_name(str(edit["model"]), robots))
     _check_name(name, robots)
     like: Any = next(
         (r["start"] for r in robots.values() if isinstance(r, dict) and "start" in r), []
     )
-    start = places.written(told["region"], like)
-    robot = inline({"model": told["model"], "start": start})
-    if told.get("heading"):
-        robot["heading"] = told["heading"]
-    robot["objective"] = inline({STAYING.kind: places.written(told["region"], like)})
+    start = places.written(edit["region"], like)
+    robot = inline({"model": edit["model"], "start": start})
+    if edit.get("heading"):
+        robot["heading"] = edit["heading"]
+    robot["objective"] = inline({STAYING.kind: places.written(edit["region"], like)})
     robots[name] = robot
 
 
-def move_robot(data: Any, told: Operation) -> None:
-    robot, places = _robot(data, told), MapPlaces(data)
+def move_robot(data: Any, edit: Operation) -> None:
+    robot, places = _robot(data, edit), MapPlaces(data)
     before = places.read(robot.get("start"))
-    robot["start"] = places.written(told["region"], robot.get("start"))
+    robot["start"] = places.written(edit["region"], robot.get("start"))
     objective = robot.get("objective")
     held = objective.get(STAYING.kind) if isinstance(objective, dict) else None
     if held is not None and places.read(held) == before:  # it held its start
-        objective[STAYING.kind] = places.written(told["region"], held)
+        objective[STAYING.kind] = places.written(edit["region"], held)
 
 
-def set_heading(data: Any, told: Operation) -> None:
-    if told["heading"] not in ("north", "east", "south", "west"):
+def set_heading(data: Any, edit: Operation) -> None:
+    if edit["heading"] not in ("north", "east", "south", "west"):
         raise UsageError("a heading is north, east, south or west")
-    put(_robot(data, told), "heading", told["heading"], after="start")
+    put(_robot(data, edit), "heading", edit["heading"], after="start")
 
 
-def set_model(data: Any, told: Operation) -> None:
-    robot = _robot(data, told)
-    robot["model"] = told["model"]
-    if told.get("turns") and "heading" not in robot:
+def set_model(data: Any, edit: Operation) -> None:
+    robot = _robot(data, edit)
+    robot["model"] = edit["model"]
+    if edit.get("turns") and "heading" not in robot:
         put(robot, "heading", "north", after="start")
 
 
-def set_objective(data: Any, told: Operation) -> None:
+def set_objective(data: Any, edit: Operation) -> None:
     """Set the objective ``kind`` with ``regions`` in order: numbers, lists of numbers of which any
     counts, or names of areas."""
-    robot, places = _robot(data, told), MapPlaces(data)
-    kind, regions = told["kind"], list(told["regions"])
+    robot, places = _robot(data, edit), MapPlaces(data)
+    kind, regions = edit["kind"], list(edit["regions"])
     if kind not in OBJECTIVES:
         raise UsageError(f"an objective is one of {', '.join(OBJECTIVES)}")
     if not regions:
@@ -89,20 +89,20 @@ def _target(target: Any, places: MapPlaces, like: Any) -> Any:
     return name if isinstance(name, str) else places.written(target, like)
 
 
-def set_form(data: Any, told: Operation) -> None:
+def set_form(data: Any, edit: Operation) -> None:
     """Make a strict objective ``literal``, or not."""
-    objective = _robot(data, told).get("objective")
+    objective = _robot(data, edit).get("objective")
     if not isinstance(objective, dict) or objective.keys().isdisjoint(STRICT):
         raise UsageError(f"only {one_of(STRICT)} has a literal form")
-    if told["literal"]:
+    if edit["literal"]:
         objective[FORM] = "literal"
     else:
         objective.pop(FORM, None)
 
 
-def rename_robot(data: Any, told: Operation) -> None:
-    robots, old, new = data["robots"], str(told["robot"]), str(told["name"])
-    _robot(data, told)
+def rename_robot(data: Any, edit: Operation) -> None:
+    robots, old, new = data["robots"], str(edit["robot"]), str(edit["name"])
+    _robot(data, edit)
     if old == new:
         return
     _check_name(new, robots)
@@ -129,9 +129,9 @@ def rename_robot(data: Any, told: Operation) -> None:
             formulas[index] = _said_of(old, new, formula)
 
 
-def remove_robot(data: Any, told: Operation) -> None:
-    _robot(data, told)
-    gone = told["robot"]
+def remove_robot(data: Any, edit: Operation) -> None:
+    _robot(data, edit)
+    gone = edit["robot"]
     del data["robots"][gone]
     if not data["robots"]:
         data["robots"] = CommentedMap()
@@ -153,11 +153,11 @@ def remove_robot(data: Any, told: Operation) -> None:
                 del table[key]
 
 
-def _robot(data: Any, told: Operation) -> Any:
+def _robot(data: Any, edit: Operation) -> Any:
     robots = data.get("robots")
-    if not isinstance(robots, dict) or not isinstance(robots.get(told.get("robot")), dict):
-        raise UsageError(f"there is no robot '{str(told.get('robot'))[:40]}'")
-    return robots[told["robot"]]
+    if not isinstance(robots, dict) or not isinstance(robots.get(edit.get("robot")), dict):
+        raise UsageError(f"there is no robot '{str(edit.get('robot'))[:40]}'")
+    return robots[edit["robot"]]
 
 
 def _apart(data: Any) -> list[Any]:

@@ -71,12 +71,12 @@ def _spliced(text: str, before: str, after: str) -> str:
     in_mine = _matches(bare, [_bare(line) for line in mine])
     in_new = _matches(old, new)
     found: list[str] = []
-    base = at = told = 0
+    base = at = at_new = 0
     for line in [i for i in range(len(old)) if i in in_mine and i in in_new] + [len(old)]:
         here, there = in_mine.get(line, len(mine)), in_new.get(line, len(new))
-        found += _merged(old[base:line], mine[at:here], new[told:there])
+        found += _merged(old[base:line], mine[at:here], new[at_new:there])
         found += mine[here : here + 1]
-        base, at, told = line + 1, here + 1, there + 1
+        base, at, at_new = line + 1, here + 1, there + 1
     return "".join(found)
 
 

@@ -17,17 +17,17 @@ from safenav.studio.editing.round_trip import Operation, inline, put
 from safenav.world.map import Region, RegionMap
 
 
-def add_area(data: Any, told: Operation) -> None:
+def add_area(data: Any, edit: Operation) -> None:
     """Add the rectangle of ``rows`` and ``columns`` (first and last) to ``area``, which is created
     if missing."""
     places = MapPlaces(data)
     most = {"rows": places.rows, "columns": places.cols}
-    rectangle = inline({key: _span(told[key], most[key]) for key in most})
+    rectangle = inline({key: _span(edit[key], most[key]) for key in most})
     if not isinstance(data.get("areas"), dict):
         data.pop("areas", None)
         put(data, "areas", CommentedMap(), after="map")
         data["areas"].fa.set_block_style()
-    areas, name = data["areas"], str(told["area"])
+    areas, name = data["areas"], str(edit["area"])
     if name not in areas:
         _check_name(name, places)
         areas[name] = rectangle
@@ -38,10 +38,10 @@ def add_area(data: Any, told: Operation) -> None:
     parts.append(rectangle)
 
 
-def rename_area(data: Any, told: Operation) -> None:
+def rename_area(data: Any, edit: Operation) -> None:
     """Rename an area to ``name``, also where it is a target."""
-    places, old, new = MapPlaces(data), told["area"], str(told.get("name"))
-    area = _area(data, told)
+    places, old, new = MapPlaces(data), edit["area"], str(edit.get("name"))
+    area = _area(data, edit)
     if new == old:
         return
     _check_name(new, places)
@@ -53,20 +53,20 @@ def rename_area(data: Any, told: Operation) -> None:
     data["areas"].insert(index, new, area)
 
 
-def remove_area(data: Any, told: Operation) -> None:
-    _area(data, told)
-    if any(value == told["area"] for value, _ in MapPlaces(data).each()):
-        raise UsageError(f"'{told['area']}' is a target of a robot: change the objective first")
-    del data["areas"][told["area"]]
+def remove_area(data: Any, edit: Operation) -> None:
+    _area(data, edit)
+    if any(value == edit["area"] for value, _ in MapPlaces(data).each()):
+        raise UsageError(f"'{edit['area']}' is a target of a robot: change the objective first")
+    del data["areas"][edit["area"]]
     if not data["areas"]:
         del data["areas"]
 
 
-def _area(data: Any, told: Operation) -> Any:
+def _area(data: Any, edit: Operation) -> Any:
     areas = data.get("areas")
-    if not isinstance(areas, dict) or told.get("area") not in areas:
-        raise UsageError(f"no area '{str(told.get('area'))[:40]}'")
-    return areas[told["area"]]
+    if not isinstance(areas, dict) or edit.get("area") not in areas:
+        raise UsageError(f"no area '{str(edit.get('area'))[:40]}'")
+    return areas[edit["area"]]
 
 
 def _check_form(name: str) -> None:
@@ -91,16 +91,16 @@ MOST = 512
 SIDES = ("top", "bottom", "left", "right")
 
 
-def paint(data: Any, told: Operation) -> None:
+def paint(data: Any, edit: Operation) -> None:
     """Make ``regions`` walls, or floor (``wall`` false)."""
     places = MapPlaces(data)
     rows = [list(row) for row in places.grid]
-    for region in told["regions"]:
+    for region in edit["regions"]:
         places.written(region, 0)
-        rows[region // places.cols][region % places.cols] = "#" if told["wall"] else "."
+        rows[region // places.cols][region % places.cols] = "#" if edit["wall"] else "."
     _draw(data, ["".join(row) for row in rows])
-    if not told["wall"]:
-        _join_cells(data, places, told["regions"])
+    if not edit["wall"]:
+        _join_cells(data, places, edit["regions"])
 
 
 def _join_cells(data: Any, places: MapPlaces, floor: Sequence[Region]) -> None:
@@ -119,10 +119,10 @@ def _join_cells(data: Any, places: MapPlaces, floor: Sequence[Region]) -> None:
             cell.append(places.written(region, 0))
 
 
-def resize(data: Any, told: Operation) -> None:
+def resize(data: Any, edit: Operation) -> None:
     """Add (or, if negative, remove) rows and columns at each side, and renumber all regions."""
     places = MapPlaces(data)
-    top, bottom, left, right = (int(told.get(side, 0)) for side in SIDES)
+    top, bottom, left, right = (int(edit.get(side, 0)) for side in SIDES)
     rows, cols = places.rows + top + bottom, places.cols + left + right
     if not (1 <= rows <= MOST and 1 <= cols <= MOST):
         raise UsageError(f"a map has 1 to {MOST} rows and columns")
@@ -197,19 +197,19 @@ def _shift_frame(data: Any, left: int, bottom: int) -> None:
         raise UsageError(f"{reason}: give the map 'resolution' and 'origin' first")
 
 
-def _renamed(told: Any, at: Callable[[int], int]) -> Any:
+def _renamed(item: Any, at: Callable[[int], int]) -> Any:
     """Return expectations or requirements with the new region numbers in obstacle names."""
-    if isinstance(told, str):
-        return re.sub(r"(?<=@)[0-9]+", lambda found: str(at(int(found[0]))), told)
-    if isinstance(told, list):
-        told[:] = [_renamed(one, at) for one in told]
-    elif isinstance(told, CommentedMap):
-        for key, value in list(told.items()):
+    if isinstance(item, str):
+        return re.sub(r"(?<=@)[0-9]+", lambda found: str(at(int(found[0]))), item)
+    if isinstance(item, list):
+        item[:] = [_renamed(one, at) for one in item]
+    elif isinstance(item, CommentedMap):
+        for key, value in list(item.items()):
             new = _renamed(key, at)
             if new != key:
-                told.insert(list(told).index(key), new, told.pop(key))
-            told[new] = _renamed(value, at)
-    return told
+                item.insert(list(item).index(key), new, item.pop(key))
+            item[new] = _renamed(value, at)
+    return item
 
 
 def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -> list[str]:
@@ -241,12 +241,12 @@ def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -
     return ["".join(row) for row in new]
 
 
-def name_region(data: Any, told: Operation) -> None:
+def name_region(data: Any, edit: Operation) -> None:
     """Give ``region`` the ``name``; an empty one removes its name."""
-    places, name = MapPlaces(data), str(told.get("name") or "")
+    places, name = MapPlaces(data), str(edit.get("name") or "")
     world = data["map"]
     used = {value for value, _ in places.each() if isinstance(value, str)}
-    for old in [n for n, value in places.names.items() if places.read(value) == told["region"]]:
+    for old in [n for n, value in places.names.items() if places.read(value) == edit["region"]]:
         if old in used and old != name:
             raise UsageError(f"'{old}' is used in the scenario: change that first")
         del world["names"][old]
@@ -254,22 +254,22 @@ def name_region(data: Any, told: Operation) -> None:
         _check_form(name)
         if not isinstance(world.get("names"), dict):
             world["names"] = inline({})
-        world["names"][name] = places.written(told["region"], [])
+        world["names"][name] = places.written(edit["region"], [])
     if isinstance(world.get("names"), dict) and not world["names"]:
         del world["names"]
 
 
 def embed(data: Any, world: RegionMap) -> None:
     """Replace a map file by its grid in the text; areas of its legend become areas."""
-    told = data["map"]
+    section = data["map"]
     for key in ("image", "ros", "movingai", "rows", "cols", "share", "threshold"):
-        told.pop(key, None)
-    told.fa.set_block_style()
-    told.insert(0, "grid", LiteralScalarString("\n".join(world.grid_rows()) + "\n"))
+        section.pop(key, None)
+    section.fa.set_block_style()
+    section.insert(0, "grid", LiteralScalarString("\n".join(world.grid_rows()) + "\n"))
     frame = world.frame
     if frame is not None and frame.resolution[0] == frame.resolution[1]:
-        told["resolution"] = frame.resolution[0]
-        told["origin"] = inline([*frame.origin, frame.yaw])
+        section["resolution"] = frame.resolution[0]
+        section["origin"] = inline([*frame.origin, frame.yaw])
     listed = data.get("areas") or {}
     for name in sorted(world.areas.keys() - listed.keys()):
         for top, bottom, left, right in rectangles(world.areas[name], world.cols):

@@ -62,7 +62,7 @@ class StudioRun:
         self._process: asyncio.subprocess.Process | None = None
         self._ready = asyncio.Event()
         self._busy_since: float | None = None
-        self._told_busy = False
+        self._reported_busy = False
         self._ending = False  # a user has requested its end
         self._tasks: list[asyncio.Task[None]] = []
         self._playing = False
@@ -199,7 +199,7 @@ class StudioRun:
         """Report long ticks to pages; ``_done`` reports their end."""
         while self.phase is not LivePhase.ENDED:
             await asyncio.sleep(0.2)
-            if self._busy and not self._told_busy:
+            if self._busy and not self._reported_busy:
                 self._tell_state()
 
     async def _listen(self) -> None:
@@ -310,7 +310,7 @@ class StudioRun:
         self._tell_state()
 
     def _tell_state(self) -> None:
-        self._told_busy = self._busy  # any state message also reports this
+        self._reported_busy = self._busy  # any state message also reports this
         self._tell({"is": "state", "state": self.state})
 
     def _send(self, data: Mapping[str, Any]) -> None:

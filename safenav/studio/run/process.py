@@ -51,10 +51,10 @@ def _serve(orders: IO[str], say: Any) -> None:
     if order.clock is not None:
         scenario = replace(scenario, clock=Clock(order.clock))
 
-    told: list[Record] = []
+    records: list[Record] = []
 
     def tell(record: Record) -> None:
-        told.append(record)
+        records.append(record)
         say(as_data(record))
 
     mission = Mission(scenario, listeners=[tell], attended=True)
@@ -84,8 +84,8 @@ def _serve(orders: IO[str], say: Any) -> None:
                 if data.get("kind") == ADD:
                     if changed:  # earlier changes take effect first
                         mission.step()
-                    rest = _rest(mission, told, data)
-                    told.clear()
+                    rest = _rest(mission, records, data)
+                    records.clear()
                     mission = Mission(rest, listeners=[tell], attended=True)
                     mission.start()
                     changed = False
@@ -100,13 +100,13 @@ def _serve(orders: IO[str], say: Any) -> None:
             say({"type": DONE, "tick": mission.state.tick})
 
 
-def _rest(mission: Mission, told: Sequence[Record], data: Mapping[str, Any]) -> Scenario:
+def _rest(mission: Mission, records: Sequence[Record], data: Mapping[str, Any]) -> Scenario:
     """End a run that a robot joins, and return the scenario of the rest with that robot. Raises
     UsageError."""
     if mission.result is not None:
         raise UsageError("the run has ended: no robot can join it")
     name, item = str(data.get("robot")), data.get("item")
-    rest = rest_with(told, mission.scenario, json.dumps({name: item}))
+    rest = rest_with(records, mission.scenario, json.dumps({name: item}))
     mission.give_up(joins_words(rest))
     return rest
 

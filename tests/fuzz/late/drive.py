@@ -93,7 +93,7 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive | None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "trace.jsonl"
             with TraceWriter(path) as writer:
-                listeners = [lines.append, writer, world.told]
+                listeners = [lines.append, writer, world.observe]
                 mission = Mission(scenario, quiet(scenario), world=world, listeners=listeners)
                 result = mission.run()
             content = path.read_bytes()

@@ -76,14 +76,14 @@ def _joined(domain: int, interface: str, peers: tuple[str, ...]) -> Any:
             if colon and int(port) not in range(1, 65536):
                 raise ValueError("ports are 1 to 65535")
         except (OSError, ValueError) as error:
-            said = f"'peers' of network: '{peer}' is not the address of a robot ({error})"
-            raise UsageError(f"{said}\n    use addresses such as 10.0.0.7") from error
+            problem = f"'peers' of network: '{peer}' is not the address of a robot ({error})"
+            raise UsageError(f"{problem}\n    use addresses such as 10.0.0.7") from error
     try:
         return Domain(domain, configuration(interface, peers))
     except DDSException as error:
         known = ", ".join(name for _, name in socket.if_nameindex())
-        said = f"ROS 2 cannot use the network interface '{interface}'"
-        raise UsageError(f"{said}\n    this machine has {known}") from error
+        problem = f"ROS 2 cannot use the network interface '{interface}'"
+        raise UsageError(f"{problem}\n    this machine has {known}") from error
 
 
 def _confine(interface: str) -> None:
