@@ -23,7 +23,7 @@ from safenav.fleet.stations import (
     SimulationUse,
     Station,
     TransportKind,
-    default_tolerance,
+    on_regions,
     side_of,
 )
 from safenav.scenario.model import Obstacle, Scenario
@@ -126,7 +126,11 @@ class FollowKeys(Table):
     about = "The robot tracks references itself, instead of goals."
     made = FollowUse
     topic = Key(NAMED, "The topic of its references.")
-    tolerance = Key(POSITIVE, "Allowed deviation from its reference, in metres.")
+    tolerance = Key(
+        POSITIVE,
+        "Allowed deviation from its reference, in metres. "
+        "Default: 0.25 of a region's side, at most 0.25 m.",
+    )
 
 
 class StationKeys(Table):
@@ -293,7 +297,7 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
             entries += found.node.entries
     label, base = f"of robot '{name}'", Station(f"/{name}")
     side = side_of(findings.world)
-    base = replace(base, tolerance=default_tolerance(side))
+    base = replace(base, tolerance=on_regions(base.tolerance, side))
     item = StationKeys(MappingNode(Place(), tuple(entries)), label, findings)
     act = _by_name(item.act, f"'act' {label}", label, NAMED, findings)
     _check_inside(item, StationKeys.tolerance, side, findings)
@@ -303,7 +307,7 @@ def _station(name: str, defaults: Node | None, own: Node | None, findings: Readi
         **item.given(*numbers, StationKeys.report),
         namespace=_absolute(item.namespace or base.namespace),
         scan=_scan(item.scan, label, side, findings),
-        follow=_follow(item.follow, label, findings),
+        follow=_follow(item.follow, label, side, findings),
         act=act,
     )
 
@@ -340,9 +344,13 @@ def _scan(node: Node | None, label: str, side: float, findings: Reading) -> Scan
     return item.over(replace(use, beyond=side * use.beyond))
 
 
-def _follow(node: Node | None, label: str, findings: Findings) -> FollowUse | None:
+def _follow(node: Node | None, label: str, side: float, findings: Findings) -> FollowUse | None:
     item = FollowKeys.read(node, f"'follow' {label}", findings, f"of follow {label}")
-    return item.over(FollowUse()) if item else None
+    if item is None:
+        return None
+    _check_inside(item, FollowKeys.tolerance, side, findings)
+    use = FollowUse()
+    return item.over(replace(use, tolerance=on_regions(use.tolerance, side)))
 
 
 def schema_text() -> str:

@@ -70,10 +70,10 @@ def side_of(world: RegionMap | None) -> float:
     return min(world.frame.resolution) if world is not None and world.frame is not None else 1.0
 
 
-def default_tolerance(side: float) -> float:
-    """Return the tolerance of a robot without a value of its own on regions with this side
-    (metres): on small regions, 0.3 m would accept an arrival in the next one."""
-    return min(1.0, side) * Station("/").tolerance
+def on_regions(metres: float, side: float) -> float:
+    """Return a default distance for regions with this side (metres): less on small regions, where a
+    robot so far from the centre would be in the next one."""
+    return min(1.0, side) * metres
 
 
 class Network(Struct, frozen=True):

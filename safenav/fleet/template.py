@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import floor
 
-from safenav.fleet.stations import default_tolerance, side_of
+from safenav.fleet.stations import FollowUse, Station, on_regions, side_of
 from safenav.scenario.lint import arrival_room
 from safenav.scenario.model import Scenario
 from safenav.trace.words import listed
@@ -12,6 +12,7 @@ from safenav.trace.words import listed
 
 def template_text(scenario: Scenario) -> str:
     """Return a commented fleet file for the robots of a scenario; it loads unchanged."""
+    follow = on_regions(FollowUse().tolerance, side_of(scenario.map))
     lines = [
         "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
         "safenav-fleet: 1",
@@ -24,7 +25,7 @@ def template_text(scenario: Scenario) -> str:
         f"  tolerance: {_tolerance(scenario):<11g} # metres from the centre of a region: arrived",
         "  timeout: 3             # times the expected time, then the goal is cancelled",
         "  retries: 2             # number of times that a failed goal is sent again",
-        "  # follow: {topic: reference, tolerance: 0.25}  # references instead of goals",
+        f"  # follow: {{topic: reference, tolerance: {follow:g}}}  # references instead of goals",
         "robots:",
     ]
     if scenario.inputs:
@@ -54,5 +55,5 @@ def _tolerance(scenario: Scenario) -> float:
     """Return the default tolerance, or less if a robot that arrives so far from the centre of a
     region reaches into the next one."""
     rooms = (floor(100 * room) / 100 for _, _, _, room in arrival_room(scenario))
-    default = default_tolerance(side_of(scenario.map))
+    default = on_regions(Station("/").tolerance, side_of(scenario.map))
     return min((default, *filter(None, rooms)))

@@ -131,13 +131,15 @@ def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> No
 def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) -> None:
     """0.35 m behind the middle of a region of half a metre is the wall of the next one."""
     path = tmp_path / "fleet.yaml"
-    path.write_text(HEAD + "defaults: {scan: {obstacle: door}}\n")
+    path.write_text(HEAD + "defaults: {scan: {obstacle: door}, follow: {}}\n")
     scenario = load_scenario_text(
         CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
     )
     station = fleet_file.load_fleet(path, scenario).stations["quad"]
     assert station.scan is not None and station.scan.beyond == pytest.approx(0.35 * side)
     assert station.tolerance == pytest.approx(min(0.3, 0.3 * side))
+    assert station.follow is not None
+    assert station.follow.tolerance == pytest.approx(min(0.25, 0.25 * side))
 
 
 MISTAKES = [
