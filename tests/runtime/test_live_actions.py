@@ -30,12 +30,20 @@ DEBRIS = RING.replace("type: door", "type: debris").replace(
 )
 
 
-def test_after_two_failed_actions_another_robot_helps() -> None:
+@pytest.mark.parametrize("unasked", [False, True])
+def test_after_two_failed_actions_another_robot_helps(unasked: bool) -> None:
+    """``unasked``: its arm acts on whatever is there, also if the action names no obstacle."""
+    (debris,) = loaded(DEBRIS).obstacles
+
     class Jammed(LiveSimulation):
+        left = unasked
+
         def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
             if robot.name == "a":
+                self.left = self.left and not obstacles
                 return super().act(robot, obstacles, command)
-            found = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
+            tried = obstacles or ([debris] if self.left and self.now() > 1 else [])
+            found = tuple((obstacle, ActResult.FAILED) for obstacle in tried)
             return Acted(self.now(), "b", found, command=command)
 
     run = completed(DEBRIS, world=Jammed)

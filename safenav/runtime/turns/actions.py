@@ -131,7 +131,7 @@ class Actions(Struct):
         left_to_others = tuple(each for each in tried if counted.action_failed(policy, name, each))
         ended = results, left_to_others or None, event.reason or None
         state.emit(records.ActionEnd(state.tick, event.command or 0, name, *ended))
-        robot.asked = not event.found  # else there may be more to do
+        robot.asked = {*results.values()} <= {ActResult.FAILED}  # else there may be more to do
         state.changes += 1
         for violation in filter(None, found):
             yield from self.relocation.request_help(violation)
