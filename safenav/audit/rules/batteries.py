@@ -124,18 +124,16 @@ class ChargeRule(Rule):
         if before is not None and here not in before.targets[0]:
             again = record.objective.targets == before.targets  # in another pose there
             again = again or _kept_from(robot, before.targets[0], now)
-            again = again or self._never_gets(robot, before.targets[0], now)
+            if (
+                not again
+            ):  # also if no order of the team's moves brings it there, or that is unknown
+                case = case_of(now)
+                again = case is None or not can_get(robot, before.targets[0], case, MOST_MOVED)
             left = now.charge[robot] if record.t is None else now.charge_at(robot, record.t)
             if not again and not _too_far(now, robot, before.targets[0], left):
                 yield f"{robot} gets another stop before it reaches its last one, {before}"
         if record.objective.kind == STAYING and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
-
-    def _never_gets(self, robot: str, regions: frozenset[int], now: Situation) -> bool:
-        """Return whether no order of the team's moves brings a robot to one of the regions; True
-        also if that is unknown."""
-        case = case_of(now)
-        return case is None or not can_get(robot, regions, case, MOST_MOVED)
 
     def _owes(self) -> Iterator[Said]:
         if self._owed is not None:

@@ -127,7 +127,11 @@ class DeadlineRule(Rule):
                 yield "the scenario has no suspects"
         elif record.type in _SETTLES_AGAIN and self._since != (self._tick, self._had):
             self._around = {}
-        elif record.type == "move" and record.to != record.from_ and self._shuns(record):
+        elif (
+            record.type == "move"
+            and record.to != record.from_
+            and record.to in self._around.get(record.robot, ())
+        ):
             yield f"{record.robot} is in {now.show(record.to)}, which it must avoid"
         if self._had or record.type != "move":  # the first turn includes the lines before it
             over = record.type in ("deadline", "move") or record.tick > self._tick
@@ -188,9 +192,6 @@ class DeadlineRule(Rule):
             if due is not None and act.at > due and act.obstacle not in self._beyond:
                 problem = f"{act.obstacle} is due at {due}, before the act in tick {act.at}"
                 yield None, problem, record
-
-    def _shuns(self, move: Line) -> bool:
-        return move.to in self._around.get(move.robot, ())
 
     def _look(self, now: Situation) -> None:
         for name, clock in self._clocks.items():

@@ -23,7 +23,9 @@ def goal(record: Line, now: Situation) -> Iterator[Said]:
     if record.region != here:
         told = now.show(record.region)
         yield f"{robot} is recorded to meet a goal at {told}, but is at {now.show(here)}"
-    elif not any(_is_target(objective, record.goal, here) for objective in in_force):
+    elif all(shape_of(one.kind).known for one in in_force) and not any(
+        here in target for one in in_force for target in one.targets[record.goal :][:1]
+    ):
         told = f"{now.show(here)} is not target {record.goal} of {robot}"
         yield f"{told}: {now.objectives[robot]}"
 
@@ -248,12 +250,6 @@ def _by_strategy(turn: Turn) -> bool:
     if turn.failed:
         return False  # it ended elsewhere
     return move is None or move.by in (None, "strategy", EITHER)
-
-
-def _is_target(objective: Objective, index: int, region: int) -> bool:
-    if not shape_of(objective.kind).known:
-        return True  # the trace does not record which regions meet it
-    return index < len(objective.targets) and region in objective.targets[index]
 
 
 def _is_due(objective: Objective, progress: Progress, index: int, origin: int | None) -> bool:

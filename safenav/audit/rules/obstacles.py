@@ -44,8 +44,6 @@ def backtrack(now: Situation) -> Iterator[Said]:
     """Each violation, and nothing else, is followed by a backtrack; the move of that turn goes to
     the region in the backtrack (T Time; D 5.3). If the robot acted, that action has failed."""
     turn = now.turn
-    if turn.is_plain:
-        return
     violations, backtracks = turn.all("violation"), turn.all("backtrack")
     for violation in () if turn.torn else violations[len(backtracks) :]:
         obstacle = violation.obstacle
@@ -197,16 +195,15 @@ class MissedResolutionRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Said]:
         robot, move = now.turn.robot, now.turn.first("move")
-        if robot is None or move is None or now.is_cut_short() or now.external or now.live:
+        if move is None or now.is_cut_short() or now.external or now.live:
             return
-        met = {record.obstacle for record in now.turn.all("resolved")} | now.turn.advanced
-        met |= {r.obstacle for r in now.turn.all("appeared")}  # at the start of the next tick
-        for name in (name for name in now.obstacles if name not in met):
-            need = now.need(name)
-            group = now.standing(name) if need.together else now.open[name].done
-            if len(group) >= need.robots and _can_act(robot, name, now):
-                can = f"{robot} can {need.action} and is at {now.show(now.region[robot])}"
-                yield robot, f"{can}, but does not resolve {name}", move
+        lines = (*now.turn.all("resolved"), *now.turn.all("appeared"))  # one may appear again
+        for name, number in now.turn.met.keys() if robot is not None else ():
+            last = number + 1 == len(now.obstacles[name].all_needs)
+            resolved = name in (line.obstacle for line in lines)
+            if last and not resolved and now.status[name] is Status.UNRESOLVED:
+                can = f"can {now.need(name).action} and is at {now.show(move.to)}"
+                yield robot, f"{robot} {can}, but does not resolve {name}", move
 
 
 def _departs(record: Line, now: Situation) -> bool:
@@ -287,8 +284,6 @@ class BlockedRule(Rule):
             self._blocked.discard(record.obstacle)
 
     def turn(self, now: Situation) -> Iterator[Said]:
-        if now.turn.is_plain:
-            return
         joined = {record.obstacle for record in now.turn.all("blocked")}
         for record in now.turn.all("resolved"):
             joins = record.traversable is not False or record.obstacle in joined

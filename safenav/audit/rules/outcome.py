@@ -232,6 +232,7 @@ class CompletedRule(Rule):
             yield f"the rounds of {robot} are missing"
             return
         objective, progress = now.own[robot], now.progress[robot]
+        held = len(self._held.get(robot, ())) + self._held_before.get(robot, 0)
         _, most = _bounds(progress.goals, objective)
         if outcome.outcome == "completed":
             if now.is_away(robot):
@@ -242,12 +243,9 @@ class CompletedRule(Rule):
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
             elif shape_of(objective.kind).ends and progress.ahead < len(objective.targets):
                 yield f"{robot} has met {progress.ahead} of its {len(objective.targets)} targets"
-            elif _stays(robot, now) and (held := self._ticks_held(robot)) + 1 < wanted:
+            elif _stays(robot, now) and held + 1 < wanted:
                 # The region where it stands when counting begins may also count.
                 yield f"{robot} has held for {held} ticks of {wanted}"
-
-    def _ticks_held(self, robot: str) -> int:
-        return len(self._held.get(robot, ())) + self._held_before.get(robot, 0)
 
     def _over(self, now: Situation) -> bool:
         """Return whether the run is certainly completed."""

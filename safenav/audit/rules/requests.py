@@ -70,8 +70,6 @@ class RequestRule(Rule):
                 self._asked.discard(record.obstacle)
 
     def turn(self, now: Situation) -> Iterator[Said]:
-        if now.turn.is_plain and self._owed.is_empty and not self._again:
-            return
         turn, violations = now.turn, now.turn.all("violation")
         given_up = {record.obstacle for record in turn.all("blocked")}
         for request in self._again:

@@ -68,11 +68,6 @@ class Postponed:
     def __init__(self) -> None:
         self._open: list[tuple[Wrong, Callable[[], bool], dict[str, int | None]]] = []
 
-    @property
-    def is_empty(self) -> bool:
-        """Return whether no earlier turn lacks a line."""
-        return not self._open
-
     def judge(
         self, found: Iterable[tuple[Wrong, Callable[[], bool]]], now: Situation
     ) -> Iterator[Wrong]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.audit.language import Pose
-from safenav.audit.lines import Line, Made, Objective, Obstacle
+from safenav.audit.lines import Line, Made, Objective
 from safenav.audit.run.progress import Progress
 from safenav.audit.run.turn import taken
 from safenav.audit.world import World
@@ -91,13 +91,6 @@ class Robots:
         """Return the regions that a robot occupies or, if it is lost, may occupy."""
         taken, lost = self.taken_by(robot), self.lost.get(robot)
         return taken | lost if lost else taken
-
-    def exclude_lost_position(self, gone: Obstacle) -> None:
-        """Exclude a region of a lost robot: an operator has resolved its obstacle there."""
-        self.lost = {
-            robot: regions - {gone.region} if gone.type == f"lost_{robot}" else regions
-            for robot, regions in self.lost.items()
-        }
 
     def entered(self, move: Line) -> set[int]:
         """Return the regions that a robot occupies after a move but not before it."""

@@ -181,7 +181,10 @@ class Situation(Actions):
                         self.until |= {name: one.until} if one.until else {}
                     self.orders.discard(name)
                 else:
-                    self.exclude_lost_position(self.obstacles[name])
+                    one = self.obstacles[name]
+                    for lost, regions in self.lost.items():  # by an operator
+                        if one.type == f"lost_{lost}":
+                            self.lost[lost] = regions - {one.region}
                     self._fit_again(obstacle=name)
                     self.status[name] = Status.ABSENT
             case "order":

@@ -95,11 +95,6 @@ class Turn:
         self.records.append(record)
         self._kinds.setdefault(record.type, []).append(record)
 
-    @property
-    def is_plain(self) -> bool:
-        """Return whether the turn consists only of the robot's move."""
-        return len(self.records) == 1 and self.records[0].type == "move"
-
     def all(self, kind: str) -> list[Line]:
         return [*self._kinds.get(kind, ())]
 
