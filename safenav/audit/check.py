@@ -53,8 +53,8 @@ def audit(trace: Trace, after: Trace | None = None) -> Audit:
     found = [*findings(now, records, [rule() for rule in RULES])]
     if after is not None:
         before = [_plain_proof(record) for record in after.records]
-        said = continuation_problems(after.header, before, after.digest, trace.header)
-        found += [Finding(NAME, 0, None, 1, problem) for problem in said]
+        problems = continuation_problems(after.header, before, after.digest, trace.header)
+        found += [Finding(NAME, 0, None, 1, problem) for problem in problems]
     found.sort(key=lambda f: (f.line, rank.get(f.rule, 0)))
     outcome = trace.outcome
     return Audit(

@@ -104,10 +104,10 @@ def _shown(value: Any) -> str:
     return "none" if value in (None, "", {}) else str(value)
 
 
-def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple[int, set[str]]:
+def _last_tick(now: Situation, records: Sequence[Line], stated: set[str]) -> tuple[int, set[str]]:
     """Return the last completed tick, and the robots that have had a turn in the next one.
-    ``told``: such robots by the header; it decides whether a robot with a strict objective has met
-    its target."""
+    ``stated``: such robots by the header; it decides whether a robot with a strict objective has
+    met its target."""
     last = max((record.tick for record in records), default=0)
     moved = {r.robot for r in records if r.type == "move" and r.tick == last}
     if now.live or not last:
@@ -115,7 +115,7 @@ def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple
     robot = now.turn.robot
     owes = robot is not None and not _has_met(now) and _may_owe_goal(robot, now)
     if owes and shape_of(now.own[str(robot)].kind).strict:
-        owes = bool(told)
+        owes = bool(stated)
     over = moved == {*now.header.robots} and not owes
     return (last, set()) if over else (last - 1, moved)
 
@@ -156,7 +156,7 @@ def _has_new_battery(robot: str, now: Situation) -> bool:
 def _robot(name: str, rest: Line, now: Situation) -> Iterator[Fact]:
     """Yield the pose, the charge and the progress with which a robot begins."""
     begins, done = rest.scenario.robots[name], (rest.scenario.begun.robots or {}).get(name)
-    own, progress, told = now.own[name], now.progress[name], done or Made()
+    own, progress, stated = now.own[name], now.progress[name], done or Made()
     yield f"pose of {name}", (begins.start, begins.heading), [(now.region[name], now.heading[name])]
     if begins.battery is not None and name in now.charge:
         charge = now.charge_at(name, now.time) if now.live else now.charge[name]
@@ -166,14 +166,14 @@ def _robot(name: str, rest: Line, now: Situation) -> Iterator[Fact]:
     if not now.is_away(name) and begins.objective == own:  # otherwise its rounds restart later
         shape, rounds = shape_of(own.kind), progress.rounds
         most = rounds if shape.recurs else maxsize - 1
-        yield f"rounds of {name}", told.rounds or 0, range(rounds, most + 1)
-        yield f"targets that {name} has met", {*(told.seen or ())}, [_seen(name, now)]
+        yield f"rounds of {name}", stated.rounds or 0, range(rounds, most + 1)
+        yield f"targets that {name} has met", {*(stated.seen or ())}, [_seen(name, now)]
         if shape.in_turn:
-            yield f"next target of {name}", told.turn or 0, _turn(name, now)
+            yield f"next target of {name}", stated.turn or 0, _turn(name, now)
     if done is not None and own.kind == "ltl" and name in now.memories.possible:
         names, rows = remembered(name, now) or (), [*now.memories.possible[name]]
         rows += [] if name in now.memories.begun else [row_of({}, names)]
-        yield f"memory of {name}", row_of(told.memory or {}, names), rows
+        yield f"memory of {name}", row_of(stated.memory or {}, names), rows
 
 
 def _clock(
@@ -183,32 +183,32 @@ def _clock(
     done = (rest.scenario.begun.robots or {}).get(name)
     if now.live or now.header.promises is None or done is None or now.is_away(name):
         return
-    told, within, (begun, away, *before) = done.clock or Made(), *deadlines.round(name)
+    stated, within, (begun, away, *before) = done.clock or Made(), *deadlines.round(name)
     since, disturbed = tick - begun, {away, away or now.objectives[name] != now.own[name]}
     if name in now.out:
         disturbed.add(True)
     if now.is_to_return(name):
         since, disturbed, before = -1, {False}, [False, False]
     ticks = [since, since if within is None else min(since, within)]
-    yield f"ticks of {name} in its round", told.since, ticks
-    flags = bool(told.disturbed), bool(told.before), bool(told.over)
+    yield f"ticks of {name} in its round", stated.since, ticks
+    flags = bool(stated.disturbed), bool(stated.before), bool(stated.over)
     subject = f"round of {name} (disturbed, disturbed before, judged)"
     yield subject, flags, [(each, *before) for each in disturbed]
 
 
 def _plan(
-    told: Line | None, plan: FollowsPlanRule, records: Sequence[Line], now: Situation
+    stated: Line | None, plan: FollowsPlanRule, records: Sequence[Line], now: Situation
 ) -> Iterator[Fact]:
     """Yield the rest of the joint plan."""
     left, before = plan.left(), now.begun.plan
     if before is not None and not any(r.type in ("plan", "move", "depart") for r in records):
         left = before.robots, {*before.orders}
-    yield "joint plan", told and "present", [left and "present"]
-    if told is not None and left is not None:
+    yield "joint plan", stated and "present", [left and "present"]
+    if stated is not None and left is not None:
         for robot, places in left[0].items():
             if len(places) > 1:
-                yield f"joint plan of {robot}", told.robots.get(robot), [places]
-        yield "orders of the joint plan", {*told.orders}, [left[1]]
+                yield f"joint plan of {robot}", stated.robots.get(robot), [places]
+        yield "orders of the joint plan", {*stated.orders}, [left[1]]
 
 
 def _obstacles(rest: Line, now: Situation) -> Iterator[Fact]:
@@ -234,8 +234,8 @@ def _obstacles(rest: Line, now: Situation) -> Iterator[Fact]:
     for name, groups in (begun.met or {}).items():
         before = (now.begun.met or {}).get(name, ((),))[-1]  # it appears again in tick 1
         carriers = now.open[name].carriers() if name in now.open else frozenset()
-        told = {*(groups[-1] if groups else ())}
-        yield f"robots that carry {name}", told, [carriers or frozenset(before)]
+        stated = {*(groups[-1] if groups else ())}
+        yield f"robots that carry {name}", stated, [carriers or frozenset(before)]
 
 
 def _times(

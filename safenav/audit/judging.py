@@ -67,8 +67,8 @@ def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> 
         yield from faults
         return  # the initial state would contain them
     for rule in rules:
-        for said in rule.opening(now):
-            yield rule.finding(said, opening, None)
+        for message in rule.opening(now):
+            yield rule.finding(message, opening, None)
     moves = Passes(now)
     for record in moves.expand(records) if now.live else records:
         if record.type == "discovered":
@@ -92,16 +92,16 @@ def findings(now: Situation, records: Sequence[Line], rules: Iterable[Rule]) -> 
         if kind == "move" and not now.live:
             now.ends_step(record)
         for rule in judges[kind]:
-            for said in rule.line(record, now):
-                yield rule.finding(said, record, robot)
+            for message in rule.line(record, now):
+                yield rule.finding(message, record, robot)
         if now.starts_turn(record):
             yield from _turn_over(ends, now, last=False)
             now.begin_turn(record)
         now.apply(record)
     yield from _turn_over(ends, now, last=True)
     for rule in rules:
-        for said in rule.ending(now):
-            yield rule.finding(said, now.outcome or opening, None)
+        for message in rule.ending(now):
+            yield rule.finding(message, now.outcome or opening, None)
 
 
 def _of_run(record: Line, problem: str, rule: str = NAMES_RULE) -> Finding:
@@ -116,8 +116,8 @@ def _judges(rule: Rule, moment: str) -> bool:
 def _turn_over(rules: Iterable[Rule], now: Situation, *, last: bool) -> Iterator[Finding]:
     now.finish_turn(last)
     for rule in rules:
-        for said in rule.turn(now):
-            yield rule.finding(said, now.turn, now.turn.robot)
+        for message in rule.turn(now):
+            yield rule.finding(message, now.turn, now.turn.robot)
 
 
 def findings_before(now: Situation) -> Iterator[Finding]:
@@ -135,8 +135,10 @@ def findings_before(now: Situation) -> Iterator[Finding]:
         yield _of_run(now.turn, f"{name!r} is not in the scenario")
     for name, groups in met.items():
         if name not in strangers and not can_have_met(now.obstacles[name].all_needs, groups):
-            told = ", then ".join(" and ".join(group) for group in groups) or "no robot"
-            yield _of_run(now.turn, f"{told} cannot have met the first needs of {name}", "header")
+            groups_of_robots = ", then ".join(" and ".join(group) for group in groups) or "no robot"
+            yield _of_run(
+                now.turn, f"{groups_of_robots} cannot have met the first needs of {name}", "header"
+            )
 
 
 def can_have_met(needs: Sequence[Need], groups: Sequence[Sequence[str]]) -> bool:

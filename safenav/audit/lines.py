@@ -60,9 +60,9 @@ class Obstacle(Made):
     even if there is only one."""
 
     @classmethod
-    def of(cls, told: Line, robots: Mapping[str, Line]) -> Obstacle:
-        one = Made(action=told.action, regions=told.resolution_regions)
-        listed, needs = told.needs or (one,), list[Need]()
+    def of(cls, stated: Line, robots: Mapping[str, Line]) -> Obstacle:
+        one = Made(action=stated.action, regions=stated.resolution_regions)
+        listed, needs = stated.needs or (one,), list[Need]()
         for k, need in enumerate(listed):
             chain = (need, *takewhile(lambda other: other.same, listed[k + 1 :]))
             actions = {each.action for each in chain}
@@ -70,7 +70,7 @@ class Obstacle(Made):
             how = need.robots or 1, bool(need.together), bool(need.same)
             needs.append(Need(able, frozenset(need.regions), *how, need.action))
         fields = ("name", "region", "blocks", "traversable", "from_", "until", "resolve_within")
-        about = {name: getattr(told, name) for name in (*fields, "ordered", "type", "sweeps")}
+        about = {name: getattr(stated, name) for name in (*fields, "ordered", "type", "sweeps")}
         return cls(all_needs=tuple(needs), **about)
 
     def opened(self) -> OpenObstacle:

@@ -75,8 +75,8 @@ class World:
         4-neighbours (the east end of a row is not a neighbour of the next row's west end)."""
         if origin == to or not self.on_map(origin):
             return None
-        ways = self._beside(origin).items()
-        return next((way for way, there in ways if there == to), None)
+        beside = self._beside(origin).items()
+        return next((heading for heading, there in beside if there == to), None)
 
     def neighbours(self, region: int) -> list[int]:
         """Return the free regions that one step leads to."""

@@ -292,7 +292,7 @@ def _least_round(now: Situation, robot: str, strict: bool) -> int | None:
     def allows(before: Pose, after: Pose) -> bool:
         return after[0] not in own.avoid and (rules is None or rules.allows(before, after))
 
-    def way(seeds: Ticks) -> Ticks:
+    def round_from(seeds: Ticks) -> Ticks:
         for goal in targets:
             stayed, stepped = bound.ticks(robot, seeds, every if strict else goal, allows)
             seeds = {
@@ -302,12 +302,12 @@ def _least_round(now: Situation, robot: str, strict: bool) -> int | None:
             }
         return seeds
 
-    first, rounds = way(dict([bound.start[robot]])), dict[Pose, Ticks]()
+    first, rounds = round_from(dict([bound.start[robot]])), dict[Pose, Ticks]()
     pending = [*first]
     while pending:
         pose = pending.pop()
         if pose not in rounds:
-            rounds[pose] = way({pose: 0})
+            rounds[pose] = round_from({pose: 0})
             pending += rounds[pose]
     for most in sorted({*first.values(), *(t for row in rounds.values() for t in row.values())}):
         kept = {*rounds}

@@ -70,13 +70,13 @@ class Team:
         """Return whether all robots of a group can stand at some of their poses at the same time,
         robots in conflict in different regions."""
         crowd = [name for name in group if self.members[name].rivals & {*group}]
-        ways = product(*({region for region, _ in at[name]} for name in crowd))
+        choices = product(*({region for region, _ in at[name]} for name in crowd))
         return any(
             all(
                 one != other or b not in self.members[a].rivals
-                for (a, one), (b, other) in combinations(zip(crowd, way, strict=True), 2)
+                for (a, one), (b, other) in combinations(zip(crowd, regions, strict=True), 2)
             )
-            for way in ways
+            for regions in choices
         )
 
     def in_the_way(

@@ -114,19 +114,19 @@ def _robot_problems(
 ) -> Iterator[str]:
     outside = sorted(begins - inside, key=str)
     if outside:
-        yield f"{name} begins at {_told(outside[0])}, outside its closure"
+        yield f"{name} begins at {_shown(outside[0])}, outside its closure"
         return
     walls, steps = case.team.walls(name, stuck), case.team.members[name].steps
     for pose in sorted(inside, key=str):
         for to in steps.get(pose, ()):
             if to[0] not in walls and to not in inside:
-                yield f"{name} can move from {_told(pose)} to {_told(to)}, outside its closure"
+                yield f"{name} can move from {_shown(pose)} to {_shown(to)}, outside its closure"
                 return
     if not table["live"] and case.team.can_continue(name, inside, stuck):
         yield f"{name} can continue forever in its closure, but is marked not live"
 
 
-def _told(pose: Pose) -> str:
+def _shown(pose: Pose) -> str:
     region, heading = pose
     return f"{region}" if heading is None else f"{region} facing {heading}"
 
@@ -166,17 +166,17 @@ def _problems(
     ):
         yield "every robot is live before any of the choices"
         return
-    told: dict[Choice, Mapping[str, Any]] = {}
+    proofs: dict[Choice, Mapping[str, Any]] = {}
     for choice in proof["choices"]:
         option = choice["option"]
-        told[option["obstacle"], option["need"], frozenset(option["robots"])] = choice["proof"]
+        proofs[option["obstacle"], option["need"], frozenset(option["robots"])] = choice["proof"]
     steps = {
         (obstacles[k].name, obstacles[k].stage, frozenset(step.group)): step
         for step in team.options(closed, closed, obstacles, {}, every=True)
         for k in [step.obstacle]
     }
-    missing = [one for one in steps if one not in told]
-    chosen = [one for one in steps if one in told]
+    missing = [one for one in steps if one not in proofs]
+    chosen = [one for one in steps if one in proofs]
     lossless = [one for one in chosen if steps[one].lossless]
     if missing and not lossless:
         name, _, group = missing[0]
@@ -187,4 +187,4 @@ def _problems(
         there = dict(zip(team.names, after, strict=True))
         left = tuple(obstacle for obstacle in then if obstacle.left)
         rest = replace(case, obstacles=left)
-        yield from _problems(told[one], rest, there, budget, depth + 1)
+        yield from _problems(proofs[one], rest, there, budget, depth + 1)

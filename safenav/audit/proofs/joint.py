@@ -45,7 +45,7 @@ class _State(NamedTuple):
 
 def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
     """Yield the errors of a joint proof. Raises TooManyError."""
-    listed, told = proof["robots"], proof["states"]
+    listed, stated = proof["robots"], proof["states"]
     start = {name: tuple(pose) for name, pose in proof["start"].items()}
     stages = {name: stage for name, stage in proof["stages"].items() if name not in case.shut}
     strangers = sorted({*listed, *start} - case.at.keys())
@@ -60,11 +60,11 @@ def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
     if problem:
         yield problem
         return
-    if told > MOST_STATES:
-        raise TooManyError(f"{told} states exceed the {MOST_STATES} that the audit enumerates")
+    if stated > MOST_STATES:
+        raise TooManyError(f"{stated} states exceed the {MOST_STATES} that the audit enumerates")
     robots = [name for name in case.at if name in listed]
     known = (obstacle for obstacle in case.obstacles if obstacle.name in stages)
-    yield from _Enumeration(case, robots, tuple(known)).problems(told, proof["sha256"])
+    yield from _Enumeration(case, robots, tuple(known)).problems(stated, proof["sha256"])
 
 
 def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> str:
@@ -118,7 +118,7 @@ class _Enumeration:
                 return None
         return False
 
-    def problems(self, told: int, digest: object) -> Iterator[str]:
+    def problems(self, stated: int, digest: object) -> Iterator[str]:
         poses = set[tuple[Pose, ...]]()
         for state, seen in self._reached():
             poses.add(tuple(map(plain, state.poses)))
@@ -129,11 +129,11 @@ class _Enumeration:
                 return
             if seen > MOST_STATES:
                 raise TooManyError(f"more than {MOST_STATES} states: too many for the audit")
-            if len(poses) > told:
-                yield f"more states are reachable than the {told} of the proof"
+            if len(poses) > stated:
+                yield f"more states are reachable than the {stated} of the proof"
                 return
-        if len(poses) != told:
-            yield f"{len(poses)} states are reachable, not {told}"
+        if len(poses) != stated:
+            yield f"{len(poses)} states are reachable, not {stated}"
         elif digest != _digest(poses):
             yield "the reachable states are not those of the proof (sha256)"
 

@@ -12,7 +12,7 @@ from safenav.audit.possibilities.deriving import member_of, open_obstacles, perm
 from safenav.audit.possibilities.team import Team
 from safenav.audit.proofs.case import case_of
 from safenav.audit.proofs.joint import can_get
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Message, Rule
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status, taken
 
@@ -48,12 +48,12 @@ class ChargeRule(Rule):
         self._asks = False
         self._stops: dict[str, tuple[Objective, int, int]] = {}  # its line, and its tick
 
-    def opening(self, now: Situation) -> Iterable[Said]:
+    def opening(self, now: Situation) -> Iterable[Message]:
         charges = now.charge.items()
         self._empty = [name for name, left in charges if _is_empty(name, left, now)]
         return ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if now.live:
             yield from self._in_time(record, now)
         elif self._owed is None and self._empty and record.tick > 0:
@@ -98,11 +98,11 @@ class ChargeRule(Rule):
             case _ if record.type in _FLOOR:
                 self._stops.clear()
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         if not now.is_cut_short():
             yield from self._owes()
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         turn = now.turn
         stop, line, tick = self._stops.get(turn.robot or "", (None, 0, 0))
         move = turn.first("move")
@@ -135,19 +135,19 @@ class ChargeRule(Rule):
         if record.objective.kind == STAYING and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
 
-    def _owes(self) -> Iterator[Said]:
+    def _owes(self) -> Iterator[Message]:
         if self._owed is not None:
             yield self._owed, _NOT_OUT.format(self._owed)
             self._owed = None
 
-    def _moved(self, move: Line, now: Situation) -> Iterator[Said]:
+    def _moved(self, move: Line, now: Situation) -> Iterator[Message]:
         name, left = move.robot, now.charge_after(move)
         if left < 0:
             yield f"{name} takes a step with a charge of {now.charge[name]:g}"
         if _is_empty(name, left, now, move.to) and move.toward is None and name not in now.out:
             self._runs_flat(name, move.to, now)
 
-    def _in_time(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _in_time(self, record: Line, now: Situation) -> Iterator[Message]:
         """Live: follow the charges of robots that stand still."""
         t, name = record.t, getattr(record, "robot", None)
         if t is None:
@@ -197,7 +197,7 @@ class ChargeRule(Rule):
 
     def _refused(
         self, name: str, least: int | None, outcome: Line, now: Situation
-    ) -> Iterator[Said]:
+    ) -> Iterator[Message]:
         if name not in now.charge:
             yield None, f"{name} has no battery"
             return
@@ -237,14 +237,14 @@ def _is_empty(robot: str, charge: float, now: Situation, at: int | None = None) 
 
 def _too_far(now: Situation, robot: str, target: frozenset[int], charge: float) -> bool:
     """Return whether a robot's charge does not suffice for the path to a region of a target."""
-    ways, shut = member_of(robot, now, permanent(now), ()).steps, _shut(now, robot)
+    graph, shut = member_of(robot, now, permanent(now), ()).steps, _shut(now, robot)
     there = {*poses_in(target, robot, now)}
-    steps = distance([now.pose(robot)], lambda pose: _after(pose, ways, shut), there)
+    steps = distance([now.pose(robot)], lambda pose: _after(pose, graph, shut), there)
     return steps is None or steps * _battery(now, robot).move > charge
 
 
-def _after(pose: Pose, ways: PoseGraph, shut: frozenset[int]) -> list[Pose]:
-    return [to for to in ways.get(pose, ()) if to[0] not in shut]
+def _after(pose: Pose, graph: PoseGraph, shut: frozenset[int]) -> list[Pose]:
+    return [to for to in graph.get(pose, ()) if to[0] not in shut]
 
 
 def _shut(now: Situation, robot: str) -> frozenset[int]:
@@ -260,9 +260,9 @@ def lasts_until(
     of the robot's next target; ``had``: it has had its turn in this tick."""
     stay, charge = _battery(now, robot).stay, int(now.charge[robot])
     charge -= 0 if had else stay
-    ways, shut = member_of(robot, now, permanent(now), ()).steps, _shut(now, robot)
-    least = need(now, robot, ways, shut, turn)
-    behind = need(now, robot, ways, shut - {now.obstacles[obstacle].region}, turn)
+    graph, shut = member_of(robot, now, permanent(now), ()).steps, _shut(now, robot)
+    least = need(now, robot, graph, shut, turn)
+    behind = need(now, robot, graph, shut - {now.obstacles[obstacle].region}, turn)
     if not stay or behind is None or behind > charge or (least is not None and least <= charge):
         return None
     if not _too_far(now, robot, frozenset(now.header.chargers or ()), charge):
@@ -271,10 +271,10 @@ def lasts_until(
 
 
 def need(
-    now: Situation, robot: str, ways: PoseGraph, shut: frozenset[int] = frozenset(), turn: int = 0
+    now: Situation, robot: str, graph: PoseGraph, shut: frozenset[int] = frozenset(), turn: int = 0
 ) -> int | None:
     """Return the least charge with which a robot can continue forever from where it is, and meet
-    its targets in turn from number ``turn`` on, by steps in ``ways`` outside the regions ``shut``;
+    its targets in turn from number ``turn`` on, by steps in ``graph`` outside the regions ``shut``;
     None if none suffices. Where staying meets a target, the robot may step to another region of
     that target instead, if it can meet its targets forever from there (``lasts``).
 
@@ -288,8 +288,8 @@ def need(
     def in_turn(turn: int) -> int:
         return min(turn, last) if settles else turn % len(targets)
 
-    reached = closure([start], lambda pose: _after(pose, ways, shut))
-    after = {pose: _after(pose, ways, shut) for pose in reached}
+    reached = closure([start], lambda pose: _after(pose, graph, shut))
+    after = {pose: _after(pose, graph, shut) for pose in reached}
     lasts: list[dict[Pose, int]] = [{} for _ in targets]
 
     def leg(turn: int, then: Mapping[Pose, int], full: Collection[int]) -> dict[Pose, int]:
@@ -301,17 +301,17 @@ def need(
             for pose in after:
                 stay, least = (0, 0) if pose[0] in full else (battery.stay, battery.move)
                 there = [q for q in after[pose] if q[0] in target]
-                ways = [then[q] + battery.move for q in there if q in then]
-                ways += [found[q] + battery.move for q in after[pose] if q in found]
+                charges = [then[q] + battery.move for q in there if q in then]
+                charges += [found[q] + battery.move for q in after[pose] if q in found]
                 if pose[0] in target and pose in then:  # below ``least`` it is out of service
                     goes = [q for q in there if q in lives and not (settles and turn == last)]
                     aside = [then.get(q, battery.capacity) + battery.move for q in goes]
-                    ways.append(max(then[pose] + stay, least, *aside))
-                way = min(ways, default=battery.capacity + 1)
-                if way <= battery.capacity and pose[0] in full:
-                    way = 0
-                if way < found.get(pose, battery.capacity + 1):
-                    found[pose], changed = way, True
+                    charges.append(max(then[pose] + stay, least, *aside))
+                charge = min(charges, default=battery.capacity + 1)
+                if charge <= battery.capacity and pose[0] in full:
+                    charge = 0
+                if charge < found.get(pose, battery.capacity + 1):
+                    found[pose], changed = charge, True
         return found
 
     def forever(full: Collection[int]) -> list[dict[Pose, int]]:

@@ -7,7 +7,7 @@ from itertools import islice
 
 from safenav.audit.kinds import STAYING
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, Rule, Said
+from safenav.audit.rules.rule import Finding, Message, Rule
 from safenav.audit.run.situation import Situation
 
 
@@ -18,7 +18,7 @@ class BeliefRule(Rule):
 
     name, kinds = "belief", ("belief",)
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         robot, other = record.robot, record.of
         before = now.beliefs.get((robot, other))
         if before is not None and (before.seen, before.regions) == (record.seen, record.regions):
@@ -56,7 +56,7 @@ class MissedBeliefRule(Rule):
         self._closed: dict[str, frozenset[int]] = {}
         self._shut: dict[str, frozenset[int]] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterable[Said]:
+    def line(self, record: Line, now: Situation) -> Iterable[Message]:
         if record.type == "violation":
             self._found.add(now.obstacles[record.obstacle].region)
         elif record.node is not None:
@@ -66,7 +66,7 @@ class MissedBeliefRule(Rule):
                 self._closed[record.robot] = frozenset(record.sight_closed)
         return ()
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         turn, robot = now.turn, now.turn.robot
         looked = robot and not turn.on_the_way and not turn.torn and turn.first("move")
         if robot and looked:
@@ -77,8 +77,8 @@ class MissedBeliefRule(Rule):
                 there = now.region[other]
                 if believer == robot and there not in belief.regions:
                     how = "sees" if belief.seen else "believes"
-                    said = f"{robot} {how} {other} elsewhere, but it is at {now.show(there)}"
-                    yield Finding(BeliefRule.name, turn.tick, robot, belief.line, said)
+                    message = f"{robot} {how} {other} elsewhere, but it is at {now.show(there)}"
+                    yield Finding(BeliefRule.name, turn.tick, robot, belief.line, message)
                 problems = self._problems(robot, other, belief, now) if believer == robot else ()
                 for problem in islice(problems, 1):
                     yield robot, problem, belief if belief in turn.records else turn

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, judges
+from safenav.audit.rules.rule import Message, Rule, judges
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import moment, taken
 
@@ -17,7 +17,7 @@ def _tick_begins(move: Line, now: Situation) -> bool:
 
 
 @judges("line", "appeared", "move")
-def appeared(record: Line, now: Situation) -> Iterator[Said]:
+def appeared(record: Line, now: Situation) -> Iterator[Message]:
     """An obstacle appears only if none of its name is present, never in a region that a robot
     occupies, and if the scenario lets it appear, not before its time. In a simulated world it
     appears at its time, or as soon as no robot or other obstacle is there (T)."""
@@ -53,7 +53,7 @@ def _taken(obstacle: Line, now: Situation) -> bool:
 
 
 @judges("line")
-def ordered(record: Line, now: Situation) -> Iterator[Said]:
+def ordered(record: Line, now: Situation) -> Iterator[Message]:
     """An order of the scenario is recorded when it appears, and no other obstacle is recorded as
     one; an order blocks no robot (D 5)."""
     before = next((line for line in now.turn.records[-1:] if line.type == "appeared"), None)
@@ -70,7 +70,7 @@ def ordered(record: Line, now: Situation) -> Iterator[Said]:
 
 
 @judges("line", "gone", "move")
-def gone(record: Line, now: Situation) -> Iterator[Said]:
+def gone(record: Line, now: Situation) -> Iterator[Message]:
     """Only an obstacle that is present disappears; if the scenario lets it disappear, not before
     its time, and in a simulated world at its time (T)."""
     if record.type == "move":
@@ -91,13 +91,13 @@ def gone(record: Line, now: Situation) -> Iterator[Said]:
 
 
 @judges("line", "service", "move")
-def service(record: Line, now: Situation) -> Iterator[Said]:
+def service(record: Line, now: Situation) -> Iterator[Message]:
     """A robot out of service begins no step, but ends a step that it has begun. In a user's world
     it may be moved elsewhere. Each line about its service changes it (T)."""
     robot = record.robot
     if record.type == "service":
-        told = record.cause != "battery"  # another rule judges that
-        if told and record.active is not (robot in now.out):
+        judged = record.cause != "battery"  # another rule judges that
+        if judged and record.active is not (robot in now.out):
             yield f"{robot} was already {'in' if record.active else 'out of'} service"
     elif now.has_failed(robot):
         return
@@ -115,7 +115,7 @@ class InputsRule(Rule):
     def __init__(self) -> None:
         self._user: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         known = {each.name for each in now.header.inputs or ()}
         if record.type == "inputs":
             if now.repeats_inputs(record) and self._user.issuperset(record.user or ()):
@@ -143,10 +143,10 @@ class ChangesRule(Rule):
     name, kinds = "changes", ("move", "objective", "service")
 
     def __init__(self) -> None:
-        self._told: list[Line] = []
+        self._applied: list[Line] = []
         self._served: dict[str, int] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         robot, service = record.robot, record.type == "service"
         if record.type == "move":
             first = robot == next(iter(now.region))  # all changes of its tick come before it
@@ -158,22 +158,24 @@ class ChangesRule(Rule):
             yield f"{robot} has another duty, so it cannot change its objective yet"
         if record.cause != "scenario":
             return
-        told = (None, record.active) if service else (record.objective, None)
+        change = (None, record.active) if service else (record.objective, None)
         same = [
-            change
-            for change in now.header.changes or ()
-            if (change.at <= (record.t or 0.0) if now.live else change.at == record.tick)
-            and (change.robot, change.objective, change.active) == (robot, *told)
-            and change not in self._told
+            one
+            for one in now.header.changes or ()
+            if (one.at <= (record.t or 0.0) if now.live else one.at == record.tick)
+            and (one.robot, one.objective, one.active) == (robot, *change)
+            and one not in self._applied
         ]
-        self._told += same
+        self._applied += same
         if not same:
             yield f"{robot} gets a change in tick {record.tick} that the scenario does not list"
 
-    def _missing(self, move: Line, now: Situation) -> Iterator[Said]:
+    def _missing(self, move: Line, now: Situation) -> Iterator[Message]:
         time = now.time if now.live else move.tick
-        due = [one for one in now.header.changes or () if one.at <= time and one not in self._told]
-        self._told += due
+        due = [
+            one for one in now.header.changes or () if one.at <= time and one not in self._applied
+        ]
+        self._applied += due
         for one in due:
             again = now.live or self._served.get(one.robot) == move.tick  # changed since
             if one.objective is not None:

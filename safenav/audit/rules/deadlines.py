@@ -17,7 +17,7 @@ from safenav.audit.possibilities.bound import (
 )
 from safenav.audit.rules.batteries import BATTERY, lasts_until
 from safenav.audit.rules.requests import SETTLES
-from safenav.audit.rules.rule import Rule, Said, differences
+from safenav.audit.rules.rule import Message, Rule, differences
 from safenav.audit.run.situation import Situation
 
 MISSION = "mission"
@@ -40,9 +40,9 @@ class _Clock:
     rounds: int = 0
 
     @classmethod
-    def continued(cls, told: Line) -> _Clock:
+    def continued(cls, stated: Line) -> _Clock:
         """Return the clock of a round that began in the earlier run."""
-        return cls(-told.since, bool(told.disturbed), bool(told.before), bool(told.over))
+        return cls(-stated.since, bool(stated.disturbed), bool(stated.before), bool(stated.over))
 
     def restart(self, tick: int) -> None:
         self.before, self.away = self.away, False
@@ -85,12 +85,12 @@ class DeadlineRule(Rule):
         self._around: dict[str, tuple[int, ...]] = {}
         self._since = (0, 0)
 
-    def opening(self, now: Situation) -> Iterable[Said]:
+    def opening(self, now: Situation) -> Iterable[Message]:
         promises = now.header.promises
         self._active = promises is not None
         clocks = {name: done.clock for name, done in now.done.items() if done.clock is not None}
-        told = {name: _Clock.continued(clock) for name, clock in clocks.items()}
-        self._clocks = {name: told.get(name) or _Clock() for name in now.header.robots}
+        continued = {name: _Clock.continued(clock) for name, clock in clocks.items()}
+        self._clocks = {name: continued.get(name) or _Clock() for name in now.header.robots}
         for name, done in now.done.items():
             self._clocks[name].rounds = done.rounds or 0
         if promises is not None:
@@ -115,7 +115,7 @@ class DeadlineRule(Rule):
         clock = self._clocks[robot]
         return self._within.get(robot), (clock.begun, clock.away, clock.before, clock.over)
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type not in SETTLES or record.type == "acts":
             yield from self._chosen(now)
         if record.type == "acts":
@@ -153,7 +153,7 @@ class DeadlineRule(Rule):
             self._had = [*now.header.robots].index(record.robot) + 1
         self._happened(record, now)
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         outcome = now.outcome
         if outcome is None:
             return
@@ -162,9 +162,9 @@ class DeadlineRule(Rule):
                 yield "it reports missed deadlines; there are none"
             return
         if outcome.late is None or set(outcome.late) != set(self._late):
-            said = ", ".join(outcome.late or ()) or "nothing"
+            listed = ", ".join(outcome.late or ()) or "nothing"
             truth = ", ".join(dict.fromkeys(self._late)) or "nothing"
-            yield f"the outcome lists {said} as late, but {truth} was"
+            yield f"the outcome lists {listed} as late, but {truth} was"
         stops = now.header.promises is not None and now.header.promises.late == "stop"
         ends_late = (outcome.outcome == "late") is not (stops and bool(self._late))
         if ends_late and outcome.outcome not in ("interrupted", "error"):
@@ -178,7 +178,7 @@ class DeadlineRule(Rule):
         for of in _promised(outcome):
             yield from self._refused(of, outcome, now)
 
-    def _chosen(self, now: Situation) -> Iterator[Said]:
+    def _chosen(self, now: Situation) -> Iterator[Message]:
         """Judge the acts of a settlement whose lines have taken effect."""
         record, self._acts = self._acts, None
         if record is None or now.is_cut_short():
@@ -216,8 +216,8 @@ class DeadlineRule(Rule):
 
     def _missing(self, owed: list[tuple[str, int, str]]) -> Iterator[tuple[None, str]]:
         for of, due, verdict in owed:
-            told = f"no earlier line records that the deadline of {of} at {due} is {verdict}"
-            yield None, told
+            problem = f"no earlier line records that the deadline of {of} at {due} is {verdict}"
+            yield None, problem
         owed.clear()
 
     def _happened(self, record: Line, now: Situation) -> None:
@@ -358,8 +358,8 @@ class DeadlineRule(Rule):
             ends = of == MISSION and mission_ends(bounds, self._tick, self._first)
             truths = ends or {bounds.resolution(of)}
         if record.earliest not in truths:
-            told = " or ".join(str(truth) for truth in truths)
-            yield f"{of} is possible from tick {told} on, not {record.earliest}"
+            ticks = " or ".join(str(truth) for truth in truths)
+            yield f"{of} is possible from tick {ticks} on, not {record.earliest}"
         elif record.earliest is not None and record.earliest <= record.due:
             yield f"the trace claims that {of} is lost, but tick {record.due} is possible"
 
@@ -369,7 +369,7 @@ class DeadlineRule(Rule):
             self._bound = (self._tick, self._had, bound)
         return self._bound[2]
 
-    def _refused(self, of: str, outcome: Line, now: Situation) -> Iterator[Said]:
+    def _refused(self, of: str, outcome: Line, now: Situation) -> Iterator[Message]:
         least = (outcome.refused or {})[of]
         promised = self._within.get(of)
         if of == MISSION and now.header.promises is not None:

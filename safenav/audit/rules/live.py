@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from safenav.audit.kinds import STAYING
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, differences, judges
+from safenav.audit.rules.rule import Message, Rule, differences, judges
 from safenav.audit.run.actions import WITHOUT_EFFECT
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import (
@@ -33,7 +33,7 @@ class ClockRule(Rule):
     def __init__(self) -> None:
         self._last = 0.0
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if not now.live:
             dropped = record.type == "late" and record.event == _INTERVENTION
             if record.t is not None or (record.type in _LIVE and not dropped):
@@ -60,7 +60,7 @@ class CommandRule(Rule):
     def __init__(self) -> None:
         self._numbers: dict[str, int] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type in ("depart", "act"):
             yield from self._begun(record, now)
             self._numbers[record.robot] = record.command
@@ -109,7 +109,7 @@ class CommandRule(Rule):
 
 
 @judges("line", "act")
-def act(record: Line, now: Situation) -> Iterator[Said]:
+def act(record: Line, now: Situation) -> Iterator[Message]:
     """A robot that acts and all that take part stand still, where they can perform the next action
     of an obstacle that the line names (T, Live runs)."""
     if record.robot not in record.robots:
@@ -134,7 +134,7 @@ class HoldsRule(Rule):
         self._why: dict[str, tuple[object, ...]] = {}
         self._acts: Line | None = None
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type in ("move", "goal", "belief"):
             return
         held, self._acts = self._acts, None
@@ -147,7 +147,7 @@ class HoldsRule(Rule):
             case "depart":
                 self._why.pop(record.robot, None)
 
-    def _held(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _held(self, record: Line, now: Situation) -> Iterator[Message]:
         robot = record.robot
         if robot in now.under_way:
             yield f"{robot} stays, but is in transit"
@@ -176,7 +176,7 @@ class LateRule(Rule):
     def __init__(self) -> None:
         self._learnt: dict[str, float] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type != "late":
             names = record.results if record.type == "acted" else [record.obstacle]
             self._learnt |= {} if record.t is None else dict.fromkeys(names, record.t)
@@ -241,7 +241,7 @@ class WaitingRule(Rule):
         self._hope = False
         self._changed = -1  # tick of the last change; obstacles given up in it are reopened too
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         ended = now.ends_wait(record)
         waiting = None if ended else now.waits
         if ended and record.type != "operator":

@@ -7,20 +7,20 @@ from collections.abc import Iterator
 from safenav.audit.formulas import rules_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, Wrong, differences, judges
+from safenav.audit.rules.rule import Message, Rule, Wrong, differences, judges
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status, taken
 from safenav.audit.world import opposite
 
 
 @judges("line", "move")
-def continuity(record: Line, now: Situation) -> Iterator[Said]:
+def continuity(record: Line, now: Situation) -> Iterator[Message]:
     """A robot moves from its region: ``from`` is its former ``to``, at first its start (T)."""
     yield from differences(record, now, from_=now.region[record.robot])
 
 
 @judges("line", "move")
-def map_(record: Line, now: Situation) -> Iterator[Said]:
+def map_(record: Line, now: Situation) -> Iterator[Message]:
     """Robots stay on the map and out of its walls (D 4: ``region' not in O``)."""
     if not now.grid.is_free(record.to):
         what = "a wall" if now.grid.on_map(record.to) else "not on the map"
@@ -28,28 +28,28 @@ def map_(record: Line, now: Situation) -> Iterator[Said]:
 
 
 @judges("line", "move")
-def mobility(record: Line, now: Situation) -> Iterator[Said]:
+def mobility(record: Line, now: Situation) -> Iterator[Message]:
     """A move is a stay or a step to a 4-neighbour. With a heading: staying keeps it, a step is not
     backwards, and afterwards the robot faces the direction of the step (D 3, Mobility)."""
     robot, before = record.robot, now.heading[record.robot]
-    way = now.grid.direction(record.from_, record.to)
+    step = now.grid.direction(record.from_, record.to)
     if now.has_failed(robot):
         if not (now.live or now.external):
             yield f"{robot} ends elsewhere than commanded, in a simulated world"
         return
-    if record.to != record.from_ and way is None:
+    if record.to != record.from_ and step is None:
         origin, to = now.show(record.from_), now.show(record.to)
         yield f"{robot} jumps from {origin} to {to}, which is not a neighbour"
     elif not now.has_heading(robot):
         if before is None and record.heading is not None:
             yield f"{robot} has no heading, but then faces {record.heading}"
-    elif way is None:
+    elif step is None:
         if record.heading != before:
             yield f"{robot} turns from {before} to {record.heading} while it stays"
-    elif before is not None and way == opposite(before):
-        yield f"{robot} faces {before} and steps {way}, which is backwards"
-    elif record.heading != way:
-        yield f"{robot} steps {way} and then faces {record.heading}"
+    elif before is not None and step == opposite(before):
+        yield f"{robot} faces {before} and steps {step}, which is backwards"
+    elif record.heading != step:
+        yield f"{robot} steps {step} and then faces {record.heading}"
 
 
 class UnresolvedObstacleRule(Rule):
@@ -66,14 +66,14 @@ class UnresolvedObstacleRule(Rule):
         """Findings, unless their obstacle is resolved in the same tick: an action may have ended
         whose line comes in a later turn."""
 
-    def opening(self, now: Situation) -> Iterator[Said]:
+    def opening(self, now: Situation) -> Iterator[Message]:
         self._begins = dict(now.region if now.header.begun is not None else {})
         for robot, region in now.region.items() if not self._begins else ():
             for _, problem in _entered(robot, {region}, now, Status.UNRESOLVED):
                 if not now.external:
                     yield robot, problem
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type == "resolved":
             self._open = [(name, wrong) for name, wrong in self._open if name != record.obstacle]
         elif not now.external:
@@ -87,7 +87,7 @@ class UnresolvedObstacleRule(Rule):
                 else:
                     yield problem
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         return (wrong for _, wrong in self._open)
 
     def _over(self, record: Line) -> list[Wrong]:
@@ -97,7 +97,7 @@ class UnresolvedObstacleRule(Rule):
 
 
 @judges("line", "move")
-def known_obstacle(record: Line, now: Situation) -> Iterator[Said]:
+def known_obstacle(record: Line, now: Situation) -> Iterator[Message]:
     """No robot enters a permanent obstacle that stops it, whatever its actions: an obstacle found
     untraversable, or that no robot can resolve, has joined O (D 5.1). A robot of an external world
     may be moved there."""
@@ -117,12 +117,12 @@ class AlwaysRule(Rule):
 
     name, kinds = "always", ("move",)
 
-    def opening(self, now: Situation) -> Iterator[Said]:
+    def opening(self, now: Situation) -> Iterator[Message]:
         for robot, region in now.region.items() if now.header.begun is None else ():
             if region in now.own[robot].avoid:
                 yield robot, f"{robot} starts in {now.show(region)}, which it avoids"
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if now.external and (record.by is None or now.has_failed(record.robot)):
             return
         robot, own = record.robot, now.own[record.robot]
@@ -140,12 +140,12 @@ class AlwaysRule(Rule):
         except RefusedError:
             return
         if not kept:
-            told = f"{robot} steps from {now.show(record.from_)} to {now.show(to)}"
-            yield f"{told}, which violates {' and '.join(own.always) or 'its formulas'}"
+            step = f"{robot} steps from {now.show(record.from_)} to {now.show(to)}"
+            yield f"{step}, which violates {' and '.join(own.always) or 'its formulas'}"
 
 
 @judges("line", "move")
-def transit(record: Line, now: Situation) -> Iterator[Said]:
+def transit(record: Line, now: Situation) -> Iterator[Message]:
     """A robot in transit (a step of several ticks) stays in the region of departure, in transit to
     the same neighbouring free region until it arrives (T, Time). Live, a step that fails ends in
     the region of its ``arrive`` line."""
@@ -167,7 +167,7 @@ def transit(record: Line, now: Situation) -> Iterator[Said]:
 
 
 @judges("line", "move")
-def collision(record: Line, now: Situation) -> Iterator[Said]:
+def collision(record: Line, now: Situation) -> Iterator[Message]:
     """Robots in conflict never share a region, at any moment. A robot in transit occupies two
     regions, a lost robot all regions where it may be. Robots that exchange places share a region,
     because they move one after the other (D 4, Layers)."""
@@ -181,7 +181,7 @@ def collision(record: Line, now: Situation) -> Iterator[Said]:
 
 
 @judges("line", "move")
-def never_together(record: Line, now: Situation) -> Iterator[Said]:
+def never_together(record: Line, now: Situation) -> Iterator[Message]:
     """At most one robot of an exclusion is in its regions, from its departure
     for the first to its arrival outside (D 4)."""
     robot = record.robot

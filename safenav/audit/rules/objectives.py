@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
-from safenav.audit.rules.rule import Rule, Said, judges
+from safenav.audit.rules.rule import Message, Rule, judges
 from safenav.audit.run.passes import EITHER
 from safenav.audit.run.progress import Progress, first_of
 from safenav.audit.run.situation import Situation
@@ -14,24 +14,24 @@ from safenav.audit.run.turn import Turn
 
 
 @judges("line", "goal")
-def goal(record: Line, now: Situation) -> Iterator[Said]:
+def goal(record: Line, now: Situation) -> Iterator[Message]:
     """A goal line is true: the robot is in that region, which belongs to the target with that index
     of its objective in force. In a turn that changes the objective, it may be the objective before
     or after the change (T)."""
     robot, here = record.robot, now.region[record.robot]
     in_force = (now.turn.objectives[robot], now.objectives[robot])
     if record.region != here:
-        told = now.show(record.region)
-        yield f"{robot} is recorded to meet a goal at {told}, but is at {now.show(here)}"
+        place = now.show(record.region)
+        yield f"{robot} is recorded to meet a goal at {place}, but is at {now.show(here)}"
     elif all(shape_of(one.kind).known for one in in_force) and not any(
         here in target for one in in_force for target in one.targets[record.goal :][:1]
     ):
-        told = f"{now.show(here)} is not target {record.goal} of {robot}"
-        yield f"{told}: {now.objectives[robot]}"
+        problem = f"{now.show(here)} is not target {record.goal} of {robot}"
+        yield f"{problem}: {now.objectives[robot]}"
 
 
 @judges("line", "goal")
-def goal_order(record: Line, now: Situation) -> Iterator[Said]:
+def goal_order(record: Line, now: Situation) -> Iterator[Message]:
     """Targets are met in turn, forever, or in a kind with any order, each once in a round; none is
     met twice in one turn (D 3, Objectives). After a resynthesis any target may be next."""
     robot, progress = record.robot, now.progress[record.robot]
@@ -52,7 +52,7 @@ def goal_order(record: Line, now: Situation) -> Iterator[Said]:
 
 
 @judges("turn")
-def out_of_turn(now: Situation) -> Iterator[Said]:
+def out_of_turn(now: Situation) -> Iterator[Message]:
     """The paper's Patrol (its equation for Patrol_p): after meeting a target a robot leaves it with
     its next step, and it never touches a target out of turn, unless it is assigned alternation or
     moved by a joint plan (D 5.3 and 5.4)."""
@@ -77,7 +77,7 @@ def out_of_turn(now: Situation) -> Iterator[Said]:
 
 
 @judges("turn")
-def missed_goal(now: Situation) -> Iterator[Said]:
+def missed_goal(now: Situation) -> Iterator[Message]:
     """A robot that reaches its next target has a goal line, as has one whose new strategy begins on
     its first target (in lockstep) (T). In a live run passes take no time,
     so a robot that stays in all its targets needs no more lines after the rounds of ``until``
@@ -87,8 +87,8 @@ def missed_goal(now: Situation) -> Iterator[Said]:
         robot = synthesis.robot
         same = (s for s in turn.all("synthesis") if s.objective == synthesis.objective)
         since = min(s.line for s in same if s.robot == robot)  # a second one counts no new goal
-        told = any(goal.robot == robot and goal.line > since for goal in turn.all("goal"))
-        if not told and _begins_on_target(synthesis, now):
+        recorded = any(goal.robot == robot and goal.line > since for goal in turn.all("goal"))
+        if not recorded and _begins_on_target(synthesis, now):
             place = now.show(now.region[robot])
             yield robot, f"{robot} begins on its target {place}, but the goal line is missing"
     progress = _steady(turn, now)
@@ -129,14 +129,14 @@ class RoundsRule(Rule):
         self._unsure: set[str] = set()
         self._pushed: list[tuple[dict[str, int], bool]] = []  # and whether a resolution followed
 
-    def opening(self, now: Situation) -> Iterable[Said]:
+    def opening(self, now: Situation) -> Iterable[Message]:
         self._last = {name: done.rounds or 0 for name, done in now.done.items()}
         self._own = dict(self._last)
         return ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        told = record.type == "met" and now.header.coordination == "assignable"
-        if told or record.type in ("resolved", "blocked", "push", "pop"):
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
+        advances = record.type == "met" and now.header.coordination == "assignable"
+        if advances or record.type in ("resolved", "blocked", "push", "pop"):
             self._unsure.update(now.header.robots)
         if record.type == "resolved" and now.restarts(record):  # earlier rounds no longer count
             self._pushed = [(before, True) for before, _ in self._pushed]
@@ -173,7 +173,7 @@ class RoundsRule(Rule):
                 self._own[record.robot] = record.round
             yield from self._counted(record, now.objectives[record.robot])
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         outcome = now.outcome
         for robot, objective in now.objectives.items():
             if outcome is None or shape_of(objective.kind).settles:
@@ -182,12 +182,12 @@ class RoundsRule(Rule):
                 continue  # each tick counts, without a line
             if objective != now.own[robot]:
                 continue  # the outcome counts rounds of its own objective only
-            last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
-            if told is None or told == last or (robot in self._unsure and told == 0):
+            last, stated = self._last.get(robot, 0), outcome.rounds.get(robot)
+            if stated is None or stated == last or (robot in self._unsure and stated == 0):
                 continue
-            yield robot, f"{robot} has {told} rounds in the outcome, but {last} in its goal lines"
+            yield robot, f"{robot} has {stated} rounds in the outcome, but {last} in its goal lines"
 
-    def _counted(self, record: Line, objective: Objective) -> Iterator[Said]:
+    def _counted(self, record: Line, objective: Objective) -> Iterator[Message]:
         robot, last = record.robot, self._last.get(record.robot, 0)
         unsure = robot in self._unsure
         self._unsure.discard(robot)
@@ -214,7 +214,7 @@ class RoundsRule(Rule):
 
 
 @judges("turn")
-def hold(now: Situation) -> Iterator[Said]:
+def hold(now: Situation) -> Iterator[Message]:
     """A robot that holds stays in its target once it has reached it, unless a joint plan moves it
     (D 3 and 5.4)."""
     turn = now.turn

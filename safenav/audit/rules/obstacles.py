@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, differences, judges, names
+from safenav.audit.rules.rule import Message, Rule, differences, judges, names
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status, taken
 
 
 @judges("line", "violation")
-def violation(record: Line, now: Situation) -> Iterator[Said]:
+def violation(record: Line, now: Situation) -> Iterator[Message]:
     """A violation is real: the robot is in the recorded region, could have taken the proposed step,
     and an unresolved obstacle that it must not enter is there; or its action on one there fails.
     The line names the action of its next need (D 5.1)."""
@@ -22,13 +22,13 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     where = {"at": now.region[robot], "proposed": obstacle.region}
     yield from differences(record, now, **where, action=action)
     heading, mobility = now.heading[robot], now.header.robots[robot].mobility
-    ways = now.grid.steps(mobility, (record.at, heading))
+    steps = now.grid.steps(mobility, (record.at, heading))
     # A robot that acts, or is lost, has proposed no step: it is, or may be, in that region.
     proposes = not acts and not (now.lost.get(robot) and obstacle.type == f"lost_{robot}")
-    if proposes and record.proposed not in {region for region, _ in ways}:
+    if proposes and record.proposed not in {region for region, _ in steps}:
         faces = f", facing {heading}," if heading else ""
-        steps = f"{now.show(record.at)}{faces} to {now.show(record.proposed)}"
-        yield f"{robot} cannot step from {steps}"
+        step = f"{now.show(record.at)}{faces} to {now.show(record.proposed)}"
+        yield f"{robot} cannot step from {step}"
     stopped = now.stopped_by if obstacle.sweeps or acts else now.blocked_by
     if robot not in stopped(obstacle.name):
         yield f"{obstacle.name} does not block {robot}"
@@ -40,7 +40,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
 
 
 @judges("turn")
-def backtrack(now: Situation) -> Iterator[Said]:
+def backtrack(now: Situation) -> Iterator[Message]:
     """Each violation, and nothing else, is followed by a backtrack; the move of that turn goes to
     the region in the backtrack (T Time; D 5.3). If the robot acted, that action has failed."""
     turn = now.turn
@@ -63,7 +63,7 @@ def backtrack(now: Situation) -> Iterator[Said]:
 
 
 @judges("line", "resolved")
-def resolution(record: Line, now: Situation) -> Iterator[Said]:
+def resolution(record: Line, now: Situation) -> Iterator[Message]:
     """An obstacle is resolved once, when its last need is met by enough distinct robots that have
     its action and stand, simultaneously if required, in its regions. In a simulated world the
     resolution reveals the truth of the header. The line states correctly whether a request was open
@@ -115,20 +115,20 @@ class NeedRule(Rule):
 
     name, kinds = "need", ("met",)
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         move = now.turn.first("move")
         if not now.turn.met or now.turn.torn or now.external or move is None:
             return
-        told = {(record.obstacle, record.need) for record in now.turn.all("met")}
+        stated = {(record.obstacle, record.need) for record in now.turn.all("met")}
         resolved = {record.obstacle for record in now.turn.all("resolved")}
-        for name, need in now.turn.met.keys() - told:
+        for name, need in now.turn.met.keys() - stated:
             count = len(now.obstacles[name].all_needs)
             failed = need + 1 == count and name not in resolved  # another rule judges that
             if count > 1 and not failed and now.status[name] is not Status.GIVEN_UP:
                 problem = f"the line for need {need + 1} of {name} is missing"
                 yield now.turn.robot, problem, move
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         name, needs = record.obstacle, now.obstacles[record.obstacle].all_needs
         what = f"need {record.need + 1} of {name}"
         group = now.turn.met.get((name, record.need))
@@ -146,9 +146,9 @@ class NeedRule(Rule):
             yield f"{what} is fulfilled twice"
         action, at = needs[record.need].action, now.region[record.robot]
         yield from differences(record, now, action=action, at=at)
-        told = frozenset(record.robots or (record.robot,))
-        if told != group:
-            yield f"{what} is fulfilled by {names(group)}, not by {names(told)}"
+        stated = frozenset(record.robots or (record.robot,))
+        if stated != group:
+            yield f"{what} is fulfilled by {names(group)}, not by {names(stated)}"
 
 
 class MissedResolutionRule(Rule):
@@ -166,7 +166,7 @@ class MissedResolutionRule(Rule):
         self._came: dict[str, int] = {}
         self._changed: dict[str, int] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type in ("appeared", "met"):
             self._changed[record.obstacle] = record.line
             return
@@ -193,7 +193,7 @@ class MissedResolutionRule(Rule):
                 if not lacks and not tried and _can_act(robot, name, now):
                     yield f"{robot} departs without acting on {name}, though it could act"
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         robot, move = now.turn.robot, now.turn.first("move")
         if move is None or now.is_cut_short() or now.external or now.live:
             return
@@ -222,7 +222,7 @@ def _can_act(robot: str, obstacle: str, now: Situation) -> bool:
 
 
 @judges("line", "act", "resolved", "move")
-def swept(record: Line, now: Situation) -> Iterator[Said]:
+def swept(record: Line, now: Situation) -> Iterator[Message]:
     """While a robot resolves an obstacle, no other robot is in the regions that the resolution
     sweeps, or in transit to them (D 4). The resolution lasts while a robot acts on the obstacle;
     for a robot that resolves it by entering, from its departure until it has left the region.
@@ -248,7 +248,7 @@ def swept(record: Line, now: Situation) -> Iterator[Said]:
                     yield from _moved(record, now.obstacles[name], now)
 
 
-def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
+def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Message]:
     """Judge the regions that a move enters, not those that the robot occupied before."""
     robot, name, entered = move.robot, obstacle.name, now.entered(move)
     if obstacle.region in entered and now.open[name].entered_by(robot):
@@ -275,7 +275,7 @@ class BlockedRule(Rule):
     def __init__(self) -> None:
         self._blocked: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type == "blocked":
             for problem in self._problems(record, now):
                 yield now.turn.robot, problem
@@ -283,7 +283,7 @@ class BlockedRule(Rule):
         else:
             self._blocked.discard(record.obstacle)
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         joined = {record.obstacle for record in now.turn.all("blocked")}
         for record in now.turn.all("resolved"):
             joins = record.traversable is not False or record.obstacle in joined

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, judges
+from safenav.audit.rules.rule import Message, Rule, judges
 from safenav.audit.run.situation import Situation
 
 _COMPLETE_ENDINGS = ("completed", "tick_limit")
@@ -21,7 +21,7 @@ _SETTLING = ("blocked", "pop", "goal", "request", "push", "told")
 
 
 @judges("opening")
-def header(now: Situation) -> Iterator[Said]:
+def header(now: Situation) -> Iterator[Message]:
     """The scenario in the header is consistent: a rectangular map; robots that start in different
     free regions with known mobility, and a heading if they need one; obstacles in free regions;
     targets and blocked robots that exist (D 3)."""
@@ -67,14 +67,14 @@ class OrderRule(Rule):
         self._index = 0
         self._last = 0
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         found = list(self._of_the_turn(record, now))
         if record.tick < self._last and not found:
             found = [(None, f"a line of tick {record.tick} after one of tick {self._last}")]
         self._last = record.tick
         yield from found
 
-    def _of_the_turn(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _of_the_turn(self, record: Line, now: Situation) -> Iterator[Message]:
         if now.live and not self._index:  # a pass in which nothing happens has no lines
             self._tick = record.tick
         if record.type in _AT_ANY_MOMENT:  # within a turn, or before the first line of one
@@ -89,17 +89,17 @@ class OrderRule(Rule):
             if self._index == len(now.header.robots):
                 self._tick, self._index = self._tick + 1, 0
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         turn = now.turn
         if turn.robot and turn.first("move") is None and not turn.torn:
             yield f"{turn.robot}'s turn has no move (a robot that stays also has one)"
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         if now.outcome and now.outcome.outcome in _COMPLETE_ENDINGS and self._index:
             missing = list(now.header.robots)[self._index]
             yield missing, f"{missing} has not moved in the last tick, {self._tick}"
 
-    def _turn_begins(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _turn_begins(self, record: Line, now: Situation) -> Iterator[Message]:
         names = list(now.header.robots)
         expected = names[self._index]
         if (record.tick, record.robot) == (self._tick, expected):
@@ -112,7 +112,7 @@ class OrderRule(Rule):
             yield at_fault, f"a turn of {record.robot} in tick {record.tick}, {due}"
         self._tick, self._index = record.tick, names.index(record.robot)
 
-    def _turn_goes_on(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _turn_goes_on(self, record: Line, now: Situation) -> Iterator[Message]:
         """Judge a line within a turn. Violated assumptions and beliefs are recorded at any moment;
         lines after a move have no order, because a settlement may follow any of them."""
         turn, kind = now.turn, record.type
@@ -151,5 +151,5 @@ def _begins_on_its_target(record: Line, now: Situation) -> bool:
         return True
     if now.has_failed(name):
         return True  # a step has ended there, elsewhere than commanded
-    told = now.header.coordination == "assignable"
-    return told and turn.objectives[name] != now.objectives[name]
+    commanded = now.header.coordination == "assignable"
+    return commanded and turn.objectives[name] != now.objectives[name]

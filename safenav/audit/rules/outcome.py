@@ -7,7 +7,7 @@ from typing import Any
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective, proof_of
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Message, Rule
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import ROUNDED, Status
 
@@ -34,7 +34,7 @@ class OutcomeRule(Rule):
         self._busy: dict[str, float] = {}
         self._over = 0.0  # live: the time at which the last command ended
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         match record.type:
             case "synthesis":
                 self._syntheses += 1
@@ -57,12 +57,12 @@ class OutcomeRule(Rule):
                     self._passed_limit = True
                     yield f"the limit is {limit} ticks"
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         outcome = now.outcome
         if outcome is not None:
             if outcome.syntheses < self._syntheses:
-                told = f"it reports {outcome.syntheses} syntheses"
-                yield f"{told}; the trace records {self._syntheses}"
+                reports = f"it reports {outcome.syntheses} syntheses"
+                yield f"{reports}; the trace records {self._syntheses}"
             yield from (self._live_counts if now.live else self._counts)(outcome, now)
             yield from self._cause(outcome, now)
 
@@ -162,12 +162,12 @@ class CompletedRule(Rule):
         self._undecided: set[str] = set()
         self._begins = 0  # last tick with a line of ``_COUNT`` before all moves
 
-    def opening(self, now: Situation) -> Iterable[Said]:
+    def opening(self, now: Situation) -> Iterable[Message]:
         settles = [name for name, own in now.own.items() if shape_of(own.kind).settles]
         self._held_before = {n: now.done[n].rounds or 0 for n in settles if n in now.done}
         return ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.t is not None or not now.live:
             self._time = record.tick if record.t is None else record.t
         if record.type == "move" and record.tick > self._tick:
@@ -207,7 +207,7 @@ class CompletedRule(Rule):
         if objective == own and _stays(robot, now) and region in own.targets[-1]:
             self._held.setdefault(robot, set()).add(record.tick)
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         outcome, wanted = now.outcome, now.header.until.rounds
         if outcome is None:
             return
@@ -227,8 +227,8 @@ class CompletedRule(Rule):
             yield f"every robot has met its objective {wanted} times: the run is completed"
 
     def _rounds(self, robot: str, outcome: Line, wanted: int, now: Situation) -> Iterator[str]:
-        told = outcome.rounds.get(robot)
-        if told is None:
+        stated = outcome.rounds.get(robot)
+        if stated is None:
             yield f"the rounds of {robot} are missing"
             return
         objective, progress = now.own[robot], now.progress[robot]
@@ -237,8 +237,8 @@ class CompletedRule(Rule):
         if outcome.outcome == "completed":
             if now.is_away(robot):
                 yield f"an input keeps {robot} from its objective, so the run is not completed"
-            elif told < wanted:
-                yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
+            elif stated < wanted:
+                yield f"{robot} has {stated} rounds of {wanted}, so the run is not completed"
             elif most is not None and most < wanted:
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
             elif shape_of(objective.kind).ends and progress.ahead < len(objective.targets):

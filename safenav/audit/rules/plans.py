@@ -9,7 +9,7 @@ from itertools import combinations, islice, pairwise
 from math import inf
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, judges
+from safenav.audit.rules.rule import Message, Rule, judges
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status
 
@@ -18,12 +18,12 @@ Left = tuple[dict[str, tuple[Line, ...]], set[tuple[str, int, str, int]]]
 
 
 @judges("line", "plan")
-def plan(record: Line, now: Situation) -> Iterator[Said]:
+def plan(record: Line, now: Situation) -> Iterator[Message]:
     """A joint plan begins with the poses of its robots, consists of steps that they can take,
     enters no region known to be closed to them, and its orders keep robots in conflict apart for
     any duration of the steps (T)."""
     for robot, places in record.robots.items():
-        for problem in islice(_way_problems(robot, places, now), 1):
+        for problem in islice(_path_problems(robot, places, now), 1):
             yield robot, problem
     for first, i, then, j in record.orders:
         for robot, index in ((first, i), (then, j)):
@@ -54,12 +54,12 @@ class FollowsPlanRule(Rule):
         if running is None:
             return None
         at, plan = running.at, running.plan
-        ways = {robot: places[at[robot] :] for robot, places in plan.robots.items()}
+        rest = {robot: places[at[robot] :] for robot, places in plan.robots.items()}
         orders = {(one, i - at[one], other, j - at[other]) for one, i, other, j in plan.orders}
         left = {order for order in orders if order[1] > 0 and order[3] > 0}
-        return (ways, left) if any(len(way) > 1 for way in ways.values()) else None
+        return (rest, left) if any(len(places) > 1 for places in rest.values()) else None
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         match record.type:
             case "plan":
                 if self._running is not None:
@@ -77,11 +77,11 @@ class FollowsPlanRule(Rule):
             case "move" if record.by == "plan" and now.toward[record.robot] is None:
                 yield f"{record.robot} is recorded to move by a plan, but is in none"
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         if self._running is not None and self._running.over < inf and not now.is_cut_short():
             yield _NOT_ENDED
 
-    def _ended(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _ended(self, record: Line, now: Situation) -> Iterator[Message]:
         running = self._running
         if running is None:
             yield "a plan ends, but none is in force"
@@ -125,13 +125,13 @@ class _Running:
                 return ""  # it continues with its strategy
             return f"{robot} continues to {now.show(entered)} after its last place of the plan"
         region, heading = places[index]
-        told = ""
+        problem = ""
         if entered != region:
-            told = f"{robot} goes to {now.show(entered)}; the plan says {now.show(region)}"
+            problem = f"{robot} goes to {now.show(entered)}; the plan says {now.show(region)}"
         elif move.toward is None and move.heading != heading:
-            told = f"{robot} then faces {move.heading}; the plan says {heading}"
+            problem = f"{robot} then faces {move.heading}; the plan says {heading}"
         elif robot not in self.bound:
-            told = self._too_early(robot, index)
+            problem = self._too_early(robot, index)
         if move.toward is None:
             self.at[robot] = index
             self.bound.discard(robot)
@@ -139,7 +139,7 @@ class _Running:
                 self.over = move.tick
         else:
             self.bound.add(robot)
-        return told
+        return problem
 
     def _ahead(self, robot: str, region: int, now: Situation) -> bool:
         """Return whether a robot in conflict still has to pass a region."""
@@ -154,7 +154,7 @@ class _Running:
         return ""
 
 
-def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Iterator[str]:
+def _path_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Iterator[str]:
     here = (now.region[robot], now.heading[robot])
     if not places:
         yield f"the plan has no place for {robot}"
@@ -178,7 +178,7 @@ def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Itera
                 yield f"{robot} would enter {now.show(to)} with {name}, which is known"
 
 
-def _meetings(plan: Line, now: Situation) -> Iterator[Said]:
+def _meetings(plan: Line, now: Situation) -> Iterator[Message]:
     """Yield the pairs of robots in conflict that the orders let into a region together."""
     order = Precedence({name: len(places) for name, places in plan.robots.items()}, plan.orders)
     if order.has_circle:

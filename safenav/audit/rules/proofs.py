@@ -16,7 +16,7 @@ from safenav.audit.possibilities.team import Team, TooManyError
 from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems, tree_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
-from safenav.audit.rules.rule import Finding, Rule, Said
+from safenav.audit.rules.rule import Finding, Message, Rule
 from safenav.audit.run.remembering import remembered, row_of
 from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import FINAL, Status
@@ -44,7 +44,7 @@ class ProofRule(Rule):
         self._judged: Mapping[str, Any] | None = None
         """The proof of a wait since which robots have changed the state, and nothing else."""
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         gives_up = record.type == "operator" and record.intervention == "give_up"
         if now.ends_wait(record) and not gives_up:
             self._judged = None
@@ -109,14 +109,14 @@ class ProofRule(Rule):
         """Return whether some robot has permanently lost its objective, as a synthesis states:
         alone, and without any obstacle that may yet be resolved, it cannot continue forever. True
         also if this check cannot read some robot's formulas."""
-        team, told = team_of(now), _lost(record, now)
+        team, stated = team_of(now), _lost(record, now)
         return any(
             team is None or not _continues(name, now, team, self._memory.get((name, spec)))
-            for name, spec in told.items()
+            for name, spec in stated.items()
             if name in now.region
         )
 
-    def _aside(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _aside(self, record: Line, now: Situation) -> Iterator[Message]:
         """Judge a request that is set aside: no order of moves completes the mission with its
         obstacle and those of the served requests resolved."""
         case, name = case_of(now), record.obstacle
@@ -131,7 +131,7 @@ class ProofRule(Rule):
             what = f"whether {name} can be resolved and the mission completed ({why})"
             yield self.not_judged(record, record.requester, what)
 
-    def _given_up(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _given_up(self, record: Line, now: Situation) -> Iterator[Message]:
         """Judge an obstacle that is given up: it can never be resolved, even if every robot is back
         in service."""
         case = case_of(now, hopeful=True)
@@ -145,10 +145,10 @@ class ProofRule(Rule):
         self._stale.discard(record.obstacle)
 
 
-def _numbers(told: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str:
+def _numbers(stated: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str:
     """Return the number of each robot's formula memory in a proof, or why it is impossible."""
     found = dict[str, int]()
-    for name, memory in told.items():
+    for name, memory in stated.items():
         names = remembered(name, now) if name in now.own else None
         if names is None or {*names} != memory.keys():
             return f"the formulas of {name} do not remember {', '.join(memory) or 'nothing'}"

@@ -17,7 +17,7 @@ from safenav.audit.possibilities.deriving import (
 )
 from safenav.audit.possibilities.members import Act, Duty, Settlement
 from safenav.audit.possibilities.team import MOST_NODES, TooManyError, TrappedError
-from safenav.audit.rules.rule import Finding, Postponed, Rule, Said, differences, judges, names
+from safenav.audit.rules.rule import Finding, Message, Postponed, Rule, differences, judges, names
 from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import FINAL, helpers_of
 
@@ -39,21 +39,21 @@ class RequestRule(Rule):
     kinds = ("request", "push", "violation", "resolved", "gone", "appeared", "blocked")
 
     def __init__(self) -> None:
-        self._told: dict[str, tuple[str, ...]] = {}
+        self._named: dict[str, tuple[str, ...]] = {}
         self._latest: dict[str, int] = {}
         self._asked: set[str] = set()
         self._again: list[Line] = []
         self._owed = Postponed()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type == "request":
             for problem in self._problems(record, now):
                 yield record.requester, problem
             helpers = helpers_of(record)
-            again = record.obstacle in self._told and helpers in ((), self._told[record.obstacle])
+            again = record.obstacle in self._named and helpers in ((), self._named[record.obstacle])
             if again and not record.aside:
                 self._again.append(record)
-            self._told[record.obstacle] = helpers
+            self._named[record.obstacle] = helpers
             self._latest[record.obstacle] = record.line
             self._asked.add(record.obstacle)
         elif record.type == "push":
@@ -62,14 +62,14 @@ class RequestRule(Rule):
                 yield record.requester, problem
         else:
             given_up = record.type == "blocked" and record.reason not in FINAL
-            if given_up and record.obstacle not in self._told:
+            if given_up and record.obstacle not in self._named:
                 problem = f"{record.obstacle} is given up, but no robot has requested help"
                 yield now.turn.robot, problem
-            self._told.pop(record.obstacle, None)
+            self._named.pop(record.obstacle, None)
             if record.type == "appeared":
                 self._asked.discard(record.obstacle)
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         turn, violations = now.turn, now.turn.all("violation")
         given_up = {record.obstacle for record in turn.all("blocked")}
         for request in self._again:
@@ -122,12 +122,12 @@ class RequestRule(Rule):
         listed = now.need(name).regions
         wanted = {region for region in listed if now.grid.is_free(region)}
         if not wanted <= set(record.regions) <= set(listed):
-            told, truth = _list(record.regions), _list(sorted(wanted))
-            yield f"{name} is resolved from {truth}, but {told} is requested"
+            stated, truth = _list(record.regions), _list(sorted(wanted))
+            yield f"{name} is resolved from {truth}, but {stated} is requested"
 
 
 @judges("line", "request")
-def bids(record: Line, now: Situation) -> Iterator[Said]:
+def bids(record: Line, now: Situation) -> Iterator[Message]:
     """Exactly the robots with the action of the next need bid: the ticks at their slowest step to
     the nearest region of the need, null if they cannot reach one. Walls, permanent obstacles, and
     open obstacles that they may not enter are closed. A robot out of service reaches none (D 5.2).
@@ -167,7 +167,7 @@ class HelperRule(Rule):
         self._before: Mapping[str, Objective] = {}
         self._duties: Mapping[str, Duty] | None = None
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type == "request":
             for robot in helpers_of(record):
                 if record.bids.get(robot) is None:
@@ -189,11 +189,11 @@ class HelperRule(Rule):
                 self._before = dict(now.objectives)
             self._lines.append(record)
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         if self._lines:
             yield from self._judged(now)
 
-    def ending(self, now: Situation) -> Iterator[Said]:
+    def ending(self, now: Situation) -> Iterator[Message]:
         yield from self._judged(now)
 
     def _serving(self, now: Situation, **reading: bool) -> Serving:
@@ -207,24 +207,26 @@ class HelperRule(Rule):
             name: frozenset(r for r in who if (r, name) in given) for name, who in found.items()
         }
 
-    def _judged(self, now: Situation) -> Iterator[Said]:
+    def _judged(self, now: Situation) -> Iterator[Message]:
         """Yield the errors of the last settlement, whose lines have taken effect."""
         lines, self._lines, self._duties = self._lines, [], None
-        said = [line for line in lines if line.type in ("request", "push", "pop", "told", "acts")]
-        if not said or now.is_cut_short() or now.external:
+        recorded = [
+            line for line in lines if line.type in ("request", "push", "pop", "told", "acts")
+        ]
+        if not recorded or now.is_cut_short() or now.external:
             return
         sure, *perhaps = self._present
-        problems = [*self._problems(lines, said, sure, now)]
+        problems = [*self._problems(lines, recorded, sure, now)]
         others = [each for each in perhaps if each != sure] if problems else []
-        if any(not [*self._problems(lines, said, each, now)] for each in others):
+        if any(not [*self._problems(lines, recorded, each, now)] for each in others):
             return
         if problems:
             self._duties = None
         yield from problems
 
     def _problems(
-        self, lines: list[Line], said: list[Line], present: Serving, now: Situation
-    ) -> Iterator[Said]:
+        self, lines: list[Line], recorded: list[Line], present: Serving, now: Situation
+    ) -> Iterator[Message]:
         """Yield the errors of a settlement. ``present``: the robots that served each obstacle
         before it."""
         try:
@@ -235,19 +237,19 @@ class HelperRule(Rule):
             return
         except TooManyError:
             what = f"which robots serve which requests (a search of more than {MOST_NODES} steps)"
-            yield self.not_judged(said[0], None, what)
+            yield self.not_judged(recorded[0], None, what)
             return
         if found is None:
             return
         self._duties = found.duties
-        wrong = list[Said]()
-        for line in said:
+        wrong = list[Message]()
+        for line in recorded:
             if line.type == "request" and line.obstacle in now.requests:
                 wrong += self._helpers(line, found, now)
         yield from wrong
         if now.header.coordination == RESYNTHESIS:
             yield from _other_syntheses(lines)
-        for line in () if wrong else said:  # the robots' objectives follow from the helpers
+        for line in () if wrong else recorded:  # the robots' objectives follow from the helpers
             given = line.objectives if line.type in ("push", "pop") else {}
             if line.type == "told" and now.header.coordination != RESYNTHESIS:
                 given = {line.robot: line.objective}
@@ -256,7 +258,7 @@ class HelperRule(Rule):
                     yield Finding(line.type, line.tick, robot, line.line, problem)
         for robot in () if wrong else found.early:
             if problem := self._wrong(robot, now.objectives[robot], found, now):
-                yield robot, problem, said[-1]
+                yield robot, problem, recorded[-1]
 
     def _derived(self, lines: list[Line], present: Serving, now: Situation) -> Settlement | None:
         refused, asked, acts = set[tuple[str, str]](), "", list[Act]()
@@ -275,15 +277,15 @@ class HelperRule(Rule):
         obstacles = open_obstacles(now, refused)
         return team.settle(poses, obstacles, present, now.aside, [*_possible(acts, obstacles)])
 
-    def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Said]:
+    def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Message]:
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}
         # A robot out of service acts where it stands, without an objective for it.
-        told, truth = {*helpers_of(line)} - now.out, truth - now.out
-        if told != truth:
-            wrong = [name for name in now.header.robots if name in truth - told]
+        named, truth = {*helpers_of(line)} - now.out, truth - now.out
+        if named != truth:
+            wrong = [name for name in now.header.robots if name in truth - named]
             right = f"the rules choose {names(truth)}"
-            problem = f"{names(told)} helps with {line.obstacle}, but {right}"
-            yield (wrong or sorted(told))[0], problem, line
+            problem = f"{names(named)} helps with {line.obstacle}, but {right}"
+            yield (wrong or sorted(named))[0], problem, line
 
     def _wrong(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
         """Return why an objective does not follow from the known state, or an empty text."""
@@ -347,21 +349,21 @@ def _possible(acts: Iterable[Act], obstacles: OpenObstacles) -> Iterator[Act]:
         yield act
 
 
-def _other_syntheses(lines: list[Line]) -> Iterator[Said]:
+def _other_syntheses(lines: list[Line]) -> Iterator[Message]:
     """Yield installed strategies whose objective differs from that on the stack."""
-    said: Mapping[str, Objective] = {}
+    assigned: Mapping[str, Objective] = {}
     for line in lines:
         if line.type in ("push", "pop"):
-            said = line.objectives
+            assigned = line.objectives
         elif line.type == "synthesis" and line.node is not None and line.reason != "charge":
-            objective = said.get(line.robot, line.objective)
+            objective = assigned.get(line.robot, line.objective)
             if objective != line.objective:
                 problem = f"{line.robot} must {objective}, but gets {line.objective}"
                 yield Finding("synthesis", line.tick, line.robot, line.line, problem)
 
 
 def _ticks(bid: int | None) -> str:
-    return "no way" if bid is None else f"{bid} ticks"
+    return "no path" if bid is None else f"{bid} ticks"
 
 
 def _list(regions: tuple[int, ...] | list[int]) -> str:

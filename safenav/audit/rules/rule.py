@@ -32,7 +32,7 @@ class Finding:
 
 Wrong = tuple[str | None, str, Line]
 """The robot, the error, and the line (or turn) that shows it."""
-Said = str | tuple[str | None, str] | Wrong | Finding
+Message = str | tuple[str | None, str] | Wrong | Finding
 """Result of a rule: the error, with a robot or a line if they differ from those it judges."""
 
 
@@ -110,39 +110,39 @@ class Rule:
     name: ClassVar[str]
     kinds: ClassVar[tuple[str, ...]] = ()
 
-    def opening(self, now: Situation) -> Iterable[Said]:
+    def opening(self, now: Situation) -> Iterable[Message]:
         """Check the header alone; called once."""
         return ()
 
-    def line(self, record: Line, now: Situation) -> Iterable[Said]:
+    def line(self, record: Line, now: Situation) -> Iterable[Message]:
         """Check a line before it takes effect."""
         return ()
 
-    def turn(self, now: Situation) -> Iterable[Said]:
+    def turn(self, now: Situation) -> Iterable[Message]:
         """Check a turn that has ended (``now.turn``)."""
         return ()
 
-    def ending(self, now: Situation) -> Iterable[Said]:
+    def ending(self, now: Situation) -> Iterable[Message]:
         """Check the whole run by its last line; called once."""
         return ()
 
     def not_judged(self, record: Line, robot: str | None, what: str) -> Finding:
         return Finding(self.name, record.tick, robot, record.line, f"not judged: {what}", note=True)
 
-    def finding(self, said: Said, about: Line, robot: str | None) -> Finding:
+    def finding(self, message: Message, about: Line, robot: str | None) -> Finding:
         """Return the finding about a line or turn and a robot, unless it names others."""
-        if isinstance(said, Finding):
-            return said
-        whom, text, *other = (robot, said) if isinstance(said, str) else said
+        if isinstance(message, Finding):
+            return message
+        whom, text, *other = (robot, message) if isinstance(message, str) else message
         at = other[0] if other else about
         return Finding(self.name, at.tick, whom, at.line, text)
 
 
-def judges(moment: str, *kinds: str) -> Callable[[Callable[..., Iterable[Said]]], type[Rule]]:
+def judges(moment: str, *kinds: str) -> Callable[[Callable[..., Iterable[Message]]], type[Rule]]:
     """Return a decorator that turns a function into a rule without state and with its name.
     ``moment``: the method of Rule that the function implements."""
 
-    def made(judge: Callable[..., Iterable[Said]]) -> type[Rule]:
+    def made(judge: Callable[..., Iterable[Message]]) -> type[Rule]:
         name = judge.__name__.strip("_").replace("_", "-")
         about = {"name": name, "kinds": kinds, moment: staticmethod(judge)}
         about |= {"__doc__": judge.__doc__, "__module__": judge.__module__}

@@ -8,13 +8,13 @@ from functools import partial
 from safenav.audit.kinds import ALTERNATION
 from safenav.audit.lines import Line, Objective
 from safenav.audit.possibilities.deriving import can_alternate
-from safenav.audit.rules.rule import Postponed, Rule, Said, Wrong, differences, judges
+from safenav.audit.rules.rule import Message, Postponed, Rule, Wrong, differences, judges
 from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import StackEntry, helpers_of
 
 
 @judges("line", "push")
-def push(record: Line, now: Situation) -> Iterator[Said]:
+def push(record: Line, now: Situation) -> Iterator[Message]:
     """A push adds an entry for an open request, with helpers that have its action, and states each
     robot's new objective, which follows from the known state (D 5.2; see ``helper``)."""
     for problem in differences(record, now, depth=len(now.stack) + 1):
@@ -31,7 +31,7 @@ def push(record: Line, now: Situation) -> Iterator[Said]:
 
 
 @judges("line", "told")
-def told(record: Line, now: Situation) -> Iterator[Said]:
+def told(record: Line, now: Situation) -> Iterator[Message]:
     """Only a robot driven by command inputs gets another objective without a push or a pop; the
     objective follows from the known state (D 5.2 and 5.5; see ``helper``)."""
     if now.header.coordination == RESYNTHESIS:
@@ -52,7 +52,7 @@ class PopRule(Rule):
         self._again: list[tuple[str, str, Wrong]] = []  # robot, obstacle it may help with
         self._reopened: dict[str, int] = {}  # the line
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type == "push":
             self._owns.update(now.own.items())
             return
@@ -71,13 +71,13 @@ class PopRule(Rule):
         if now.header.coordination == RESYNTHESIS:
             for name, objective in record.objectives.items():
                 for helped, stored in self._stored(name, objective, now):
-                    said = f"{name} had to {stored} before the push, but gets {objective}"
-                    self._again.append((name, helped, (name, said, record)))
+                    message = f"{name} had to {stored} before the push, but gets {objective}"
+                    self._again.append((name, helped, (name, message, record)))
 
-    def turn(self, now: Situation) -> Iterator[Said]:
-        told = [wrong for robot, one, wrong in self._again if now.named.get(robot) == one]
+    def turn(self, now: Situation) -> Iterator[Message]:
+        again = [wrong for robot, one, wrong in self._again if now.named.get(robot) == one]
         self._again.clear()
-        yield from told[:1]
+        yield from again[:1]
 
     def _stored(
         self, robot: str, objective: Objective, now: Situation
@@ -110,16 +110,16 @@ class MissedPopRule(Rule):
     name = "missed-pop"
 
     def __init__(self) -> None:
-        self._told: list[StackEntry] = []
+        self._reported: list[StackEntry] = []
         self._owed = Postponed()
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         yield from self._owed.judge([*self._missing(now)], now)
 
     def _missing(self, now: Situation) -> Iterator[tuple[Wrong, Callable[[], bool]]]:
         for entry in () if now.turn.final or now.waits else now.stack:
-            if entry.obstacle not in now.requests and entry not in self._told:
-                self._told.append(entry)
+            if entry.obstacle not in now.requests and entry not in self._reported:
+                self._reported.append(entry)
                 problem = f"{entry.obstacle} is over, but its entry stays on the stack"
                 last = (now.turn, *now.turn.records)[-1]
                 yield (now.turn.robot, problem, last), partial(_is_dropped, entry, now)
@@ -129,7 +129,7 @@ def _is_dropped(entry: StackEntry, now: Situation) -> bool:
     return entry not in now.stack
 
 
-def _missing(objectives: Mapping[str, Objective], now: Situation) -> Iterator[Said]:
+def _missing(objectives: Mapping[str, Objective], now: Situation) -> Iterator[Message]:
     for robot in now.header.robots:
         if robot not in objectives:
             yield robot, f"the objective of {robot} is missing"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from safenav.audit.kinds import ALTERNATION, STAYING, shape_of
 from safenav.audit.lines import Line, Objective
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Message, Rule
 from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import SCENARIO_CHANGES, is_of_user
 
@@ -41,7 +41,7 @@ class SynthesisRule(Rule):
         self._resumed = -1
         """The tick in which the team decided again because a wait ended."""
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         self._happened.add(record.type)
         changed = record.type == "objective" or is_of_user(record)  # the team then decides again
         if changed or now.ends_wait(record):
@@ -57,7 +57,7 @@ class SynthesisRule(Rule):
             for robot in sorted(now.header.robots.keys() - self._initial):
                 yield robot, f"{robot} has no initial synthesis before the first move"
 
-    def turn(self, now: Situation) -> Iterator[Said]:
+    def turn(self, now: Situation) -> Iterator[Message]:
         turn = now.turn
         if turn.torn:
             return
@@ -90,17 +90,19 @@ class SynthesisRule(Rule):
             if owed and (robot, objective) not in done:
                 yield robot, f"{robot} gets {objective} but no strategy for it", turn.records[-1]
 
-    def _problems(self, record: Line, now: Situation) -> Iterator[Said]:
+    def _problems(self, record: Line, now: Situation) -> Iterator[Message]:
         robot = record.robot
         is_initial = record.reason == "initial"
         if is_initial:
             self._initial.add(robot)
             if record.objective != now.own[robot]:
-                said = f"{robot} must {now.own[robot]}, but the synthesis is for {record.objective}"
+                message = (
+                    f"{robot} must {now.own[robot]}, but the synthesis is for {record.objective}"
+                )
                 if now.header.begun is None or not _stays(robot, record.objective, now):
-                    yield said
+                    yield message
                 elif record.verdict == "realizable":
-                    self._staying.append((robot, said, record))
+                    self._staying.append((robot, message, record))
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
         if record.verified == "moves":
@@ -138,7 +140,7 @@ class StrategyRule(Rule):
         self._alike: dict[tuple[str, tuple[str, object]], Line] = {}
         self._excused: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.type == "synthesis":
             key = record.robot, record.objective
             left_out = record.reason == "request" and record.verdict != "realizable"
@@ -159,7 +161,7 @@ class StrategyRule(Rule):
         elif record.robot not in self._excused:
             yield from self._moved(record.robot, record.by, now)
 
-    def _moved(self, robot: str, by: str | None, now: Situation) -> Iterator[Said]:
+    def _moved(self, robot: str, by: str | None, now: Situation) -> Iterator[Message]:
         if by in ("plan", "stay", "backtrack"):
             return
         if by is None and (now.live or now.toward[robot] is not None):
@@ -184,7 +186,7 @@ class VerdictsRule(Rule):
     def __init__(self) -> None:
         self._proven: dict[str, Line] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+    def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if record.spec and record.verdict in ("realizable", "unrealizable"):
             former: Line = self._proven.setdefault(record.spec, record)
             if former.verdict != record.verdict:

@@ -23,10 +23,10 @@ class Memories:
         """The memories ahead of robots that have got a strategy in transit."""
         for robot in now.own:
             if (names := remembered(robot, now)) is not None:
-                told = None if robot not in now.done else now.done[robot].memory
+                stated = None if robot not in now.done else now.done[robot].memory
                 rows = rules_of(now.own[robot]).begins(now.pose(robot))
-                self.begun |= {robot} if told else set()
-                known = {row_of(told, names)} if told else {row[: len(names)] for row in rows}
+                self.begun |= {robot} if stated else set()
+                known = {row_of(stated, names)} if stated else {row[: len(names)] for row in rows}
                 self.possible[robot] = known
 
     def line(self, record: Line, now: State) -> None:
@@ -58,22 +58,22 @@ class Memories:
         """Return the formula memory in the first node of a robot's new strategy; None if the
         strategy is not for these formulas, or their memory is not tracked."""
         names = remembered(synthesis.robot, now)
-        told = synthesis.memory if synthesis.node is not None else None
-        if not told or names is None or synthesis.robot not in self.possible:
+        stated = synthesis.memory if synthesis.node is not None else None
+        if not stated or names is None or synthesis.robot not in self.possible:
             return None
-        return row_of(told, names) if synthesis.objective.kind == "ltl" else None
+        return row_of(stated, names) if synthesis.objective.kind == "ltl" else None
 
-    def may_be(self, robot: str, told: Mapping[str, int], now: State) -> bool:
+    def may_be(self, robot: str, stated: Mapping[str, int], now: State) -> bool:
         """Return whether a robot's formulas may have this memory; in transit, at its departure
         pose."""
-        return row_of(told, remembered(robot, now) or ()) in self.possible.get(robot, ())
+        return row_of(stated, remembered(robot, now) or ()) in self.possible.get(robot, ())
 
-    def may_become(self, robot: str, told: Mapping[str, int], now: State) -> bool:
+    def may_become(self, robot: str, stated: Mapping[str, int], now: State) -> bool:
         """Return whether a robot's formulas may have this memory in its pose; in transit, in its
         destination pose."""
         if now.toward[robot] is None:
-            return self.may_be(robot, told, now)
-        row = row_of(told, remembered(robot, now) or ())
+            return self.may_be(robot, stated, now)
+        row = row_of(stated, remembered(robot, now) or ())
         if robot in self._ahead:
             return row == self._ahead[robot]
         here = now.region[robot], now.heading[robot]

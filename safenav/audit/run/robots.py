@@ -18,9 +18,9 @@ class Robots:
     def __init__(self, header: Line) -> None:
         self.header = header.scenario
         self.header_line = header.line
-        told, robots = self.header.map, self.header.robots
+        world, robots = self.header.map, self.header.robots
         self.live, self.external = header.clock == "live", self.header.world == "external"
-        self.grid = World(told.grid, told.rows, told.cols, live=self.live)
+        self.grid = World(world.grid, world.rows, world.cols, live=self.live)
         self.region: dict[str, int] = {n: r.start for n, r in robots.items()}
         self.heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
         self.toward: dict[str, int | None] = dict.fromkeys(robots)

@@ -73,9 +73,9 @@ class Situation(Actions):
         as do the end of the waiting time and the tick after a robot failed or was charged."""
         if (wait := self.waits) is None:
             return False
-        told = is_of_scenario(record) or is_of_user(record)
+        changes = is_of_scenario(record) or is_of_user(record)
         later = self.fails_in is not None and record.tick > self.fails_in
-        return (told and not self.repeats_inputs(record)) or later or is_over(wait, record)
+        return (changes and not self.repeats_inputs(record)) or later or is_over(wait, record)
 
     def apply(self, record: Line) -> None:
         """Let a line take effect."""

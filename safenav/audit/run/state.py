@@ -61,9 +61,9 @@ class State(Robots):
     def _list(self, records: Iterable[Line]) -> None:
         """Add the obstacles of the header, and those that lines describe."""
         robots, begun = self.header.robots, self.begun
-        first = [Obstacle.of(told, robots) for told in self.header.obstacles]
+        first = [Obstacle.of(stated, robots) for stated in self.header.obstacles]
         found = [record.obstacle for record in records if record.type == "discovered"]
-        later = [Obstacle.of(told, robots) for told in found]
+        later = [Obstacle.of(stated, robots) for stated in found]
         self.obstacles = {o.name: o for o in later} | {o.name: o for o in first}
         self.truth = {name: o.traversable for name, o in self.obstacles.items()}
         self.listed = {

@@ -131,9 +131,9 @@ def is_over(wait: Line, record: Line) -> bool:
 def is_of_user(record: Line) -> bool:
     """Return whether a line records an intervention by a user. In a live run a line of the operator
     precedes changes of a robot's service and objective."""
-    told = getattr(record, "cause", None) == "user" or bool(getattr(record, "user", None))
+    by_user = getattr(record, "cause", None) == "user" or bool(getattr(record, "user", None))
     after = record.t is not None and record.type in ("service", "objective")
-    return record.type == "operator" or (told and not after)
+    return record.type == "operator" or (by_user and not after)
 
 
 SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")
@@ -143,8 +143,8 @@ SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs
 def is_of_scenario(record: Line) -> bool:
     """Return whether a line records a change by the scenario or the world, rather than by a user, a
     failure or a battery."""
-    told = record.type in SCENARIO_CHANGES and not fails(record)
-    return told and getattr(record, "cause", None) not in ("battery", "user")
+    changes = record.type in SCENARIO_CHANGES and not fails(record)
+    return changes and getattr(record, "cause", None) not in ("battery", "user")
 
 
 def fails(record: Line) -> bool:

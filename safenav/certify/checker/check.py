@@ -145,8 +145,8 @@ def main() -> int:
     if options.json:
         print(json.dumps({"verdict": verdict, "reason": reason, "claims": claims}))
     else:
-        said = [f"  {claim['id']}: {claim['text']}" for claim in claims]
-        for line in (*said, f"{verdict}: {reason}" if reason else verdict):  # printable
+        shown = [f"  {claim['id']}: {claim['text']}" for claim in claims]
+        for line in (*shown, f"{verdict}: {reason}" if reason else verdict):  # printable
             print("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
     return {"accepted": 0, "refused": 1, "too large": 3}[verdict]
 

@@ -25,8 +25,8 @@ def conclude(run: Any, record: Line, now: Situation) -> None:
     elif record.type == "deadline" and record.verdict == "lost" and record.of in now.obstacles:
         least = record.earliest
         when = "ever" if least is None else f"before tick {least}"
-        said = f"{record.of} cannot be resolved {when}, whatever the robots do"
-        run.claim("lost", f"{said}; it is due at tick {record.due}.")
+        message = f"{record.of} cannot be resolved {when}, whatever the robots do"
+        run.claim("lost", f"{message}; it is due at tick {record.due}.")
     elif record.type == "outcome":
         run.claim("outcome", outcome(run, record, now))
 
@@ -42,8 +42,8 @@ def outcome(run: Any, record: Line, now: Situation) -> str:
             lasts = own.shape.settles or (own.kind == "ltl" and not own.liveness)
             require(lasts or met >= rounds, f"{name} has met its objective only {met} times")
         often = "once" if rounds == 1 else f"{rounds} times"
-        said = f"every robot has met its objective {often} after the last resolution"
-        return f"The mission is completed: {said}."
+        message = f"every robot has met its objective {often} after the last resolution"
+        return f"The mission is completed: {message}."
     if what == "tick_limit":
         return f"The run ended at its limit of {now.header.limits.ticks} ticks."
     if what == "unrealizable" and run.hopeless and not run.turns:
@@ -57,14 +57,14 @@ def outcome(run: Any, record: Line, now: Situation) -> str:
         return f"An operator is needed: {' and '.join(out)} out of service."
     if proof is None:
         require(specs and specs.items() <= run.hopeless, "a negative without a proof")
-        said = f"there is no strategy for {' and '.join(specs)}"
+        message = f"there is no strategy for {' and '.join(specs)}"
     elif record.cause == "deadlock":
         some = [name for name in run.robots if name in proof["robots"]]
-        said = f"no order of moves of {' and '.join(some)} completes the mission"
+        message = f"no order of moves of {' and '.join(some)} completes the mission"
     else:
         stuck = " and ".join(sorted(_stuck(proof))) or "in each case some robot"
-        said = f"{stuck} cannot continue, whatever the robots in service with strategies do"
-    return f"An operator is needed: {said}."
+        message = f"{stuck} cannot continue, whatever the robots in service with strategies do"
+    return f"An operator is needed: {message}."
 
 
 def _stuck(proof: Json) -> set[str]:

@@ -25,9 +25,9 @@ class Objective:
     """
 
     def __init__(self, data: Json) -> None:
-        told = read_objective(data)
-        self.kind, self.targets = told.kind, [*told.targets]
-        self.avoid, self.always = told.avoid, told.always
+        read = read_objective(data)
+        self.kind, self.targets = read.kind, [*read.targets]
+        self.avoid, self.always = read.avoid, read.always
         self.data, self.shape = data, shape_of(self.kind)
         known = self.shape.known or self.kind == "ltl"
         require(known, f"objectives of the kind {self.kind} are not known here")

@@ -14,7 +14,7 @@ from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.language import Pose, RefusedError, TooLargeError, require
 from safenav.audit.lines import Line, read_line
 from safenav.audit.possibilities.deriving import is_stop
-from safenav.audit.rules.rule import Finding, Rule, Said
+from safenav.audit.rules.rule import Finding, Message, Rule
 from safenav.audit.run.passes import EITHER
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status
@@ -30,7 +30,7 @@ from safenav.certify.checker.check_strategies import (
 )
 from safenav.certify.checker.check_tasks import ASSUMED, Task, circumstances
 
-SOMEBODY = "any robot"
+ANY_ROBOT = "any robot"
 STRAYING = {
     *("always", "backtrack", "belief", "continuity", "follows-plan", "hold", "known-obstacle"),
     *("missed-belief", "missed-goal", "mobility", "out-of-turn", "service", "transit"),
@@ -103,15 +103,15 @@ class Evidence(Rule):
             trace, motion = (self.files[f"{n}.jsonl"].read_bytes() for n in ("trace", "motion"))
             same = json.loads(motion.splitlines()[0])["trace"] == hashlib.sha256(trace).hexdigest()
             require(same, "motion.jsonl is the motion of another trace")
-            said = "motion.jsonl names this trace"
-            self.claim("motion", f"{said}; `safenav check-motion` checks it.", "motion.jsonl")
+            message = "motion.jsonl names this trace"
+            self.claim("motion", f"{message}; `safenav check-motion` checks it.", "motion.jsonl")
         but = f" but {self.strayed}, which ended elsewhere than commanded," if self.strayed else ""
         moves = self.departed if self.live else self.turns
-        said = f"All {moves} moves{but} are legal: no wall, unresolved obstacle or collision"
+        message = f"All {moves} moves{but} are legal: no wall, unresolved obstacle or collision"
         timed = "; at no instant are robots in conflict in one region" if self.live else ""
         others = "follow a joint plan" if self.live else "stay, back up or follow a joint plan"
         by = f"{self.answered} follow strategies; the others {others}"
-        what = f"{said}{timed}. {by if self.answered < moves else 'All follow strategies'}."
+        what = f"{message}{timed}. {by if self.answered < moves else 'All follow strategies'}."
         self.claim("moves", what, "trace.jsonl")
 
     def state_form(self, robot: Robot) -> None:
@@ -122,16 +122,16 @@ class Evidence(Rule):
             self.claim("form", f"{robot.name}: {robot.own.words(self.world, form)}.", "trace.jsonl")
             robot.forms.clear()
 
-    def opening(self, now: Situation) -> Iterable[Said]:
+    def opening(self, now: Situation) -> Iterable[Message]:
         apart = {*chain(*(zone["robots"] for zone in self.scenario.get("never_together") or ()))}
         for name, data in self.scenario["robots"].items():
             self.robots[name] = Robot(name, {**data, "zones": name in apart}, now)
-        names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
+        names = {ANY_ROBOT, *self.robots, *(f"robots.{name}" for name in self.robots)}
         good = all(name not in names for name in now.obstacles)
         require(good, "an obstacle has the name of a robot")
         return ()
 
-    def line(self, record: Line, now: Situation) -> Iterable[Said]:
+    def line(self, record: Line, now: Situation) -> Iterable[Message]:
         """Follow a line of the trace."""
         self.number, self.tick = record.line, record.tick
         robot = self.robots.get(getattr(record, "robot", None) or "")
@@ -147,8 +147,8 @@ class Evidence(Rule):
                     left = len(now.stack) + (1 if record.type == "push" else -1)
                     self.tell(self.robots[name], Objective(objective), now, entries=left)
             case "told":
-                told = Objective(record.data["objective"])
-                self.tell(self.robots[record.robot], told, now, entries=len(now.stack))
+                stated = Objective(record.data["objective"])
+                self.tell(self.robots[record.robot], stated, now, entries=len(now.stack))
             case "objective":
                 given = self.robots[record.robot]
                 self.give(given, Objective(record.data["objective"]))
@@ -163,8 +163,8 @@ class Evidence(Rule):
                     robot.answers == set(), f"{robot.name} has a successor: no assumption failed"
                 )
                 robot.nodes = set()
-                said = f"An assumption of {robot.name} failed ({record.name}); its guarantees"
-                self.claim("broken", f"{said} resume at its next synthesis.")
+                message = f"An assumption of {robot.name} failed ({record.name}); its guarantees"
+                self.claim("broken", f"{message} resume at its next synthesis.")
             case "plan_end":
                 for name, node in (record.nodes or {}).items():  # where they continue
                     each = self.robots[name]
@@ -201,8 +201,8 @@ class Evidence(Rule):
         waiting = robot.data.get("while_waiting")
         others = [robot.objective, *([] if waiting is None else [Objective(waiting)])]
         # Their safety rules may differ: they belong to the own objective of that time.
-        told = [(one.kind, one.targets) for one in others]
-        fits = fits or (objective.kind, objective.targets) in told
+        allowed = [(one.kind, one.targets) for one in others]
+        fits = fits or (objective.kind, objective.targets) in allowed
         fits = fits or objective.serves(robot.own)
         fits = fits or is_stop(robot.name, objective.targets, now)
         fits = fits or (robot.name in now.out and objective.kind == STAYING)  # without a duty
@@ -215,7 +215,7 @@ class Evidence(Rule):
         rules = f"rules/{circumstances(record)}.json"
         asked = Objective(record["objective"])
         words = asked.formed(record.get("form")).words(self.world)
-        said = f"{robot.name} for '{words}'"
+        subject = f"{robot.name} for '{words}'"
         for tried in (*(record.get("tried") or ()), record):
             text = f"specs/{tried['spec']}.structuredslugs"
             path = f"counterstrategies/{tried['spec']}.json"
@@ -232,7 +232,7 @@ class Evidence(Rule):
         if record["verdict"] == "unrealizable" and path in self.shown:
             task = self.task(record, robot, self.shown[path], rules, now)
             check_counterstrategy(task, task.graph, self.json(path), self.json(rules))
-            what = f"No strategy exists for {said}{self.even_alone(task, record)}."
+            what = f"No strategy exists for {subject}{self.even_alone(task, record)}."
             self.claim("unrealizable", what, None, text, path, rules)
             self.hopeless.add((robot.name, spec))
         files = text, f"strategies/{name}.json", f"measures/{spec}-{name}.json"
@@ -248,7 +248,7 @@ class Evidence(Rule):
                 for n, word in ((graph.count, "node"), (graph.size, "edge"))
             )
             what = f"satisfies its specification: {', '.join(size)}"
-            self.claim("realizes", f"The strategy of {said} {what}.", *files)
+            self.claim("realizes", f"The strategy of {subject} {what}.", *files)
         graph = self.shown[files]
         require(node in graph.begin, f"node {node} is not one with which the strategy may begin")
         robot.task = task = self.task(record, robot, graph, rules, now)
@@ -256,7 +256,7 @@ class Evidence(Rule):
             task.check_keeps(node, self.json(rules))
             self.shown[rules] = task
             what = "obeys the scenario's rules and meets that objective"
-            what = f"The strategy of {said} {what}, {ASSUMED[record['fairness']]}."
+            what = f"The strategy of {subject} {what}, {ASSUMED[record['fairness']]}."
             self.claim("keeps", what, None, *files, rules)
         if task.objective.serves(robot.own):
             robot.forms.add("literal" if task.objective == robot.own else "alternation")
@@ -369,8 +369,8 @@ class Evidence(Rule):
             if not fits and task.told:
                 others = task.following(task.alike(robot.nodes), robot.row)
                 fits = {n for n in others if task.poses[n] == after}
-            said = sorted({str(task.poses[n]) for n in answers})
-            require(fits, f"{name} goes to {after}, but its strategy goes to {said}")
+            possible = sorted({str(task.poses[n]) for n in answers})
+            require(fits, f"{name} goes to {after}, but its strategy goes to {possible}")
             self.answered += by != "backtrack" and not (self.live and after == before)
         # After a plan, its nodes may have memories that no move of its strategy leads to.
         robot.came_from, robot.nodes = set() if by == "plan" else robot.nodes, fits

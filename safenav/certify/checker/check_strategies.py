@@ -190,14 +190,14 @@ def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: 
     for node in nodes:
         inputs = [graph.inputs[target] for target in graph.next[node]]
         missing = sorted(rules.expected(rules.asked[node]) - {*inputs})[:1]
-        said = f"node {node} has no successor for {missing} of {graph.spec.inputs}"
-        require(not missing, f"{said}, which can occur by {rules.name}")
+        message = f"node {node} has no successor for {missing} of {graph.spec.inputs}"
+        require(not missing, f"{message}, which can occur by {rules.name}")
         require(len({*inputs}) == len(inputs), f"node {node} has two successors for one input")
     edges = graph.edges(nodes)
     if not all(allowed := rules.allowed(edges)):
         node, target = (ends[allowed.index(False)] for ends in edges)
-        said = f"{rules.name} forbids the edge from node {node} to node {target}"
-        raise RefusedError(f"{said}: {rules.describe(node, target)}")
+        message = f"{rules.name} forbids the edge from node {node} to node {target}"
+        raise RefusedError(f"{message}: {rules.describe(node, target)}")
     goals, assumed = rules.met(edges)
     for k, (met, measure) in enumerate(zip(goals, measures, strict=True)):
         check_measure(graph, edges, f"goal {k} of {rules.name}", met, assumed, measure)

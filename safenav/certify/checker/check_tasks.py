@@ -38,8 +38,8 @@ TOLD = ("request", "wait", "assigned")
 def circumstances(line: Json) -> str:
     """Return a checksum that identifies the task of a strategy and its initial state."""
     passing = ("tick", "t", "reason", "seconds", "cached")
-    told = {key: value for key, value in line.items() if key not in passing}
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+    kept = {key: value for key, value in line.items() if key not in passing}
+    return hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()
 
 
 class Task:
@@ -110,7 +110,7 @@ class Task:
             again = values["request"] and not values["wait"]
             places: Any = {values["assigned"]} if again else self.places
             sent = [(1, 0, place) for place in places if self.is_sent(pose, values, place)]
-            idle = [(*told, self.line["neutral"]) for told in ((0, 0), (0, 1), (1, 1))]
+            idle = [(*command, self.line["neutral"]) for command in ((0, 0), (0, 1), (1, 1))]
             groups.append([*sent, *idle])
         if self.busy:
             beside = (self.world.step(pose[0], side) for side in self.busy.values())
