@@ -16,12 +16,11 @@ from typing import Any
 import pytest
 
 import warm
-from certify.making import Files, files_of, rewrite, shipped
+from certify.making import Files, bundle_at, files_of, rewrite, shipped
 from certify.mutants import lines_of, with_lines
 from certify.proving import COUNT, SOURCE, Case, built, disagreements, with_measures
 from certify.strategy_mutants import KINDS
 from certify.test_bundles import COMPLETED, UNREALIZABLE
-from certify.test_findings import EXACT, bundle_of
 from certify.test_strategies import random_game, text_of
 from children import ran
 from oracle import (
@@ -33,6 +32,7 @@ from oracle import (
 )
 from oracle.damage import DAMAGES
 from oracle.duel import Duel
+from runtime.facts import case
 from safenav.certify.checker import check_strategies as checker
 from safenav.certify.evidence import counter_evidence
 from safenav.certify.measures import NoMeasureError
@@ -263,7 +263,10 @@ def test_robots_that_start_in_one_region_are_refused(program: Path, tmp_path: Pa
 
 
 def test_the_verified_checker_names_robots_that_it_does_not_cover(program: Path) -> None:
-    said = {each["kind"]: each for each in asked(program, bundle_of(EXACT))}
+    said = {
+        each["kind"]: each
+        for each in asked(program, bundle_at("plan", case("certified/exact_start_of_another")))
+    }
     assert said["apart"]["verdict"] == "not covered"
     assert "line 2: a knows positions of others" in said["apart"]["reason"]
     assert "answers" not in said

@@ -2,6 +2,7 @@
 
 from copy import deepcopy
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
@@ -9,7 +10,8 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from certify.making import certified
+from certify.making import bundle_at, certified, files_of, judged, rewrite
+from certify.mutants import lines_of, with_lines
 from runtime.played import Line, Run, loaded, play, whole
 from runtime.resuming.cuts import continued, moves
 from safenav.audit.check import check_trace
@@ -45,6 +47,8 @@ def hold(text: str, facts: Facts) -> None:
         return
     run, damages, rests = play(text), facts.pop("damaged", ()), facts.pop("rests", ())
     cut = facts.pop("cut", None)
+    for damage in facts.pop("forged", ()):
+        _forged(bundle_at("plan", text), damage)
     if said := facts.pop("certified", ()):
         _has(certified(text), () if said is True else said)
     if said := facts.pop("notes", ()):
@@ -52,7 +56,7 @@ def hold(text: str, facts: Facts) -> None:
     _printed(text, facts)
     _recorded(run, facts)
     for damage in damages:
-        _refused(Run(deepcopy(run.records)), damage)
+        _refused(run, damage)
     for rest in rests:
         _continued(run, text, dict(rest))
     if cut:
@@ -126,7 +130,26 @@ def _value(line: Any, path: str) -> Any:
 
 
 def _refused(run: Run, damage: Facts) -> None:
-    """The audit refuses the trace with other fields of lines, without some, or without lines."""
+    """The audit refuses the damaged trace."""
+    damaged = _damaged(run, damage)
+    words, rule = damage.get("found", ""), damage.get("rule")
+    told, broken = damaged.findings, damaged.broken
+    assert told and words in told and (not rule or rule in broken), told
+
+
+def _forged(bundle: Path, damage: Facts) -> None:
+    """The checker refuses the bundle with the damaged trace."""
+    files = files_of(bundle)
+    run = _damaged(Run(lines_of(files)), damage)
+    with TemporaryDirectory() as folder:
+        forged = rewrite(bundle, with_lines(files, run.records), Path(folder))
+        status, told = judged(forged)
+    assert status == 1 and damage["found"] in told, told
+
+
+def _damaged(run: Run, damage: Facts) -> Run:
+    """The run with other fields of lines, without some, or without lines."""
+    run = Run(deepcopy(run.records))
     for edit in (damage, *damage.get("and", ())):
         line, fields = _found(run, *edit["line"]), edit.get("fields", {})
         for path, value in fields.items():
@@ -137,8 +160,7 @@ def _refused(run: Run, damage: Facts) -> None:
             del place[key]
         elif not fields:
             run.records.remove(line)
-    words, rule = damage.get("found", ""), damage.get("rule")
-    assert run.findings and words in run.findings and (not rule or rule in run.broken), run.findings
+    return run
 
 
 def _place(line: Line, path: str) -> tuple[Any, Any]:

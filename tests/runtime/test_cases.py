@@ -14,6 +14,7 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``damaged``: the audit refuses the trace without a ``line`` (``[TYPE, FIELDS, INDEX]``), with
   other ``fields`` of it or without one (``drop``), ``and`` more of these: the words ``found``, the
   broken ``rule``
+- ``forged``: likewise, the checker of bundles refuses the bundle with the damaged trace
 - ``rests``: facts about the rest of the run that is cut after a line (``after``), and resumed
 - ``cut``: wherever the run is cut, its rest has the same ``outcome``, or even the same ``moves``
 - ``refused``: the scenario is not loaded; words of the message
