@@ -19,9 +19,10 @@ import click
 import missions
 
 from safenav.report.terminal.table import table
+from safenav.runtime.resolution.problem import Separation
 from safenav.runtime.traffic import planning
 from safenav.runtime.traffic.joint_search import shortening
-from safenav.runtime.traffic.joint_search.execution import Separation
+from safenav.runtime.traffic.joint_search.execution import schedule
 from safenav.runtime.traffic.joint_search.formula_memory import plain_poses
 from safenav.runtime.traffic.joint_search.states import Course, JointState
 
@@ -64,7 +65,7 @@ def _size(course: Course, states: Sequence[JointState]) -> tuple[int, int]:
     problem = course.problem
     sizes = [member.graph.size for member in problem.members]
     poses = [plain_poses(problem, state.poses) for state in states]
-    joint = shortening.timed(Separation(sizes, problem.conflicts).schedule(poses))
+    joint = shortening.timed(schedule(Separation(sizes, problem.conflicts), poses))
     steps = sum(a != b for x, y in pairwise(joint) for a, b in zip(x, y, strict=True))
     return len(joint) - 1, steps
 

@@ -22,8 +22,9 @@ from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.failures import FailureCounts, Reaction
+from safenav.runtime.resolution.problem import Separation
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.runtime.traffic.joint_search.execution import Separation, still, with_steps_under_way
+from safenav.runtime.traffic.joint_search.execution import schedule, still, with_steps_under_way
 from safenav.runtime.traffic.joint_search.states import JointState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.worlds.protocol import (
@@ -529,7 +530,7 @@ def test_a_plan_begins_with_the_steps_under_way() -> None:
     poses, after = with_steps_under_way([s.poses for s in states], states, counts, {1: 4})
     assert poses == [(1, 4), (1, 5), (2, 6)]
     assert [state.poses for state in after] == [(1, 4), (1, 5), (2, 6)]
-    plan = Separation([9, 9], [frozenset({1}), frozenset({0})]).schedule(poses)
+    plan = schedule(Separation([9, 9], [frozenset({1}), frozenset({0})]), poses)
     assert plan.paths == ((1, 2), (4, 5, 6))
     assert with_steps_under_way([(1, 5)], states, counts, {}) == ([(1, 5)], states)
 

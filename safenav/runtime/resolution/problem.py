@@ -188,6 +188,28 @@ class KeepOut(Struct, frozen=True):
     gate: int | None = None
 
 
+class Separation(Struct, frozen=True):
+    """Rules that separate robots. ``sizes``: number of regions of each robot's map, which gives a
+    pose's region; ``exclusions``: regions that are closed while other robots are in certain
+    regions, besides the occupied ones."""
+
+    sizes: Sequence[int]
+    conflicts: Sequence[frozenset[int]]
+    exclusions: Sequence[KeepOut] = ()
+
+    def closed(self, robot: int, *moments: Sequence[int]) -> Mask:
+        """Return the regions that other robots close to one robot at some joint poses."""
+        found = 0
+        for other in self.conflicts[robot]:
+            for poses in moments:
+                found |= 1 << poses[other] % self.sizes[other]
+        for each in self.exclusions:
+            others = each.others - {robot} if robot in each.robots else ()
+            if any(each.there >> p[o] % self.sizes[o] & 1 for o in others for p in moments):
+                found |= each.zone
+        return found
+
+
 class Problem(Struct, frozen=True, eq=False, dict=True):
     """A team and the obstacles that it knows. ``conflicts``: for each robot those with which it
     must never share a region. ``zones``: robots of which at most one is in some regions.
@@ -227,30 +249,18 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
             found.append(KeepOut(everybody, each.sweeps, resolving, place, gate))
         return tuple(found)
 
-    def exclusions(self, stages: Stages) -> list[KeepOut]:
-        """The exclusions in force."""
-        return [
-            each
-            for each in self._exclusions
-            if each.gate is None or not self.resolved(each.gate, stages)
-        ]
+    @cached_method
+    def separation(self, stages: Stages) -> Separation:
+        """The rules that separate robots until the stages change."""
+        found = (e for e in self._exclusions if e.gate is None or not self.resolved(e.gate, stages))
+        sizes = tuple(member.graph.size for member in self.members)
+        return Separation(sizes, self.conflicts, tuple(found))
 
     def clear_of(self, gate: int, robot: int, regions: Sequence[int]) -> bool:
         """Return whether no robot other than ``robot`` is in the swept regions of an obstacle."""
         sweeps = self.gates[gate].sweeps
         others = (region for i, region in enumerate(regions) if i != robot)
         return not any(sweeps >> region & 1 for region in others)
-
-    def held(self, robot: int, regions: Sequence[int], stages: Stages) -> Mask:
-        """The regions, besides occupied ones, that a robot must not enter because of where others
-        are. ``regions``: that of each robot."""
-        found = 0
-        for each in self.exclusions(stages):
-            if robot in each.robots and any(
-                each.there >> regions[i] & 1 for i in each.others if i != robot
-            ):
-                found |= each.zone
-        return found
 
     def interferes(self, robot: int) -> bool:
         """Whether it may have to wait for another robot."""

@@ -187,11 +187,8 @@ def _return(course: Course, start: JointState, poses: tuple[int, ...]) -> list[J
 def _way(course: Course, state: JointState, robot: int, goal: int) -> list[int]:
     """Return a shortest path of one robot while the others stand still; empty if there is none."""
     graph = course.problem.members[robot].graph
-    others = course.problem.conflicts[robot]
-    taken = region_mask(state.poses[other] % graph.size for other in others)
-    regions = [p % m.graph.size for p, m in zip(state.poses, course.problem.members, strict=True)]
-    taken |= course.problem.held(robot, regions, state.stages)
-    allowed = course.steps(state.stages)[robot].allowed & ~graph.poses_on(taken)
+    closed = course.problem.separation(state.stages).closed(robot, state.poses)
+    allowed = course.steps(state.stages)[robot].allowed & ~graph.poses_on(closed)
     return (graph.path(state.poses[robot], goal, allowed) or [])[1:]
 
 

@@ -157,8 +157,8 @@ class PlanProgress:
         under_way: Collection[int] = (),
     ) -> None:
         """Begin to follow a plan with these joint poses and states."""
-        apart = execution.Separation.of(floor.problem, states[0].stages)
-        plan = apart.schedule(poses, under_way)
+        apart = floor.problem.separation(states[0].stages)
+        plan = execution.schedule(apart, poses, under_way)
         self.execution = execution.Execution(plan, execution.required_counts(states, counts))
         self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))
 

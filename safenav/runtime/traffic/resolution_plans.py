@@ -9,7 +9,7 @@ from msgspec import Struct
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.joint_search.execution import Separation
+from safenav.runtime.traffic.joint_search.execution import schedule
 from safenav.runtime.traffic.joint_search.formula_memory import remembering
 from safenav.runtime.traffic.joint_search.shortening import following, shortened, timed
 from safenav.runtime.traffic.joint_search.states import Effort, Found, JointState
@@ -116,5 +116,5 @@ class ResolutionPlans(Struct):
         if not isinstance(answer, Found):
             return None
         states = shortened(course, answer.states, (), search.stopping)
-        apart = Separation.of(problem.floor.problem, start.stages)
-        return len(timed(apart.schedule([state.poses for state in states])))
+        apart = problem.floor.problem.separation(start.stages)
+        return len(timed(schedule(apart, [state.poses for state in states])))

@@ -7,14 +7,14 @@ import pytest
 from msgspec.structs import replace
 
 from runtime.coordination.floors import Block, Bot, Floor
-from safenav.runtime.resolution.problem import KeepOut, Stages
+from safenav.runtime.resolution.problem import KeepOut, Separation, Stages
 from safenav.runtime.traffic.joint_search.execution import (
     Execution,
     Order,
     Schedule,
-    Separation,
     in_turn,
     required_counts,
+    schedule,
 )
 from safenav.runtime.traffic.joint_search.search import Search, Variant, one_leg
 from safenav.runtime.traffic.joint_search.states import (
@@ -51,8 +51,8 @@ def play(floor: Floor, found: Found, rng: random.Random) -> None:
     members, conflicts = floor.problem.members, floor.problem.conflicts
     sizes = [member.graph.size for member in members]
     joint = [state.poses for state in found.states]
-    apart = floor.problem.exclusions(found.states[0].stages)
-    plan = Separation(sizes, conflicts, apart).schedule(joint)
+    apart = floor.problem.separation(found.states[0].stages).exclusions
+    plan = schedule(Separation(sizes, conflicts, apart), joint)
     run = Execution(plan)
     poses = list(joint[0])
     leaving: dict[int, int] = {}
@@ -182,10 +182,10 @@ def test_a_step_in_transit_waits_for_no_other_robot() -> None:
     ways = [(0, 2), (1, 4), (0, 4), (1, 4)]
     waits = [
         (o.step, o.before)
-        for o in Separation([5, 5], [frozenset()] * 2, zones).schedule(ways).orders
+        for o in schedule(Separation([5, 5], [frozenset()] * 2, zones), ways).orders
     ]
     assert waits == [(0, 0), (2, 0)]
-    begun = Separation([5, 5], [frozenset()] * 2, zones).schedule(ways, [0])
+    begun = schedule(Separation([5, 5], [frozenset()] * 2, zones), ways, [0])
     assert [(o.step, o.before) for o in begun.orders] == [(2, 0)]
 
 
@@ -360,12 +360,12 @@ def test_a_plan_waits_until_the_goals_that_it_assumes_are_met() -> None:
     found = search(floor, rounds=2).run()
     assert isinstance(found, Found)
     poses = [state.poses for state in found.states]
-    ways = Separation([floor.world.size] * 2, floor.problem.conflicts).schedule(poses).paths
+    ways = schedule(Separation([floor.world.size] * 2, floor.problem.conflicts), poses).paths
     dues = required_counts(found.states, found.states[0].counts)
     assert [[ways[i][place] for place in due] for i, due in enumerate(dues)] == [[8], [6]]
     assert [list(due.values()) for due in dues] == [[(0, 0, 2)], [(0, 0, 2)]]
     run = Execution(
-        Separation([floor.world.size] * 2, floor.problem.conflicts).schedule(poses), dues
+        schedule(Separation([floor.world.size] * 2, floor.problem.conflicts), poses), dues
     )
     assert run.due(0) is None
     run.taken[0] = ways[0].index(8)

@@ -8,10 +8,11 @@ from collections.abc import Iterator
 
 from runtime.coordination.floors import Bot, Floor
 from runtime.traffic.test_joint_search import search
+from safenav.runtime.resolution.problem import Separation
 from safenav.runtime.traffic.joint_search.execution import (
     Execution,
     Schedule,
-    Separation,
+    schedule,
     still_needed,
 )
 from safenav.runtime.traffic.joint_search.states import Course, Found, JointState
@@ -107,7 +108,7 @@ def beginnings(floor: Floor) -> Iterator[tuple[Course, JointState, Schedule]]:
             yield (
                 found.course,
                 states[0],
-                Separation(sizes, floor.problem.conflicts).schedule(joint),
+                schedule(Separation(sizes, floor.problem.conflicts), joint),
             )
 
 

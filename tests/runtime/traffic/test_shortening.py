@@ -8,7 +8,8 @@ from msgspec.structs import replace
 
 from runtime.coordination.floors import Block, Bot, Floor
 from runtime.traffic.test_joint_search import SWAP, play, search
-from safenav.runtime.traffic.joint_search.execution import Separation
+from safenav.runtime.resolution.problem import Separation
+from safenav.runtime.traffic.joint_search.execution import schedule
 from safenav.runtime.traffic.joint_search.shortening import shortened
 from safenav.runtime.traffic.joint_search.states import Course, Found, JointState
 from safenav.world.poses import FAR, region_mask
@@ -28,8 +29,8 @@ ROOMS = [
 def ticks(floor: Floor, states: list[JointState]) -> int:
     """Ticks of a plan, by its order between the robots alone."""
     sizes = [member.graph.size for member in floor.problem.members]
-    apart = floor.problem.exclusions(states[0].stages)
-    plan = Separation(sizes, floor.problem.conflicts, apart).schedule([s.poses for s in states])
+    apart = floor.problem.separation(states[0].stages).exclusions
+    plan = schedule(Separation(sizes, floor.problem.conflicts, apart), [s.poses for s in states])
     waits: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for order in plan.orders:
         waits.setdefault((order.robot, order.step), []).append((order.other, order.before))

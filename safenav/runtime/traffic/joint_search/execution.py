@@ -19,7 +19,7 @@ from msgspec.structs import replace
 
 from safenav.begun import PlanLeft
 from safenav.components import explored
-from safenav.runtime.resolution.problem import Floor, KeepOut, Problem, Stages
+from safenav.runtime.resolution.problem import Floor, Problem, Separation, Stages
 from safenav.runtime.traffic.joint_search.states import Count, JointState
 from safenav.trace import records
 from safenav.world.moves import Pose
@@ -46,60 +46,35 @@ class Schedule(Struct, frozen=True):
     orders: tuple[Order, ...]
 
 
-class Separation(Struct, frozen=True):
-    """Rules that separate robots until the stages change. ``sizes``: number of regions of each
-    robot's map, which gives a pose's region; ``exclusions``: regions that are closed while other
-    robots are in certain regions, besides the occupied ones."""
-
-    sizes: Sequence[int]
-    conflicts: Sequence[frozenset[int]]
-    exclusions: Sequence[KeepOut] = ()
-
-    @staticmethod
-    def of(problem: Problem, stages: Stages) -> Separation:
-        sizes = tuple(member.graph.size for member in problem.members)
-        return Separation(sizes, problem.conflicts, problem.exclusions(stages))
-
-    def schedule(
-        self, states: Sequence[tuple[int, ...]], under_way: Collection[int] = ()
-    ) -> Schedule:
-        """Return the schedule of a sequence of joint poses. ``under_way``: robots whose first step
-        has begun, and so waits for no other robot."""
-        paths = [[pose] for pose in states[0]]
-        present = [[i, -1] for i in range(len(paths))]  # a robot, and its step out of a region
-        stays: dict[int, list[list[int]]] = defaultdict(list)
-        for stay, pose, size in zip(present, states[0], self.sizes, strict=True):
-            stays[pose % size].append(stay)
-        orders: list[Order] = []
-        for joint in states[1:]:
-            moving = [i for i, path in enumerate(paths) if joint[i] != path[-1]]
-            for i in moving:  # every robot leaves before any enters: the order within a step
-                present[i][1] = len(paths[i]) - 1
-            for i in moving:
-                step, region = len(paths[i]) - 1, joint[i] % self.sizes[i]
-                latest = {r: left for r, left in stays[region] if r in self.conflicts[i]}
-                for each in self.exclusions:
-                    if i in each.robots and each.zone >> region & 1:
-                        for robot, left in chain(*(stays[r] for r in bits(each.there))):
-                            if robot in each.others and robot != i:
-                                latest[robot] = max(left, latest.get(robot, left))
-                if step or i not in under_way:
-                    orders += [Order(i, step, robot, left) for robot, left in latest.items()]
-                paths[i].append(joint[i])
-                present[i] = [i, -1]
-                stays[region].append(present[i])
-        return Schedule(tuple(map(tuple, paths)), tuple(orders))
-
-    def closed(self, robot: int, *moments: tuple[int, ...]) -> Mask:
-        """Return the regions that other robots close to one robot at some joint poses."""
-        found = 0
-        for other in self.conflicts[robot]:
-            found |= region_mask(poses[other] % self.sizes[other] for poses in moments)
-        for each in self.exclusions:
-            others = each.others - {robot} if robot in each.robots else ()
-            if any(each.there >> p[o] % self.sizes[o] & 1 for o in others for p in moments):
-                found |= each.zone
-        return found
+def schedule(
+    apart: Separation, states: Sequence[tuple[int, ...]], under_way: Collection[int] = ()
+) -> Schedule:
+    """Return the schedule of a sequence of joint poses. ``under_way``: robots whose first step
+    has begun, and so waits for no other robot."""
+    paths = [[pose] for pose in states[0]]
+    present = [[i, -1] for i in range(len(paths))]  # a robot, and its step out of a region
+    stays: dict[int, list[list[int]]] = defaultdict(list)
+    for stay, pose, size in zip(present, states[0], apart.sizes, strict=True):
+        stays[pose % size].append(stay)
+    orders: list[Order] = []
+    for joint in states[1:]:
+        moving = [i for i, path in enumerate(paths) if joint[i] != path[-1]]
+        for i in moving:  # every robot leaves before any enters: the order within a step
+            present[i][1] = len(paths[i]) - 1
+        for i in moving:
+            step, region = len(paths[i]) - 1, joint[i] % apart.sizes[i]
+            latest = {r: left for r, left in stays[region] if r in apart.conflicts[i]}
+            for each in apart.exclusions:
+                if i in each.robots and each.zone >> region & 1:
+                    for robot, left in chain(*(stays[r] for r in bits(each.there))):
+                        if robot in each.others and robot != i:
+                            latest[robot] = max(left, latest.get(robot, left))
+            if step or i not in under_way:
+                orders += [Order(i, step, robot, left) for robot, left in latest.items()]
+            paths[i].append(joint[i])
+            present[i] = [i, -1]
+            stays[region].append(present[i])
+    return Schedule(tuple(map(tuple, paths)), tuple(orders))
 
 
 def required_counts(
@@ -208,7 +183,7 @@ def still_needed(problem: Problem, plan: Execution, robot: int, stages: Stages) 
     them, the rest of the plan stays valid (docs/coordination.md, A live run)."""
     size = problem.members[robot].graph.size
     found = reduce(or_, (plan.ahead(other, size) for other in problem.conflicts[robot]), 0)
-    for each in problem.exclusions(stages):
+    for each in problem.separation(stages).exclusions:
         others = each.others - {robot}
         if robot in each.robots and any(each.there & plan.ahead(i, size) for i in others):
             found |= each.zone

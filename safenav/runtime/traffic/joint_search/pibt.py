@@ -70,7 +70,7 @@ class Generator:
         for robot, region in enumerate(self._regions):
             self._now.setdefault(region, []).append(robot)
         self._steps = self._course.hopeful(state.stages)
-        self._exclusions = self._course.problem.exclusions(state.stages)
+        self._exclusions = self._course.problem.separation(state.stages).exclusions
         self._ranked: dict[int, tuple[list[Rank], list[int] | None]] = {}
         self._evicted: dict[int, Mask] = {}
         self._claimed: list[KeepOut] = []

@@ -14,8 +14,9 @@ from itertools import pairwise
 
 from msgspec import Struct
 
+from safenav.runtime.resolution.problem import Separation
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
-from safenav.runtime.traffic.joint_search.execution import Execution, Schedule, Separation
+from safenav.runtime.traffic.joint_search.execution import Execution, Schedule, schedule
 from safenav.runtime.traffic.joint_search.states import Course, JointState, has_met
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
@@ -35,8 +36,8 @@ def shortened(
     problem, first, last = course.problem, states[0], states[-1]
     if len(states) < 3:
         return states
-    apart = Separation.of(problem, first.stages)
-    plan = apart.schedule([state.poses for state in states])
+    apart = problem.separation(first.stages)
+    plan = schedule(apart, [state.poses for state in states])
     joint = timed(plan)
     if last.stages != first.stages:
         fixed = range(len(apart.sizes))
@@ -54,7 +55,7 @@ def shortened(
         for robot, member in enumerate(problem.members)
     ]
     best = _improved(joint, paths, apart, stopping)
-    turns = timed(apart.schedule(best), in_turn=True)
+    turns = timed(schedule(apart, best), in_turn=True)
     if best is joint or len(turns) > len(timed(plan, in_turn=True)):
         return states
     found = course.along(first, best[1:])
@@ -98,7 +99,7 @@ def _improved(
             stopping()
             for path in paths[robot].shorter(joint, robot, apart, arrivals[robot]):
                 new = [(*p[:robot], q, *p[robot + 1 :]) for p, q in zip(joint, path, strict=True)]
-                found = timed(apart.schedule(new))
+                found = timed(schedule(apart, new))
                 (ticks, steps), (most_ticks, most_steps) = _cost(found), _cost(joint)
                 shorter = ticks < most_ticks or steps < most_steps
                 if shorter and ticks <= most_ticks and steps <= most_steps:
@@ -259,9 +260,9 @@ def following(course: Course, states: Sequence[JointState], robot: int) -> list[
     completed its path, may stand behind the helper instead of where it let the helper pass.
     """
     problem, first, last = course.problem, states[0], states[-1]
-    apart = Separation.of(problem, first.stages)
+    apart = problem.separation(first.stages)
     graph = problem.members[robot].graph
-    joint = timed(apart.schedule([s.poses for s in states]))
+    joint = timed(schedule(apart, [s.poses for s in states]))
     goal = course.awaited(robot, last.counts[robot])
     far = graph.distances(goal, problem.allowed(robot, last.stages))
     begin = arrival_of(joint, robot)

@@ -156,14 +156,11 @@ class Course(Struct, frozen=True, eq=False, dict=True):
     def singles(self, state: JointState) -> Iterator[tuple[int, int]]:
         """Yield (robot, pose) for every step that one robot can take while the others stand
         still."""
-        members, poses = self.problem.members, state.poses
-        regions = [pose % member.graph.size for pose, member in zip(poses, members, strict=True)]
+        apart, poses = self.problem.separation(state.stages), state.poses
         for robot, steps in enumerate(self.steps(state.stages)):
-            size = members[robot].graph.size
-            taken = {poses[j] % size for j in self.problem.conflicts[robot]}
-            held = self.problem.held(robot, regions, state.stages) if self.problem.apart else 0
+            closed, size = apart.closed(robot, poses), apart.sizes[robot]
             for pose in steps[poses[robot]]:
-                if pose % size not in taken and not held >> pose % size & 1:
+                if not closed >> pose % size & 1:
                     yield robot, pose
 
     def next_poses(self, state: JointState) -> set[tuple[int, ...]]:

@@ -154,10 +154,10 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         if left:
             options = [(to, to, 0) if left == 1 else (pose, to, left - 1)]
         else:
-            member, taken = self.problem.members[robot], self._taken(robots, robot)
+            member, closed = self.problem.members[robot], self._closed(robots, robot)
             options = [(pose, pose, 0)]
             for step in member.graph.steps(pose):
-                if self._allowed[robot] >> step & 1 and not taken >> step % member.graph.size & 1:
+                if self._allowed[robot] >> step & 1 and not closed >> step % member.graph.size & 1:
                     ticks = member.ticks - 1
                     options.append((pose, step, ticks) if ticks else (step, step, 0))
         for option in options:
@@ -167,20 +167,12 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
                 part = done | {robot} if self._clear(after, robot) else done
             yield after, part
 
-    def _taken(self, robots: tuple[Robot, ...], robot: int) -> Mask:
+    def _closed(self, robots: tuple[Robot, ...], robot: int) -> Mask:
         """Return the regions that a robot must not enter because of others."""
-        found = 0
+        now, then = list(self.poses), list(self.poses)
         for other, (pose, to, _) in zip(self.movers, robots, strict=True):
-            if other in self.problem.conflicts[robot]:
-                found |= 1 << self._region(other, pose) | 1 << self._region(other, to)
-        if self.problem.apart:
-            at = self._regions_of(robots)
-            for other, (_, to, _) in zip(self.movers, robots, strict=True):
-                for group, zone in self.problem.zones:
-                    if other != robot and {robot, other} <= group and zone >> to & 1:
-                        found |= zone
-            found |= self.problem.held(robot, at, self.stages)
-        return found
+            now[other], then[other] = pose, to
+        return self.problem.separation(self.stages).closed(robot, now, then)
 
     def _regions_of(self, robots: tuple[Robot, ...]) -> list[int]:
         at = [self._region(i, pose) for i, pose in enumerate(self.poses)]
