@@ -44,7 +44,7 @@ def test_check_reports_the_verdicts_and_forms_that_a_run_begins_with(tmp_path: P
     seen: Counter[str] = Counter()
     differ = []
     for seed in range(COUNT):
-        data = mission("narrow", seed)
+        data = mission("narrow", seed) | {"limits": {"ticks": 3}}
         file, trace = tmp_path / f"{seed}.yaml", tmp_path / f"{seed}.jsonl"
         file.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")
         checked = warm.safenav("check", "--json", file)
