@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Made
 from safenav.audit.run.state import State
 
@@ -56,7 +57,8 @@ class Passes:
         self._open: Line | None = None
         """The move of the robot whose turn it is, as far as its lines determine it so far."""
         self._departed = False
-        self._begun: set[str] = set()
+        self._begun: dict[str, frozenset[int]] = {}
+        """Robots that may meet a target as they begin, with the targets that they have met so."""
         self._fresh: set[str] = set()
         """Robots that get a strategy in this pass: no line states whether they stay before it or by
         it."""
@@ -104,7 +106,7 @@ class Passes:
             return None  # before the first pass
         if record.type in _DECIDES:
             return str(name)
-        begins = record.type == "goal" and name in self._begun  # on its target, in any turn
+        begins = record.type == "goal" and record.goal not in self._begun.get(name, {record.goal})
         ahead = self._names.index(name) >= self._due and not begins
         return str(name) if ahead else None
 
@@ -175,10 +177,11 @@ class Passes:
             case "backtrack" if move:
                 move.by = "backtrack"
             case "synthesis" | "objective" | "told":
-                self._begun.add(record.robot)
+                self._begun[record.robot] = frozenset()
                 if record.type == "synthesis":
                     self._fresh.add(record.robot)
             case "operator" if record.intervention == "put_back":
-                self._begun.add(record.robot)
-            case "goal":
-                self._begun.discard(record.robot)
+                self._begun[record.robot] = frozenset()
+            case "goal" if (met := self._begun.pop(record.robot, None)) is not None:
+                if shape_of(self._now.objectives[record.robot].kind).covers:
+                    self._begun[record.robot] = met | {record.goal}  # other targets may be met too
