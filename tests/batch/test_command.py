@@ -110,7 +110,7 @@ def test_a_long_name_of_a_failure_keeps_both_ends() -> None:
     assert len(name) < 140 and file_name("lab/door.yaml", "1" * 64) == "lab_door.yaml-11111111"
 
 
-def test_resuming_removes_what_is_told_of_failures_that_are_none_any_more(write: Write) -> None:
+def test_resuming_removes_artifacts_of_failures_that_now_pass(write: Write) -> None:
     write("mended.yaml", expect="{outcome: completed}")
     write("wrong.yaml", expect="{outcome: completed}")
     safenav(".", "--out", "out")
@@ -200,7 +200,7 @@ def test_fail_fast_and_retries(write: Write, slugs: SlugsLog) -> None:
     assert "passed only at attempt 3" in done.stdout
 
 
-def test_a_baseline_tells_what_is_different(write: Write) -> None:
+def test_differences_from_a_baseline_are_reported(write: Write) -> None:
     write("a.yaml", expect="{outcome: completed}")
     write("b.yaml")
     safenav("a.yaml", "b.yaml", "--results", "before.json")
@@ -244,7 +244,7 @@ def test_an_interrupted_batch_is_resumed_where_it_was(
     assert len(state.read_text().splitlines()) == 8
 
 
-def test_a_terminal_sees_how_it_is_getting_on(write: Write) -> None:
+def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:
     write("a.yaml", expect="{outcome: completed}")
     write("b.yaml", "slow")
     master, terminal = pty.openpty()

@@ -71,7 +71,7 @@ def wrong(written: str) -> list[str]:
         "{never: [assumption, goal digit, violation digit, resolved quad]}",
     ],
 )
-def test_what_happened_is_as_expected(written: str) -> None:
+def test_a_run_that_meets_its_expectation_has_no_difference(written: str) -> None:
     assert wrong(written) == []
 
 

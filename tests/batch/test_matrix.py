@@ -87,7 +87,7 @@ def test_every_combination_but_the_excluded_and_the_included(
         ("batch: 1\nscenarios: [", "not YAML"),
     ],
 )
-def test_mistakes_are_told_at_their_place(text: str, message: str) -> None:
+def test_mistakes_of_a_matrix_are_reported_at_their_place(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read_matrix(text, "m.yaml")
 

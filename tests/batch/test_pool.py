@@ -44,7 +44,7 @@ def verdicts(arrived: dict[str, Arrival]) -> dict[str, CaseVerdict]:
     return {name: arrival.result.verdict for name, arrival in arrived.items()}
 
 
-def test_a_crash_is_told_and_the_others_are_run() -> None:
+def test_a_crash_is_reported_and_the_other_cases_run() -> None:
     arrived = run([case("quick"), case("crasher"), case("quick", 1), case("quick", 2)])
     crashed = arrived.pop("crasher-0.yaml").result
     assert set(verdicts(arrived).values()) == {CaseVerdict.PASSED}
@@ -87,7 +87,7 @@ def test_closing_stops_what_runs(slugs: SlugsLog) -> None:
     assert slugs.all_gone()
 
 
-def test_the_kinds_of_failure_are_told_apart() -> None:
+def test_kinds_of_failure_are_distinguished() -> None:
     unexpected = scenario("other", "{outcome: completed}")
     arrived = run(
         [

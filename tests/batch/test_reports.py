@@ -116,7 +116,7 @@ def test_json_can_be_read_again(tmp_path: Path) -> None:
         ' "fingerprint": "", "verdict": "passed", "ticks": "many"}]}',
     ],
 )
-def test_a_baseline_that_is_none_is_an_error(tmp_path: Path, content: str) -> None:
+def test_a_file_that_is_not_a_baseline_is_an_error(tmp_path: Path, content: str) -> None:
     file = tmp_path / "batch.json"
     file.write_text(content)
     with pytest.raises(UsageError, match="not a result of a batch"):
@@ -203,7 +203,7 @@ def test_what_behaves_differently_is_named() -> None:
         (0.0, 1.0, True),
     ],
 )
-def test_slower_is_what_takes_longer_by_a_ratio_and_more_than_noise(
+def test_a_case_is_slower_if_it_exceeds_a_ratio_and_the_noise(
     before: float, now: float, slower: bool
 ) -> None:
     found = compared([ran("a", before)], [ran("a", now)])

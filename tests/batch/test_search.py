@@ -57,7 +57,7 @@ def test_a_matrix_file_that_is_named_is_not_skipped(order: int) -> None:
         (["suite/lab.yaml"], ["suite/lab.yaml"]),
     ],
 )
-def test_what_is_named_is_taken(paths: list[str], expected: list[str]) -> None:
+def test_named_files_and_patterns_are_taken(paths: list[str], expected: list[str]) -> None:
     assert names(*paths) == expected
 
 

@@ -66,7 +66,7 @@ def done(report: Report) -> str:
     return "".join(result.name[0] for result in report.in_order)
 
 
-def test_a_case_that_passes_at_last_is_called_flaky_and_keeps_its_reasons() -> None:
+def test_a_case_that_passes_after_a_retry_is_flaky_and_keeps_its_reasons() -> None:
     report = run_batch(CASES, Scripted(failing("b", until=3)), retries=2)
     assert report.as_expected
     result = report.results["b.yaml"]
@@ -75,7 +75,7 @@ def test_a_case_that_passes_at_last_is_called_flaky_and_keeps_its_reasons() -> N
     assert not report.results["a.yaml"].flaky
 
 
-def test_what_is_no_scenario_is_not_tried_again() -> None:
+def test_a_file_that_is_not_a_scenario_is_not_retried() -> None:
     backend = Scripted(
         lambda case, _: CaseVerdict.INVALID if case is CASES[0] else CaseVerdict.PASSED
     )

@@ -106,7 +106,7 @@ LIAR = 'case "$*" in *version*) exit 1;; esac\ncat >/dev/null\n'
     ],
     ids=["refuses", "always unrealizable", "crashes", "chats"],
 )
-def test_a_synthesizer_that_does_not_answer_is_found_out(
+def test_doctor_reports_a_synthesizer_that_does_not_reply(
     body: str, words: str, safenav: Command, tmp_path: Path
 ) -> None:
     found = safenav("doctor", "--json", SAFENAV_SLUGS=script(tmp_path / "liar", body))
@@ -125,7 +125,7 @@ def test_a_synthesizer_that_is_missing(safenav: Command, tmp_path: Path) -> None
     assert found.stdout.count("wrong ") == 1
 
 
-def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(
+def test_doctor_passes_with_a_cache_that_cannot_be_written(
     safenav: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "file").write_text("in the way")

@@ -90,7 +90,7 @@ def test_check_says_realizable(safenav: Command) -> None:
     ]
 
 
-def test_the_time_limit_of_a_run_is_none_of_a_check(safenav: Command, tmp_path: Path) -> None:
+def test_the_time_limit_of_a_run_does_not_apply_to_check(safenav: Command, tmp_path: Path) -> None:
     scenario = tmp_path / "s.yaml"
     scenario.write_text(CASE_1.read_text().replace("{ticks: 500}", "{seconds: 0.00001}"))
     done = safenav("check", scenario)
@@ -127,7 +127,7 @@ def test_a_weaker_form_is_named_with_its_reason(
     assert f"patrol far <-> mid|near ({why})" in done.stdout
 
 
-def test_check_warns_of_what_is_hardly_meant(safenav: Command, tmp_path: Path) -> None:
+def test_check_warns_of_unlikely_settings(safenav: Command, tmp_path: Path) -> None:
     scenario = tmp_path / "s.yaml"
     scenario.write_text(
         'safenav: 1\nmap: {grid: ["#####", "#...#", "#####"]}\n'

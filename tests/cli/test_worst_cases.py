@@ -43,7 +43,7 @@ def test_case_study_3_can_lock_itself(safenav: Command) -> None:
     )
 
 
-def test_a_limit_that_cannot_always_be_kept_is_told(safenav: Command, tmp_path: Path) -> None:
+def test_a_limit_that_cannot_always_be_kept_is_reported(safenav: Command, tmp_path: Path) -> None:
     text = (SCENARIOS / "case_study_1.yaml").read_text()
     (tmp_path / "tight.yaml").write_text(text + "resolve_within: 5\n")
     said = safenav("check", tmp_path / "tight.yaml").stdout
@@ -86,7 +86,7 @@ def test_the_way_of_a_helper_and_the_time_of_a_resolution_are_those_of_the_run(
         (None, None, False, "at worst never"),
     ],
 )
-def test_what_was_not_compared_is_not_claimed(
+def test_times_that_were_not_all_compared_are_reported_as_bounds(
     best: int | None, worst: int | None, whole: bool, said: str
 ) -> None:
     obstacle = loaded(NEEDS.replace("LIMIT", "")).obstacles[0]
@@ -176,7 +176,7 @@ until: {{rounds: 2{by}}}
     ],
     ids=["charge", "within", "by"],
 )
-def test_check_and_explain_refuse_what_a_run_does(
+def test_check_and_explain_refuse_deadlines_and_batteries_as_run_does(
     battery: str, within: str, by: str, chargers: str, why: str, safenav: Command, tmp_path: Path
 ) -> None:
     text = FAR.format(battery=battery, within=within, by=by, chargers=chargers)
@@ -190,7 +190,9 @@ def test_check_and_explain_refuse_what_a_run_does(
         assert apart is (name == "check")
 
 
-def test_explain_refuses_what_no_objective_explains(safenav: Command, tmp_path: Path) -> None:
+def test_a_robot_that_starts_in_an_avoided_region_is_bad_input(
+    safenav: Command, tmp_path: Path
+) -> None:
     text = FAR.format(battery="", within=", avoid: [0]", by="", chargers="")
     (tmp_path / "s.yaml").write_text(text.replace("visit: [6, 0]", "visit: [6, 1]"))
     for name in ("check", "explain"):
@@ -223,7 +225,9 @@ obstacles: [{type: gate, region: 10}]
     ],
     ids=["free", "avoid", "always"],
 )
-def test_helpers_come_by_the_rules_of_their_objectives(rule: str, ticks: int, alone: Alone) -> None:
+def test_helpers_keep_the_rules_of_their_objectives_on_the_way(
+    rule: str, ticks: int, alone: Alone
+) -> None:
     times = alone(HELPER_WITH_RULES.replace("RULE", rule))
     assert (times["best"], times["worst"]) == (ticks, ticks)
 

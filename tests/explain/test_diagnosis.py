@@ -64,7 +64,7 @@ def _random_task(source: Random) -> tuple[Task, RegionMap]:
     return Task(Robot("rover", model, pose, objective), pose, objective, blocked=blocked), world
 
 
-def test_what_a_robot_can_do_alone_is_what_the_synthesizer_says() -> None:
+def test_the_diagnosis_of_a_lone_robot_agrees_with_the_synthesizer() -> None:
     source = Random(5)
     tasks = [_random_task(source) for _ in range(GAMES)]
     verdicts = Synthesizer().synthesize_all(
@@ -112,7 +112,7 @@ GUARD = "guard: {model: r, start: 14, objective: {hold: 14}}"
         ("obstacles.door@13", NoStrategyCause.OBSTACLE),
     ],
 )
-def test_what_stands_in_the_way_is_told_by_its_item(item: str, cause: NoStrategyCause) -> None:
+def test_obstacles_in_the_way_are_named_by_their_item(item: str, cause: NoStrategyCause) -> None:
     harmless = Known(11 + 18, "obstacles.door@29", "in a wall")
     task, world = _corridor(AWAY, blocked=(Known(13, item, "it is there"), harmless))
     found = diagnose(task, world)
@@ -123,7 +123,7 @@ def test_what_stands_in_the_way_is_told_by_its_item(item: str, cause: NoStrategy
     assert "it is there" in explain_unrealizable(task.robot, task, world)
 
 
-def test_a_robot_that_assumes_nothing_can_be_kept_away() -> None:
+def test_a_robot_without_assumptions_can_be_kept_from_its_target() -> None:
     other = Observed("blocker", 14, (frozenset({14}),))
     task, world = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
     found = explain(_beside(BLOCKER), task, Synthesizer(), lambda _: False)

@@ -21,7 +21,7 @@ def test_a_realizable_scenario_needs_no_explanation(invoke: Invoke) -> None:
 @pytest.mark.parametrize(
     "file", sorted((SCENARIOS / "unrealizable").glob("*.yaml")), ids=lambda file: file.stem
 )
-def test_every_unrealizable_scenario_is_told_in_full(file: Path, invoke: Invoke) -> None:
+def test_every_unrealizable_scenario_is_explained_in_full(file: Path, invoke: Invoke) -> None:
     answer = invoke(command, file)
     assert answer.status == 1
     for part in ("because", "These guarantees conflict", "What happens", "Any one of these"):
@@ -50,7 +50,7 @@ def test_json_has_cause_core_witness_and_repairs(invoke: Invoke) -> None:
     assert {"kind", "change", "helpers", "action", "says"} <= set(found["repairs"][0])
 
 
-def test_one_robot_can_be_asked_about(invoke: Invoke) -> None:
+def test_explain_accepts_one_robot(invoke: Invoke) -> None:
     file = SCENARIOS / "unrealizable" / "separate_rooms.yaml"
     assert invoke(command, file, "--robot", "quad").status == 0
     assert invoke(command, file, "--robot", "digit").status == 1

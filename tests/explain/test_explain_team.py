@@ -79,7 +79,7 @@ def test_a_circle_of_keys_is_shown_link_by_link_with_repairs_that_were_run() -> 
     assert explained(begun).result.outcome.value == "completed"
 
 
-def test_a_lonely_lifter_gets_a_colleague_or_a_lighter_crate() -> None:
+def test_a_lone_lifter_is_repaired_by_another_lifter_or_a_lighter_crate() -> None:
     found = explained(LIFTER)
     assert found.result.cause == "no_capable_robot"
     kinds = {repair.kind: repair.change for repair in found.repairs}
@@ -89,7 +89,7 @@ def test_a_lonely_lifter_gets_a_colleague_or_a_lighter_crate() -> None:
     assert found.tried > len(found.repairs)
 
 
-def test_lifters_that_fit_on_one_side_only_get_an_answer() -> None:
+def test_lifters_with_room_on_one_side_only_are_explained() -> None:
     """No robot is named as stuck: it ended in an empty maximum."""
     found = explained("""
 safenav: 1
@@ -109,7 +109,7 @@ obstacles: [{type: crate, region: [2, 4]}]
     assert found.tried
 
 
-def test_who_stands_in_each_other_s_way_gets_a_place_to_give_way() -> None:
+def test_a_deadlock_is_repaired_by_a_region_to_give_way() -> None:
     found = explained(NARROW)
     assert found.result.cause == "deadlock"
     assert "deadlock; none of the" in found.chain[0]
@@ -150,7 +150,7 @@ clock: %s
         ("debris", []),
     ],
 )
-def test_all_that_a_team_lacks_is_named_with_the_models_that_have_it(
+def test_missing_actions_are_named_with_the_models_that_have_them(
     load: str,
     last: list[tuple[tuple[str, ...], list[str], tuple[str, ...]]],
     tmp_path: Path,
@@ -178,7 +178,7 @@ def test_all_that_a_team_lacks_is_named_with_the_models_that_have_it(
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
-def test_a_repair_gives_all_that_is_missing(clock: str) -> None:
+def test_one_repair_supplies_all_missing_actions(clock: str) -> None:
     """To one model, or by several robots; none of them helps with a part of it. Also in a live run,
     which takes longer on its clock than the search."""
     found = explained(ROW % ("debris", clock))
@@ -200,7 +200,7 @@ def test_without_time_no_repair_is_run() -> None:
     assert (found.repairs, found.tried) == ((), 1)
 
 
-def test_the_command_tells_people_and_machines(tmp_path: Path, invoke: Invoke) -> None:
+def test_explain_prints_text_and_json(tmp_path: Path, invoke: Invoke) -> None:
     scenario = tmp_path / "s.yaml"
     scenario.write_text(LIFTER)
     answer = invoke(explain.command, scenario)
@@ -224,7 +224,7 @@ def test_the_command_tells_people_and_machines(tmp_path: Path, invoke: Invoke) -
     ],
     ids=["lifter", "keys", "hold"],
 )
-def test_check_warns_of_what_needs_no_run(
+def test_check_warns_of_infeasible_objectives_without_a_run(
     text: str, warnings: list[str], tmp_path: Path, invoke: Invoke
 ) -> None:
     scenario = tmp_path / "s.yaml"

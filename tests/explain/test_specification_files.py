@@ -150,7 +150,9 @@ def test_a_core_names_lines_and_assumptions_were_tried(tmp_path: Path, invoke: I
     assert invoke(explain.command, mended).status == 0
 
 
-def test_a_system_that_gets_stuck_is_told_with_the_inputs(tmp_path: Path, invoke: Invoke) -> None:
+def test_inputs_that_leave_the_system_without_a_move_are_shown(
+    tmp_path: Path, invoke: Invoke
+) -> None:
     answer = invoke(explain.command, written(tmp_path, "trap", TRAP))
     assert answer.status == 1
     assert "then the inputs a=0 leave no reply that keeps all guarantees" in answer.output

@@ -64,7 +64,7 @@ def test_an_assumption_that_the_robot_can_break(goal: str, cause: Cause) -> None
     assert any("ask again and again" in origin.rule for origin in found.origins)
 
 
-def test_no_beginning_is_no_promise() -> None:
+def test_no_initial_state_is_a_vacuous_win() -> None:
     spec = read_specification("[INPUT]\na\n[OUTPUT]\nb\n[ENV_INIT]\na & !a\n")
     result = Synthesizer().synthesize(spec)
     assert result.strategy is not None
@@ -72,7 +72,7 @@ def test_no_beginning_is_no_promise() -> None:
     assert found.cause is Cause.NO_BEGINNING
 
 
-def test_waiting_for_others_is_no_vacuous_win() -> None:
+def test_waiting_for_other_robots_is_not_a_vacuous_win() -> None:
     strategy = _strategy(
         "[INPUT]\nbusy\n[OUTPUT]\nat:0...3\n[SYS_INIT]\nat = 0\n"
         "[SYS_TRANS]\nbusy' -> at' = at\nat' <= at + 1 & at <= at' + 1\n"
@@ -81,7 +81,7 @@ def test_waiting_for_others_is_no_vacuous_win() -> None:
     assert vacuous_wins(strategy, Synthesizer()) == ()
 
 
-def test_the_shipped_scenarios_are_won_in_earnest() -> None:
+def test_no_case_study_is_won_vacuously() -> None:
     for file in sorted(SCENARIOS.glob("case_study_*.yaml")):
         scenario = load_scenario(file)
         synthesizer = default_synthesizer(scenario)
@@ -90,7 +90,7 @@ def test_the_shipped_scenarios_are_won_in_earnest() -> None:
             assert vacuous_wins(answer.result.strategy, synthesizer) == ()
 
 
-def test_what_is_beside_it_now_cannot_be_driven_anywhere() -> None:
+def test_a_robot_cannot_force_others_that_are_only_nearby() -> None:
     """``nearby`` is well separated: whatever the robot does, the others may be out of its way
     in the next step, as far as its specification knows."""
     scenario = load_scenario_text(ALLEY.format(tracking="nearby"))
@@ -117,7 +117,7 @@ def _fair_nodes(strategy: Strategy) -> set[int]:
 
 
 @pytest.mark.parametrize("tracking", ["nearby", "exact", "belief"])
-def test_what_is_told_is_what_the_automaton_does(tracking: str) -> None:
+def test_vacuities_are_exactly_the_nodes_where_the_automaton_breaks_fairness(tracking: str) -> None:
     scenario = load_scenario_text(ALLEY.format(tracking=tracking))
     answer = first_results(scenario, default_synthesizer(scenario), names=["hunter"])["hunter"]
     strategy = answer.result.strategy
@@ -157,7 +157,7 @@ def test_commands_warn_and_strict_commands_refuse(tmp_path: Path, invoke: Invoke
     assert ("hunter may win by breaking assumptions" in cut.error) == warned
 
 
-def test_without_others_there_is_nothing_to_warn_of(tmp_path: Path, invoke: Invoke) -> None:
+def test_a_lone_robot_has_no_vacuity_warning(tmp_path: Path, invoke: Invoke) -> None:
     file = tmp_path / "alone.yaml"
     file.write_text(TRAP)
     for command in (check.command, synth.command):

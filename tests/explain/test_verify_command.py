@@ -110,11 +110,11 @@ def test_a_counterstrategy_of_slugs_is_accepted(tmp_path: Path, invoke: Invoke) 
     assert "the environment wins" in answer.output
 
 
-def test_a_strategy_is_no_counterstrategy(door: tuple[Path, Path], invoke: Invoke) -> None:
+def test_a_strategy_is_not_a_counterstrategy(door: tuple[Path, Path], invoke: Invoke) -> None:
     assert invoke(command, *door, "--counterstrategy").status == 1
 
 
-def test_a_broken_guarantee_is_told_with_origin_and_path(
+def test_a_broken_guarantee_is_reported_with_origin_and_path(
     door: tuple[Path, Path], invoke: Invoke
 ) -> None:
     spec, strategy = door
@@ -188,7 +188,7 @@ def test_the_strategy_may_come_on_standard_input(door: tuple[Path, Path], invoke
         *("number alone", "Boolean compared"),
     ],
 )
-def test_what_cannot_be_judged_is_bad_input(
+def test_files_that_verify_cannot_read_are_bad_input(
     spec: bytes, strategy: bytes, said: str, tmp_path: Path, invoke: Invoke
 ) -> None:
     first, second = tmp_path / "spec with ü", tmp_path / "strategy"

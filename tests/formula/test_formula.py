@@ -83,7 +83,7 @@ states = st.fixed_dictionaries(
 
 
 @given(formulas)
-def test_what_is_printed_reads_back_as_the_same_formula(formula: syntax.Formula) -> None:
+def test_a_printed_formula_reads_back_unchanged(formula: syntax.Formula) -> None:
     assert parse(to_text(formula)) == formula
 
 

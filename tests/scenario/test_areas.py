@@ -58,7 +58,7 @@ def test_rectangles_hold_their_free_regions_and_lists_what_they_name() -> None:
         ),
     ],
 )
-def test_objectives_take_areas_and_are_told_with_their_names(
+def test_objectives_take_areas_and_are_described_by_their_names(
     told: str, expected: object, words: str
 ) -> None:
     scenario = robot(told)
@@ -102,7 +102,7 @@ expect: {order: [goal ann east, goal ann west]}
         ("{desk: [8, {any: [9]}]}", "an area lists its regions: [[1, 1], [1, 2]]"),
     ],
 )
-def test_what_is_no_area_is_told_with_what_was_meant(areas: str, told: str) -> None:
+def test_a_malformed_area_is_reported_with_the_intended_form(areas: str, told: str) -> None:
     text = ROOMS + f"areas: {areas}\n"
     with pytest.raises(InputError) as error:
         load_scenario_text(text + "robots: {}\n", "rooms.yaml")

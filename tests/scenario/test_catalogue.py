@@ -35,7 +35,7 @@ def test_a_scenario_extends_the_catalogue_in_place() -> None:
     assert airlock == ObstacleType("airlock", "push", frozenset({9, 8}))
 
 
-def test_mistakes_in_a_catalogue_file_are_told_after_those_of_the_scenario(tmp_path: Path) -> None:
+def test_mistakes_in_a_catalogue_file_follow_those_of_the_scenario(tmp_path: Path) -> None:
     catalogue = tmp_path / "more.yaml"
     catalogue.write_text("robots:\n  rover: {mobility: free, layer: ground, wheels: 4}\n")
     file = tmp_path / "scenario.yaml"

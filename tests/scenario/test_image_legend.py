@@ -60,7 +60,7 @@ def test_colours_are_walls_floor_and_areas(tmp_path: Path) -> None:
     assert world.notes == ()
 
 
-def test_text_of_the_colour_of_walls_is_no_wall(tmp_path: Path) -> None:
+def test_labels_in_the_colour_of_walls_are_not_walls(tmp_path: Path) -> None:
     plan(tmp_path, (50, 60, "Pharmacy 2.1"), (310, 70, "WARD A"), (60, 170, "corridor"))
     world = load(tmp_path, LEGEND)
     assert world.grid_rows() == PLAN
@@ -89,7 +89,7 @@ def test_pillars_and_single_spots_stay_walls(tmp_path: Path) -> None:
     }
 
 
-def test_a_share_that_removes_walls_says_so(tmp_path: Path) -> None:
+def test_a_share_that_removes_walls_is_a_warning(tmp_path: Path) -> None:
     plan(tmp_path, thin=4)
     assert load(tmp_path, LEGEND).grid_rows() == PLAN
     world = load(tmp_path, LEGEND, ", share: 0.3")
@@ -106,7 +106,7 @@ def test_a_share_that_removes_walls_says_so(tmp_path: Path) -> None:
     assert "ann reaches ward 20 [1, 7]" in done.stdout
 
 
-def test_a_division_that_removes_a_room_or_a_passage_says_so(tmp_path: Path) -> None:
+def test_a_division_that_removes_a_room_or_a_passage_is_a_warning(tmp_path: Path) -> None:
     picture = Image.new("L", (400, 300), 255)
     pen = ImageDraw.Draw(picture)
     pen.rectangle((0, 0, 399, 299), outline=0, width=10)
@@ -119,7 +119,7 @@ def test_a_division_that_removes_a_room_or_a_passage_says_so(tmp_path: Path) -> 
     assert "are cut off: the image has a passage that is narrower" in done.stderr
 
 
-def test_an_image_alone_asks_once_and_what_it_asks_for_works(tmp_path: Path) -> None:
+def test_an_undivided_image_is_refused_with_options_that_work(tmp_path: Path) -> None:
     plan(tmp_path)
     for options in ([], ["--side", "0.5"]):
         asked = safenav("draw", "plan.png", *options, cwd=tmp_path)
@@ -143,7 +143,7 @@ def test_an_image_alone_asks_once_and_what_it_asks_for_works(tmp_path: Path) -> 
         ("{file: plan.png, text: keep}", "unknown word 'keep'"),
     ],
 )
-def test_a_wrong_legend_is_told(image: str, told: str, tmp_path: Path) -> None:
+def test_a_wrong_legend_is_reported(image: str, told: str, tmp_path: Path) -> None:
     plan(tmp_path)
     with pytest.raises(InputError, match=told):
         load(tmp_path, image)

@@ -164,7 +164,7 @@ def test_what_has_no_room_is_what_motion_refuses(model: str, side: float, tmp_pa
 
 
 @pytest.mark.parametrize("name", ["hello", "case_study_1", "case_study_2_beliefs", "team_of_six"])
-def test_shipped_scenarios_mean_what_they_say(name: str) -> None:
+def test_shipped_scenarios_have_no_lint_warnings(name: str) -> None:
     assert lint(load_scenario(ROOT / "scenarios" / f"{name}.yaml")) == ()
 
 

@@ -127,7 +127,7 @@ def test_raw_guarantees_are_kept_in_canonical_form() -> None:
     )
 
 
-def test_what_is_written_to_a_trace_reads_back() -> None:
+def test_objectives_of_a_trace_read_back() -> None:
     for told in (
         "{patrol: [8, 26]}",
         "{visit: [8, 9]}",
@@ -156,7 +156,7 @@ robots:
     return scenario, ann, bob
 
 
-def test_whom_a_robot_avoids_and_tracks_and_how() -> None:
+def test_robots_have_the_avoids_and_tracks_of_the_file() -> None:
     _, ann, bob = team(
         "avoids: [bob], tracks: [bob], tracking: exact", "avoids: [], tracking: belief"
     )
@@ -169,7 +169,7 @@ def test_whom_a_robot_avoids_and_tracks_and_how() -> None:
     assert bob.conflicts(ann), "it is mutual although only ann asks for it"
 
 
-def test_a_robot_may_see_otherwise_than_its_model() -> None:
+def test_a_robot_may_have_another_vision_than_its_model() -> None:
     scenario = load("""\
 robots:
   ann: {model: rover, start: 8, objective: {hold: 26}}
@@ -245,7 +245,7 @@ def test_a_target_may_be_out_of_reach_if_another_of_its_set_is_not() -> None:
     assert load_scenario_text(text + robots).robots[0].objective == Hold((frozenset({0, 2}),))
 
 
-def test_a_key_as_other_tools_name_it_is_told_in_our_words() -> None:
+def test_a_key_of_another_tool_is_reported_with_the_key_of_scenarios() -> None:
     """Nor is the key that was meant reported as missing."""
     text = "safenav: 1\nmap: {grid: ['..'], regions: {a: 1}}\n"
     robots = "robots: {ann: {type: quadcopter, position: 0, goal: {hold: 0}}}"
@@ -262,7 +262,7 @@ def test_line_ends_and_byte_order_marks_of_other_systems(tmp_path: Path) -> None
     assert load_scenario(file).map == load_scenario_text(body).map
 
 
-def test_paths_that_are_no_scenario(tmp_path: Path) -> None:
+def test_a_path_that_is_not_a_scenario_is_refused_with_the_reason(tmp_path: Path) -> None:
     (tmp_path / "door.yaml").write_text("")
     (tmp_path / "latin.yaml").write_bytes("name: Tür\n".encode("latin-1"))
     (tmp_path / "huge.yaml").write_bytes(b"#" * 5_000_001)
@@ -337,7 +337,7 @@ def test_a_thousand_mistakes_are_not_all_listed() -> None:
         ),
     ],
 )
-def test_a_slip_brings_the_correct_form(written: str, hint: str) -> None:
+def test_the_hint_of_a_slip_is_the_correct_form(written: str, hint: str) -> None:
     robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 0}}}"
     with pytest.raises(InputError) as raised:
         load_scenario_text(f"safenav: 1\nmap: {{grid: ['..']}}\n{robots}\n{written}\n")
@@ -399,7 +399,7 @@ def test_a_name_that_is_not_ascii_is_refused_with_the_reason() -> None:
         ("obstacles: [{type: door, region: 8, resolve_within: 9}]", "requested_door@8"),
     ],
 )
-def test_a_live_run_with_deadlines_in_ticks_is_told_what_it_can_have(due: str, hint: str) -> None:
+def test_live_deadlines_in_ticks_are_refused_with_the_alternative(due: str, hint: str) -> None:
     with pytest.raises(InputError, match=hint):
         load_scenario_text(
             "safenav: 1\nclock: live\nmap: {grid: ['#####', '#...#', '#####']}\n"

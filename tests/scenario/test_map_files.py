@@ -78,7 +78,7 @@ def test_names_and_paths_work_as_everywhere(tmp_path: Path) -> None:
     assert scenario.robots[0].start.region == 14
 
 
-def test_a_file_outside_of_the_folder_is_told_before_it_is_read(
+def test_a_file_outside_the_folder_is_reported_before_it_is_read(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     (tmp_path / "lab").mkdir()
@@ -110,7 +110,7 @@ def test_a_file_may_be_divided_into_finer_regions() -> None:
     assert fine == [row for drawn in ROOMS for row in ["".join(2 * c for c in drawn)] * 2]
 
 
-def test_a_ros_map_lies_where_its_file_says() -> None:
+def test_a_ros_map_has_the_origin_of_its_file() -> None:
     by_size = load("ros: office.yaml, resolution: 0.4")
     assert by_size.frame == Frame((0.4, 0.4), (-2.5, -1.5), 0.0)
     by_count = load("ros: office.yaml, rows: 7, cols: 26", 28)
@@ -162,7 +162,7 @@ def test_unknown_pixels_of_a_ros_map_are_walls(tmp_path: Path) -> None:
         ("grid: ['..']", None),
     ],
 )
-def test_any_map_may_say_where_it_lies(written: str, expected: Frame | None) -> None:
+def test_any_map_may_have_an_origin(written: str, expected: Frame | None) -> None:
     assert load(written, 0).frame == expected
 
 
@@ -218,7 +218,7 @@ def test_every_broken_map_is_judged() -> None:
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_every_flaw_of_a_broken_map_is_told_at_its_place(name: str) -> None:
+def test_every_flaw_of_a_broken_map_is_reported_at_its_place(name: str) -> None:
     written, expected = FLAWS[name]
     found = mistakes(written % f"broken/{name}")
     assert [(d.line, d.column) for d in found] == [(line, col) for line, col, _ in expected]

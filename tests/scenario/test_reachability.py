@@ -48,7 +48,7 @@ def test_reachability_agrees_with_the_moves(
     assert reach.recurs(targets) == recurs
 
 
-def test_a_dead_end_is_left_only_by_those_who_can_turn() -> None:
+def test_only_robots_that_can_turn_leave_a_dead_end() -> None:
     corridor = RegionMap.from_grid(["...."])
     ends = [frozenset({0}), frozenset({3})]
     assert Reachability(Mobility.FREE, Pose(0), corridor).recurs(ends)

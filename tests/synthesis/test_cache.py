@@ -46,7 +46,7 @@ def _files(cache: Cache) -> list[Path]:
     return sorted(p for p in cache.directory.rglob("*") if p.is_file())
 
 
-def test_an_answer_comes_back_as_it_was(cache: Cache) -> None:
+def test_a_stored_result_reads_back_unchanged(cache: Cache) -> None:
     for entry in (
         ENTRY,
         CacheEntry(Verdict.UNREALIZABLE, 2.0, None),
@@ -61,7 +61,7 @@ def test_an_answer_comes_back_as_it_was(cache: Cache) -> None:
 @pytest.mark.parametrize(
     "verdict", [Verdict.TIMEOUT, Verdict.OUT_OF_MEMORY, Verdict.INTERRUPTED], ids=str
 )
-def test_spent_limits_are_not_kept(cache: Cache, verdict: Verdict) -> None:
+def test_exhausted_limits_are_not_stored(cache: Cache, verdict: Verdict) -> None:
     cache.store(KEY, CacheEntry(verdict, 60.0, None))
     assert cache.load(KEY) is None
 
@@ -126,7 +126,7 @@ def test_a_large_directory_is_not_listed_by_each_run_that_keeps_something(
     assert len(listed) < 10
 
 
-def test_what_a_killed_writer_left_is_swept_up(cache: Cache) -> None:
+def test_files_of_a_killed_writer_are_removed(cache: Cache) -> None:
     cache.store(KEY, ENTRY)
     (file,) = _files(cache)
     old, new = file.with_name(".old.1.tmp"), file.with_name(".new.1.tmp")
@@ -183,7 +183,9 @@ def test_a_full_disk_leaves_no_half_entry(cache: Cache, monkeypatch: pytest.Monk
     assert _files(cache) == []
 
 
-def test_the_environment_says_where_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_environment_determines_the_folder_of_the_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "here"))
     assert Cache.from_environment().directory == tmp_path / "here"
     monkeypatch.setenv("SAFENAV_CACHE", "OFF")

@@ -23,7 +23,7 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure, verify_counterstrategy, verify_strategy
 
 
-def test_what_was_printed_is_read(patrol: Specification) -> None:
+def test_a_printed_specification_reads_back(patrol: Specification) -> None:
     again = read_specification(patrol.to_structuredslugs(), "again", "carrier")
     assert again.variables == patrol.variables
     assert [(c.section, c.formula) for c in again.constraints] == [
@@ -51,7 +51,7 @@ def test_sections_may_come_in_any_order_and_again() -> None:
     assert [c.formula for c in spec.section(Section.SYS_TRANS)] == ["y' = y", "y' > 2 | x"]
 
 
-def test_everything_wrong_is_told_with_its_line() -> None:
+def test_all_mistakes_are_reported_with_their_lines() -> None:
     text = "[INPUT]\nx:5...3\nx y\nz\nz\n[SYSTRANS]\n[OUTPUT]\nw:-1...3\n"
     with pytest.raises(InputError) as raised:
         read_specification(text, "broken.structuredslugs")

@@ -55,7 +55,7 @@ def test_following_the_moves_visits_the_listed_strategy(
                 assert falls(here, move, assumption_holds=False)
 
 
-def test_a_position_is_found_where_the_list_has_it_first(
+def test_a_position_is_that_of_the_first_matching_node(
     patrol: Specification, slugs: Binary, served: ServedStrategy
 ) -> None:
     """By all values and by the region alone; OnDemand finds what a listed strategy finds."""
@@ -81,7 +81,7 @@ def test_a_position_is_found_where_the_list_has_it_first(
         assert served.find({}, 0) is None
 
 
-def test_only_what_the_strategy_has_is_answered(served: ServedStrategy) -> None:
+def test_moves_outside_the_strategy_are_refused(served: ServedStrategy) -> None:
     with served:
         assert served.start({"region": 4}) is None
         assert served.start({"region": 9}) is None

@@ -25,14 +25,14 @@ from synthesis.requests import NATIVE, UPSTREAM, Answering, Script, ask, gone, i
 
 
 @pytest.mark.parametrize("status", [0, 1, 10])
-def test_a_foreign_binary_is_believed_by_its_result_line_not_its_status(
+def test_the_result_line_of_a_foreign_binary_overrides_its_status(
     answering: Answering, patrol: Specification, patrol_json: bytes, status: int
 ) -> None:
     assert ask(answering("realizable", patrol_json, status), patrol) is Verdict.REALIZABLE
     assert ask(answering("unrealizable", b"", status), patrol) is Verdict.UNREALIZABLE
 
 
-def test_a_result_tells_everything_about_the_synthesis(
+def test_a_result_contains_size_time_and_strategy(
     answering: Answering, patrol: Specification, patrol_json: bytes
 ) -> None:
     result = Synthesizer(answering("realizable", patrol_json)).synthesize(patrol)
@@ -295,7 +295,7 @@ def test_counterstrategies_come_from_our_binary(
         Synthesizer(upstream).counterstrategy(impossible(patrol))
 
 
-def test_limits_of_the_real_binary_are_told_apart(slugs: Binary) -> None:
+def test_limits_of_the_installed_binary_are_distinguished(slugs: Binary) -> None:
     """Counting to a million in twenty bits, backwards and forwards, takes longer than this."""
     if not slugs.native:
         pytest.skip("SAFENAV_SLUGS names a foreign binary")

@@ -60,7 +60,7 @@ def test_real_traces_meet_the_schema(name: str) -> None:
     [{"tick": -1}, {"to": "8"}, {"heading": "up"}, {"by": "chance"}, {"signal": {}}],
     ids=lambda change: str(next(iter(change))),
 )
-def test_a_wrong_line_does_not(change: dict[str, object]) -> None:
+def test_a_wrong_line_violates_the_schema(change: dict[str, object]) -> None:
     move = next(as_data(r) for r in examples(0) if isinstance(r, records.Move))
     assert list(Draft202012Validator(trace_schema()).iter_errors({**move, **change}))
 

@@ -18,7 +18,7 @@ SILENT = {"header", "move", "backtrack", "belief", "discovered"}
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_every_event_is_told_in_one_sentence(seed: int) -> None:
+def test_every_event_has_one_sentence(seed: int) -> None:
     told = set()
     for record in examples(seed):
         if record.type in SILENT:
@@ -55,7 +55,7 @@ def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) ->
         (range(1, 9), 0, True, None),
     ],
 )
-def test_many_strategies_are_told_together(
+def test_many_strategies_share_one_sentence(
     sizes: range, cached: int, verified: bool, told: str | None
 ) -> None:
     objective = TracedObjective.of({"hold": 4})
@@ -119,12 +119,12 @@ def test_robots_that_something_is_blocked_for(
     assert f" permanently blocks {told}: " in Wording(team=team).sentence(line)
 
 
-def test_what_blocks_no_robot_stays_unresolved() -> None:
+def test_the_wording_of_an_obstacle_that_blocks_no_robot_is_unresolved() -> None:
     line = records.KnownObstacle(1, "parcel@6", frozenset(), vocabulary.BlockReason.UNRESOLVABLE)
     assert Wording().sentence(line).startswith("parcel@6 stays unresolved: ")
 
 
-def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
+def test_regions_and_robots_are_shown_by_the_given_functions() -> None:
     names = {46: "gate", 47: "dock"}
     wording = Wording(
         word=lambda region: names.get(region, str(region)),

@@ -87,7 +87,7 @@ def test_a_pixel_on_a_border_counts_for_both_sides_by_its_area() -> None:
     assert walls(blocked, layout, 0.34) == frozenset()
 
 
-def test_what_is_beyond_the_pixels_is_blocked() -> None:
+def test_regions_beyond_the_pixels_are_walls() -> None:
     blocked: Blocked = np.zeros((5, 3), dtype=np.bool_)
     layout = Layout.of_size(blocked, Fraction(2))
     assert (layout.rows, layout.cols) == (3, 2)
