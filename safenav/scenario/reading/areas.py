@@ -12,21 +12,10 @@ from safenav.scenario.model import Tracking
 from safenav.scenario.reading.regions import REGION, TARGET, Reading
 from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.fields import NAME, well_named
-from safenav.scenario.yaml.shapes import (
-    TEXT,
-    Key,
-    Shape,
-    Table,
-    either,
-    form,
-    many,
-    matching,
-    named,
-    several,
-    whole,
-)
+from safenav.scenario.yaml.shapes import Key, Shape, Table
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition, tiles
 
@@ -37,7 +26,11 @@ _ROOMS = "rooms"
 _PARTITION = "'rooms', {tiles: [rows, columns]}, or a list of cells [[8, 9], [12, [1, 6]]]"
 _SHOWN = 5
 
-SPAN = form(either(whole(), matching(_RANGE)), "span", "A row or column, or a range of them.")
+SPAN = shapes.form(
+    shapes.either(shapes.whole(), shapes.matching(_RANGE)),
+    "span",
+    "A row or column, or a range of them.",
+)
 
 
 class RectangleKeys(Table):
@@ -50,7 +43,7 @@ class RectangleKeys(Table):
 
 class TileKeys(Table):
     tiles = Key(
-        form(several(whole(1), whole(1))),
+        shapes.form(shapes.several(shapes.whole(1), shapes.whole(1))),
         "Rows and columns of a tile.",
         required="for example {tiles: [4, 4]}",
     )
@@ -59,20 +52,22 @@ class TileKeys(Table):
 class ExclusionKeys(Table):
     example = "{robots: [quad, digit], in: [47]}"
     robots = Key(
-        Shape(many(TEXT, 2), read.words),
+        Shape(shapes.many(shapes.TEXT, 2), read.words),
         "At least two robots.",
         required="name two robots or more, for example 'robots: [quad, digit]'",
     )
     in_ = Key(
-        form(either(TARGET, many(TARGET, 1))),
+        shapes.form(shapes.either(TARGET, shapes.many(TARGET, 1))),
         "Regions for at most one of them.",
         required="name regions or areas, for example 'in: bridge'",
         name="in",
     )
 
 
-AREA = form(either(RectangleKeys, many(either(REGION, RectangleKeys), 1)), "area")
-AREAS = form(named(AREA, matching(NAME)))
+AREA = shapes.form(
+    shapes.either(RectangleKeys, shapes.many(shapes.either(REGION, RectangleKeys), 1)), "area"
+)
+AREAS = shapes.form(shapes.named(AREA, shapes.matching(NAME)))
 
 
 def read_areas(node: Node | None, reading: Reading) -> None:
@@ -219,7 +214,7 @@ def _cells(node: Sequence, reading: Reading) -> tuple[frozenset[Region], ...] | 
 
 
 PARTITION = Shape(
-    either({"const": _ROOMS}, TileKeys, many(many(REGION, 1), 1)),
+    shapes.either({"const": _ROOMS}, TileKeys, shapes.many(shapes.many(REGION, 1), 1)),
     _partition,
     "partition",
     "The cells in which a robot out of sight may be. Default: rooms.",
@@ -256,4 +251,4 @@ def _exclusions(node: Node | None, _what: str, reading: Reading) -> tuple[Exclus
     return tuple(found)
 
 
-NEVER_TOGETHER = Shape(many(ExclusionKeys), _exclusions)
+NEVER_TOGETHER = Shape(shapes.many(ExclusionKeys), _exclusions)

@@ -25,27 +25,12 @@ from safenav.scenario.model import (
 from safenav.scenario.reading.motion import MOTION, read_motion
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Mapping as MappingNode
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.fields import NAME, well_named
 from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.shapes import (
-    POSITIVE,
-    TEXT,
-    TRUTH,
-    WORDS,
-    Key,
-    Shape,
-    Table,
-    by_word,
-    choice,
-    either,
-    form,
-    many,
-    matching,
-    named,
-    whole,
-)
+from safenav.scenario.yaml.shapes import Key, Shape, Table
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import Region
 from safenav.world.moves import Mobility
@@ -78,9 +63,9 @@ def _vision(node: Node | None, what: str, findings: Findings) -> float | None:
 
 class TimingKeys(Table):
     made = Timing
-    least = Key(whole(1, MOST_TICKS), "At least.")
+    least = Key(shapes.whole(1, MOST_TICKS), "At least.")
     most = Key(
-        whole(1, MOST_TICKS),
+        shapes.whole(1, MOST_TICKS),
         "At most.",
         required="the maximum number of ticks of a step, for example {least: 1, most: 3}",
     )
@@ -102,15 +87,17 @@ class BatteryKeys(Table):
     about = "Charge, in units of your choice."
     definition = "battery"
     made = Battery
-    capacity = Key(whole(1, MOST_CHARGE), "Full charge.", required="for example 'capacity: 60'")
-    move = Key(whole(0, MOST_CHARGE), "Charge used by a step.")
-    stay = Key(whole(0, MOST_CHARGE), "Charge used by a tick without a step.")
+    capacity = Key(
+        shapes.whole(1, MOST_CHARGE), "Full charge.", required="for example 'capacity: 60'"
+    )
+    move = Key(shapes.whole(0, MOST_CHARGE), "Charge used by a step.")
+    stay = Key(shapes.whole(0, MOST_CHARGE), "Charge used by a tick without a step.")
     charge = Key(
-        whole(1, MOST_CHARGE),
+        shapes.whole(1, MOST_CHARGE),
         "Charge gained by a tick on a charger.",
         required="for example 'charge: 5'",
     )
-    start = Key(whole(0, MOST_CHARGE), "Initial charge. Default: full.")
+    start = Key(shapes.whole(0, MOST_CHARGE), "Initial charge. Default: full.")
 
 
 def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None:
@@ -138,7 +125,7 @@ def _places(
         reading.add(node, message, f"put brackets around it: [{shown}]")
         return None
     if not isinstance(node, Sequence):
-        return read.choice(node, label, reading, by_word(ResolveAt))
+        return read.choice(node, label, reading, shapes.by_word(ResolveAt))
     if not node.items:
         reading.add(node, f"{label} is empty", "without a region no robot can resolve it")
         return None
@@ -155,21 +142,21 @@ def entry_of(kind: str, entries: Callable[[Catalogue], Mapping[str, Entry]]) -> 
             reading.unknown(node, f"{what}: unknown {kind}", name, known, LISTED)
         return known.get(name or "")
 
-    return Shape(TEXT, reads)
+    return Shape(shapes.TEXT, reads)
 
 
 MODEL = entry_of("robot model", lambda catalogue: catalogue.robots)
 TYPE = entry_of("obstacle type", lambda catalogue: catalogue.obstacles)
 VISION = Shape(
-    either({"type": "number", "minimum": 1}, {"const": UNLIMITED}),
+    shapes.either({"type": "number", "minimum": 1}, {"const": UNLIMITED}),
     _vision,
     "vision",
     "Radius of sight in regions.",
 )
-TIMING = Shape(either(whole(1, MOST_TICKS), TimingKeys), _timing)
-WHERE = Shape(either({"enum": tuple(ResolveAt)}, many(REGION, 1)), _places)
-SWEEPS = form(
-    either({"const": ResolveAt.NEIGHBOURS}, many(REGION, 1)),
+TIMING = Shape(shapes.either(shapes.whole(1, MOST_TICKS), TimingKeys), _timing)
+WHERE = Shape(shapes.either({"enum": tuple(ResolveAt)}, shapes.many(REGION, 1)), _places)
+SWEEPS = shapes.form(
+    shapes.either({"const": ResolveAt.NEIGHBOURS}, shapes.many(REGION, 1)),
     "sweeps",
     "Regions where no other robot may be meanwhile. Default: none.",
 )
@@ -179,22 +166,22 @@ class ModelKeys(Table):
     definition = "model"
     made = RobotModel
     mobility = Key(
-        choice(Mobility),
+        shapes.choice(Mobility),
         "free: any neighbour; heading: straight on or with a turn.",
         required="'mobility: free' or 'mobility: heading'",
     )
     layer = Key(
-        TEXT, "Robots of one layer avoid each other.", required="for example 'layer: ground'"
+        shapes.TEXT, "Robots of one layer avoid each other.", required="for example 'layer: ground'"
     )
-    capabilities = Key(WORDS, "Actions that it can perform.")
+    capabilities = Key(shapes.WORDS, "Actions that it can perform.")
     vision = Key(VISION)
-    size = Key(POSITIVE, "Diameter of its body's bounding circle, in metres.")
-    speed = Key(POSITIVE, "Metres per second.")
+    size = Key(shapes.POSITIVE, "Diameter of its body's bounding circle, in metres.")
+    speed = Key(shapes.POSITIVE, "Metres per second.")
     timing = Key(TIMING, "Ticks of a step: a number, or bounds to draw it from. Default: 1.")
     motion = Key(MOTION)
     battery = Key(Shape(BatteryKeys, _battery))
     carries = Key(
-        whole(1, MOST_LOADS),
+        shapes.whole(1, MOST_LOADS),
         "Maximum number of loads (needs with 'same') that it carries.",
     )
 
@@ -202,11 +189,13 @@ class ModelKeys(Table):
 class NeedKeys(Table):
     definition = "need"
     made = Need
-    action = Key(TEXT, "The capability that resolves it.", required=ACTION)
-    robots = Key(whole(1, MOST_ROBOTS), "Number of distinct robots that perform it.")
+    action = Key(shapes.TEXT, "The capability that resolves it.", required=ACTION)
+    robots = Key(shapes.whole(1, MOST_ROBOTS), "Number of distinct robots that perform it.")
     at = Key(WHERE, "Where the action works.")
-    together = Key(TRUTH, "Whether all perform it in the same tick.")
-    same = Key(TRUTH, "Whether the robots that fulfilled the previous need must fulfil this one.")
+    together = Key(shapes.TRUTH, "Whether all perform it in the same tick.")
+    same = Key(
+        shapes.TRUTH, "Whether the robots that fulfilled the previous need must fulfil this one."
+    )
 
 
 class TypeKeys(Table):
@@ -217,24 +206,34 @@ class TypeKeys(Table):
             {"required": ["action"], "not": {"required": ["needs"]}},
             {
                 "required": ["needs"],
-                "not": either({"required": ["action"]}, {"required": ["resolve_at"]}),
+                "not": shapes.either({"required": ["action"]}, {"required": ["resolve_at"]}),
             },
         )
     }
-    action = Key(TEXT, "The capability that resolves it.")
+    action = Key(shapes.TEXT, "The capability that resolves it.")
     resolve_at = Key(WHERE, "Where the action works.")
-    needs = Key(form(many(NeedKeys, 1)), "Several actions that resolve it, in this order.")
-    blocks = Key(WORDS, "Layers, models and robots that it stops. Default: all without the action.")
-    has_truth = Key(TRUTH, "Whether resolving it reveals if the region is traversable.")
-    resolve_within = Key(whole(), "Maximum number of ticks from the request to the resolution.")
+    needs = Key(
+        shapes.form(shapes.many(NeedKeys, 1)), "Several actions that resolve it, in this order."
+    )
+    blocks = Key(
+        shapes.WORDS, "Layers, models and robots that it stops. Default: all without the action."
+    )
+    has_truth = Key(shapes.TRUTH, "Whether resolving it reveals if the region is traversable.")
+    resolve_within = Key(
+        shapes.whole(), "Maximum number of ticks from the request to the resolution."
+    )
     sweeps = Key(SWEEPS)
 
 
 class CatalogueKeys(Table):
     about = "Robot models and obstacle types; they replace built-in ones of the same name."
     definition = "catalogue"
-    robots = Key(form(named(ModelKeys, matching(NAME))), "Robot models by name.")
-    obstacles = Key(form(named(TypeKeys, matching(NAME))), "Obstacle types by name.")
+    robots = Key(
+        shapes.form(shapes.named(ModelKeys, shapes.matching(NAME))), "Robot models by name."
+    )
+    obstacles = Key(
+        shapes.form(shapes.named(TypeKeys, shapes.matching(NAME))), "Obstacle types by name."
+    )
 
 
 @lru_cache(maxsize=1)

@@ -21,22 +21,11 @@ from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets
 from safenav.scenario.settings import Input, RobotChange
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.fields import IDENTIFIER, well_named
 from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.shapes import (
-    PROBABILITY,
-    TEXT,
-    Key,
-    Shape,
-    Table,
-    either,
-    form,
-    many,
-    matching,
-    named,
-    word,
-)
+from safenav.scenario.yaml.shapes import Key, Shape, Table
 
 SERVICE = {"out": False, "back": True}
 
@@ -45,12 +34,12 @@ class ChangeKeys(Table):
     definition = "change"
     rules: ClassVar = {"oneOf": ({"required": ["objective"]}, {"required": ["service"]})}
     at = Key(TICK, "The tick at which it applies.", required="for example 'at: 12'")
-    robot = Key(TEXT, required="the name of a robot of the team")
-    objective = Key(form(ObjectiveKeys), "Its objective from then on; not 'ltl'.")
-    service = Key(word(SERVICE), "out: it stops; back: it continues.")
+    robot = Key(shapes.TEXT, required="the name of a robot of the team")
+    objective = Key(shapes.form(ObjectiveKeys), "Its objective from then on; not 'ltl'.")
+    service = Key(shapes.word(SERVICE), "out: it stops; back: it continues.")
 
 
-CHANGES = form(many(ChangeKeys))
+CHANGES = shapes.form(shapes.many(ChangeKeys))
 
 
 def read_changes(node: Node | None, reading: Reading) -> tuple[RobotChange, ...]:
@@ -108,7 +97,7 @@ TAKEN = {"move", "scout", "goal", "request", "wait", "assigned"}
 _PREFIXES = ("busy_", "at_")
 _SPAN = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")
 _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
-_TICKS = either(TICK, matching(_SPAN))
+_TICKS = shapes.either(TICK, shapes.matching(_SPAN))
 
 
 def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int, int], ...]:
@@ -142,11 +131,11 @@ def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]
 class InputKeys(Table):
     example = "{at: 12-30}; {} for one that a program sets"
     at = Key(
-        Shape(either(_TICKS, many(_TICKS)), _spans),
+        Shape(shapes.either(_TICKS, shapes.many(_TICKS)), _spans),
         "Ticks when a simulation has it on: 12, 20-30 or a list.",
     )
     probability = Key(
-        PROBABILITY,
+        shapes.PROBABILITY,
         "Probability of being on in each other tick of a simulation. Default: 0.",
     )
     always_eventually = Key(
@@ -155,8 +144,8 @@ class InputKeys(Table):
     )
 
 
-_RESERVED = either({"enum": sorted(TAKEN)}, {"pattern": f"^({'|'.join(_PREFIXES)})"})
-INPUTS = form(named(InputKeys, {"allOf": [VARIABLE, {"not": _RESERVED}]}))
+_RESERVED = shapes.either({"enum": sorted(TAKEN)}, {"pattern": f"^({'|'.join(_PREFIXES)})"})
+INPUTS = shapes.form(shapes.named(InputKeys, {"allOf": [VARIABLE, {"not": _RESERVED}]}))
 
 
 def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:

@@ -12,22 +12,11 @@ from safenav.outcome import Outcome
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import EventKind, EventPattern, Expect
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.fields import NAME, well_named
 from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.shapes import (
-    TEXT,
-    Key,
-    Shape,
-    Table,
-    choice,
-    either,
-    form,
-    many,
-    matching,
-    named,
-    whole,
-)
+from safenav.scenario.yaml.shapes import Key, Shape, Table
 
 # A region written [row, col], alone or in an obstacle's name, is one word.
 _WORD = re.compile(r"(?:\[[^\]]*\]|[^\s\[])+")
@@ -39,8 +28,8 @@ OUTCOMES = [outcome for outcome in Outcome if outcome is not Outcome.ERROR]
 
 
 class TickKeys(Table):
-    at_least = Key(whole(1), "The least ticks.")
-    at_most = Key(whole(1), "Maximum number of ticks.")
+    at_least = Key(shapes.whole(1), "The least ticks.")
+    at_most = Key(shapes.whole(1), "Maximum number of ticks.")
 
 
 def _names(
@@ -129,8 +118,8 @@ def _pattern(node: Node, what: str, reading: Reading) -> EventPattern | None:
         reading.add(node, found, "an event names at most one obstacle and one region")
         return None
     obstacle = obstacles[0] if obstacles else None
-    named = regions[0] if regions else frozenset()
-    return EventPattern(EventKind(word), frozenset(robots), obstacle, named)
+    among = regions[0] if regions else frozenset()
+    return EventPattern(EventKind(word), frozenset(robots), obstacle, among)
 
 
 def _obstacle(
@@ -148,27 +137,32 @@ def _obstacle(
 
 
 _NAME = {"description": "An obstacle: type@region.", "type": "string", "pattern": "^.+@.+$"}
-_OBSTACLES = Shape(many(_NAME), _names, "obstacleNames")
+_OBSTACLES = Shape(shapes.many(_NAME), _names, "obstacleNames")
 _EVENT = {"type": "string", "pattern": rf"^\s*({'|'.join(EventKind)})(\s.*)?$"}
-_EVENTS = Shape(many(_EVENT), partial(read.values, reads=_pattern), "eventPatterns")
+_EVENTS = Shape(shapes.many(_EVENT), partial(read.values, reads=_pattern), "eventPatterns")
 
 
 class ExpectKeys(Table):
     about = "The expected result of a run; only the keys that are given are checked."
     definition = "expect"
     example = "{outcome: completed}"
-    outcome = Key(choice(OUTCOMES), "The outcome of the run.")
+    outcome = Key(shapes.choice(OUTCOMES), "The outcome of the run.")
     late = Key(
-        Shape(many(TEXT), _late), "Exactly the missed deadlines: robots, obstacles, mission."
+        Shape(shapes.many(shapes.TEXT), _late),
+        "Exactly the missed deadlines: robots, obstacles, mission.",
     )
     resolved = Key(_OBSTACLES, "Exactly the obstacles that are resolved.")
     blocked = Key(_OBSTACLES, "Exactly the obstacles that become permanent.")
     helpers = Key(
-        Shape(named(TEXT, {"pattern": "^.+@.+$"}), _helpers), "The helper of each obstacle."
+        Shape(shapes.named(shapes.TEXT, {"pattern": "^.+@.+$"}), _helpers),
+        "The helper of each obstacle.",
     )
-    ticks = Key(Shape(either(whole(1), TickKeys), _ticks), "At most this many ticks, or bounds.")
+    ticks = Key(
+        Shape(shapes.either(shapes.whole(1), TickKeys), _ticks),
+        "At most this many ticks, or bounds.",
+    )
     rounds = Key(
-        Shape(either(whole(1), named(whole())), _rounds),
+        Shape(shapes.either(shapes.whole(1), shapes.named(shapes.whole())), _rounds),
         "At least this many rounds of every robot, or of each.",
     )
     order = Key(_EVENTS, "Events that happen in this order, among others.")
@@ -185,7 +179,7 @@ def _expect(node: Node | None, _what: str, reading: Reading) -> Expect:
 EXPECT = Shape(ExpectKeys, _expect)
 
 _WHAT = "requirements"
-_NAMED = form(named(TEXT, matching(NAME)), "namedRequirements")
+_NAMED = shapes.form(shapes.named(shapes.TEXT, shapes.matching(NAME)), "namedRequirements")
 
 
 def _requirements(node: Node | None, _what: str, reading: Reading) -> dict[str, str]:
@@ -254,4 +248,6 @@ def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
     return text
 
 
-REQUIREMENTS = Shape(either(_NAMED, many(either(TEXT, _NAMED))), _requirements)
+REQUIREMENTS = Shape(
+    shapes.either(_NAMED, shapes.many(shapes.either(shapes.TEXT, _NAMED))), _requirements
+)

@@ -38,21 +38,10 @@ from safenav.scenario.reading.obstacles import (
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.reading.robots import ROBOTS, read_robots
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, entries_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
-from safenav.scenario.yaml.shapes import (
-    POSITIVE,
-    SWITCH,
-    TEXT,
-    Key,
-    Shape,
-    Table,
-    choice,
-    either,
-    form,
-    many,
-    whole,
-)
+from safenav.scenario.yaml.shapes import Key, Shape, Table
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import Region, RegionMap
 
@@ -66,34 +55,34 @@ class UntilKeys(Table):
     about = "When a run is completed."
     example = "{rounds: 2}"
     made = settings.Until
-    rounds = Key(whole(1), "Rounds of each robot after the last resolution.")
-    by = Key(whole(1), "The tick at which the mission is completed at the latest.")
+    rounds = Key(shapes.whole(1), "Rounds of each robot after the last resolution.")
+    by = Key(shapes.whole(1), "The tick at which the mission is completed at the latest.")
 
 
 class LimitKeys(Table):
     about = "Limits of the run and of each synthesis."
     example = "{ticks: 500}"
     made = settings.Limits
-    ticks = Key(whole(1), "Ticks of a run.")
-    seconds = Key(POSITIVE, "Seconds of a run (live: on its clock). Default: none.")
-    synthesis_seconds = Key(POSITIVE, "Seconds of a single synthesis.")
-    synthesis_memory = Key(whole(1), "Memory of a single synthesis, in MiB.")
-    states = Key(whole(1), "Maximum number of states of a strategy that 'auto' lists.")
+    ticks = Key(shapes.whole(1), "Ticks of a run.")
+    seconds = Key(shapes.POSITIVE, "Seconds of a run (live: on its clock). Default: none.")
+    synthesis_seconds = Key(shapes.POSITIVE, "Seconds of a single synthesis.")
+    synthesis_memory = Key(shapes.whole(1), "Memory of a single synthesis, in MiB.")
+    states = Key(shapes.whole(1), "Maximum number of states of a strategy that 'auto' lists.")
 
 
 class FailureKeys(Table):
     about = "Policies for failures in a live run."
     example = "{retries: 3}"
     made = settings.Failures
-    retries = Key(whole(), "How often a failed move into a region is repeated.")
+    retries = Key(shapes.whole(), "How often a failed move into a region is repeated.")
     then = Key(
-        choice(settings.FailedMoves),
+        shapes.choice(settings.FailedMoves),
         "Then the region is an obstacle, or the robot is out of service.",
     )
-    most = Key(whole(1), "Failed moves in a row after which a robot is out of service.")
-    actions = Key(whole(1), "Failed actions after which another robot helps.")
-    patience = Key(POSITIVE, "Median durations after which a command is cancelled.")
-    timeout = Key(POSITIVE, "Seconds after which a command is cancelled. Default: none.")
+    most = Key(shapes.whole(1), "Failed moves in a row after which a robot is out of service.")
+    actions = Key(shapes.whole(1), "Failed actions after which another robot helps.")
+    patience = Key(shapes.POSITIVE, "Median durations after which a command is cancelled.")
+    timeout = Key(shapes.POSITIVE, "Seconds after which a command is cancelled. Default: none.")
 
 
 def _chargers(node: Node | None, _what: str, reading: Reading) -> frozenset[Region]:
@@ -110,13 +99,13 @@ class ScenarioKeys(Table):
     )
     made = Scenario
     safenav = Key(
-        form({"const": VERSION}),
+        shapes.form({"const": VERSION}),
         "Version of the format.",
         required="begin the file with 'safenav: 1', the version of its format",
     )
-    name = Key(TEXT, "Its name in reports. Default: that of the file.")
+    name = Key(shapes.TEXT, "Its name in reports. Default: that of the file.")
     map = Key(
-        form(MapKeys),
+        shapes.form(MapKeys),
         required="draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
     )
     areas = Key(AREAS, "Named sets of regions, usable as targets.")
@@ -132,26 +121,26 @@ class ScenarioKeys(Table):
     changes = Key(CHANGES, "Objectives and service of robots during the run.")
     until = Key(UntilKeys.filling(settings.Until()))
     limits = Key(LimitKeys.filling(settings.Limits()))
-    clock = Key(choice(settings.Clock), "Time passes in ticks, or in seconds (live).")
+    clock = Key(shapes.choice(settings.Clock), "Time passes in ticks, or in seconds (live).")
     failures = Key(FailureKeys.filling(settings.Failures()))
     resolve_within = Key(
-        whole(),
+        shapes.whole(),
         "Maximum ticks from a request to its resolution, unless the obstacle has its own.",
     )
     suspects = Key(SUSPECTS, "Possible obstacles that the team knows of.")
-    late = Key(choice(settings.LatePolicy), "After a missed deadline: go_on, or stop.")
-    chargers = Key(Shape(many(REGION), _chargers), "Regions where batteries are charged.")
+    late = Key(shapes.choice(settings.LatePolicy), "After a missed deadline: go_on, or stop.")
+    chargers = Key(Shape(shapes.many(REGION), _chargers), "Regions where batteries are charged.")
     flat = Key(
         TYPE, "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
-    seed = Key(whole(most=2**63 - 1), "Seed of all random draws.")
-    coordination = Key(choice(settings.Coordination), "How robots are reassigned.")
-    order = Key(choice(settings.RequestOrder), "Which open request is served first.")
+    seed = Key(shapes.whole(most=2**63 - 1), "Seed of all random draws.")
+    coordination = Key(shapes.choice(settings.Coordination), "How robots are reassigned.")
+    order = Key(shapes.choice(settings.RequestOrder), "Which open request is served first.")
     controllers = Key(
-        choice(settings.Controllers),
+        shapes.choice(settings.Controllers),
         "Whether strategies are listed or give moves on demand; auto: by limits.states.",
     )
-    deadlock = Key(SWITCH, "Whether joint plans move robots that wait for each other.")
+    deadlock = Key(shapes.SWITCH, "Whether joint plans move robots that wait for each other.")
     partition = Key(PARTITION)
     requirements = Key(
         REQUIREMENTS,
@@ -159,7 +148,7 @@ class ScenarioKeys(Table):
     )
     expect = Key(EXPECT)
     catalogue = Key(
-        form(either(CatalogueKeys, TEXT)),
+        shapes.form(shapes.either(CatalogueKeys, shapes.TEXT)),
         "Models and types of its own, in place or as the path of a file.",
     )
 

@@ -8,18 +8,10 @@ from typing import Any
 
 from safenav.scenario import motion
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Mapping, Node, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.shapes import (
-    TEXT,
-    Key,
-    Shape,
-    Table,
-    either,
-    form,
-    many,
-    several,
-)
+from safenav.scenario.yaml.shapes import Key, Shape, Table
 from safenav.world.moves import Mobility
 
 _MODEL_KEYS = ("size", "speed")
@@ -65,9 +57,9 @@ def _polygon(
     return tuple(corners)
 
 
-_POINT = several({"type": "number"}, {"type": "number"})
+_POINT = shapes.several({"type": "number"}, {"type": "number"})
 _FOOTPRINT = Key(
-    Shape(many(_POINT, 3), _polygon),
+    Shape(shapes.many(_POINT, 3), _polygon),
     "Corners in metres, x ahead and y to the left, counter-clockwise.",
     name=motion.FOOTPRINT,
 )
@@ -75,7 +67,9 @@ _FOOTPRINT = Key(
 
 def _table(kind: str) -> type[Table]:
     """Return the keys of a kind of motion."""
-    keys: list[Key[Any]] = [Key(form({"const": kind}), name=KIND, required="a kind of motion")]
+    keys: list[Key[Any]] = [
+        Key(shapes.form({"const": kind}), name=KIND, required="a kind of motion")
+    ]
     for name, each in (motion.parameters(kind) or {}).items():
         if name not in _MODEL_KEYS:
             about = f"{each.meaning[0].upper()}{each.meaning[1:]}. Default: {each.default:g}."
@@ -84,10 +78,10 @@ def _table(kind: str) -> type[Table]:
     return new_class(f"{kind}Keys", (Table,), {"more": keys})
 
 
-_OF_A_PACKAGE = {"allOf": [TEXT, {"not": {"enum": list(motion.KINDS)}}]}
-MOTION = form(
-    either(
-        {"anyOf": [{"enum": list(motion.KINDS)}, TEXT]},
+_OF_A_PACKAGE = {"allOf": [shapes.TEXT, {"not": {"enum": list(motion.KINDS)}}]}
+MOTION = shapes.form(
+    shapes.either(
+        {"anyOf": [{"enum": list(motion.KINDS)}, shapes.TEXT]},
         *map(_table, motion.KINDS),
         {"type": "object", "properties": {KIND: _OF_A_PACKAGE}, "required": [KIND]},
     ),

@@ -24,22 +24,11 @@ from safenav.scenario.objective import (
 )
 from safenav.scenario.reading.regions import TARGET, ZONE, Reading
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.fields import IDENTIFIER, well_named
 from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.shapes import (
-    TEXT,
-    Key,
-    Shape,
-    Table,
-    either,
-    form,
-    many,
-    matching,
-    named,
-    several,
-    whole,
-)
+from safenav.scenario.yaml.shapes import Key, Shape, Table
 from safenav.world.map import HEADINGS, Region
 from safenav.world.moves import Mobility
 
@@ -50,31 +39,36 @@ WITHIN = "within"
 TIMED = kinds_that(lambda kind: kind.timed())
 STRICT = kinds_that(lambda kind: kind.strict)
 
-VARIABLE = {**matching(IDENTIFIER), "not": {"enum": sorted(RESERVED_WORDS | OWN_VARIABLES)}}
+VARIABLE = {**shapes.matching(IDENTIFIER), "not": {"enum": sorted(RESERVED_WORDS | OWN_VARIABLES)}}
 """Names of variables that a scenario declares."""
 
-FORMULAS = form(either(TEXT, many(TEXT)), "formulas")
+FORMULAS = shapes.form(shapes.either(shapes.TEXT, shapes.many(shapes.TEXT)), "formulas")
 
 
 class LtlKeys(Table):
     about = "Guarantees in structured slugs over region, heading and memory."
     definition = "ltl"
     example = "{liveness: [region = 14, region = 20], safety: region' != 47}"
-    rules: ClassVar = either({"required": ["safety"]}, {"required": ["liveness"]})
+    rules: ClassVar = shapes.either({"required": ["safety"]}, {"required": ["liveness"]})
     init = Key(FORMULAS, "Conditions at the start (no next values).")
     safety = Key(FORMULAS, "Conditions on every step.")
     liveness = Key(FORMULAS, "Conditions met infinitely often.")
     memory = Key(
-        form(named(either({"const": "bool"}, several(whole(), whole())), VARIABLE)),
+        shapes.form(
+            shapes.named(
+                shapes.either({"const": "bool"}, shapes.several(shapes.whole(), shapes.whole())),
+                VARIABLE,
+            )
+        ),
         "Variables of its own: bool or [lowest, highest].",
     )
 
 
 def _targets(kind: type[TargetObjective]) -> Key[Node]:
     most = {"maxItems": kind.most} if kind.most else {}
-    shape = TARGET if kind.one else {**many(TARGET, kind.least), **most}
+    shape = TARGET if kind.one else {**shapes.many(TARGET, kind.least), **most}
     about = f"{kind.meaning[0].upper()}{kind.meaning[1:]}."
-    return Key(form(shape), about, name=kind.kind)
+    return Key(shapes.form(shape), about, name=kind.kind)
 
 
 class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
@@ -84,16 +78,16 @@ class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
     rules: ClassVar = {
         "oneOf": [{"required": [kind]} for kind in (*KINDS, "ltl")],
         "dependentSchemas": {
-            FORM: either(*({"required": [kind]} for kind in STRICT)),
-            WITHIN: either(*({"required": [kind]} for kind in TIMED)),
+            FORM: shapes.either(*({"required": [kind]} for kind in STRICT)),
+            WITHIN: shapes.either(*({"required": [kind]} for kind in TIMED)),
         },
     }
-    ltl = Key(form(LtlKeys))
+    ltl = Key(shapes.form(LtlKeys))
     form = Key(
         Shape({"const": "literal"}, read.text),
         "literal: the exact formula, or unrealizable.",
     )
-    within = Key(whole(1), f"Maximum number of ticks of each round of {one_of(TIMED)}.")
+    within = Key(shapes.whole(1), f"Maximum number of ticks of each round of {one_of(TIMED)}.")
     avoid = Key(ZONE, "Regions that the robot never enters.")
     always = Key(FORMULAS, "Formulas over region and heading that each of its steps satisfies.")
 

@@ -8,24 +8,11 @@ from typing import ClassVar
 
 from safenav.scenario.reading.regions import PLACE
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Node, Sequence
 from safenav.scenario.yaml.fields import NAME
 from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.shapes import (
-    POSITIVE,
-    PROBABILITY,
-    TEXT,
-    Key,
-    Schema,
-    Table,
-    choice,
-    either,
-    form,
-    many,
-    matching,
-    named,
-    whole,
-)
+from safenav.scenario.yaml.shapes import Key, Table
 
 COLOUR = re.compile(r"#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})")
 
@@ -40,12 +27,12 @@ FORMS: dict[str, tuple[str, ...]] = {
 OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
 
 
-def _of_form(kind: str) -> Schema:
+def _of_form(kind: str) -> shapes.Schema:
     """Return the allowed and the required keys of a form."""
     others = [other for other in OPTIONS if other not in FORMS[kind]]
     needed = {"image": ["rows"]}.get(kind, [])
     sized = {"oneOf": ({"required": ["rows"]}, {"required": ["resolution"]})}
-    without = {"not": either(*({"required": [key]} for key in others))} if others else {}
+    without = {"not": shapes.either(*({"required": [key]} for key in others))} if others else {}
     return {"required": [kind, *needed], **without, **(sized if kind == "ros" else {})}
 
 
@@ -59,12 +46,14 @@ class Text(StrEnum):
 class ImageKeys(Table):
     about = "An image with colours that have a meaning."
     definition = "image"
-    file = Key(form(TEXT), "The path of the image.", required="for example 'file: floor.png'")
+    file = Key(
+        shapes.form(shapes.TEXT), "The path of the image.", required="for example 'file: floor.png'"
+    )
     legend = Key(
-        form(named(matching(NAME), matching(COLOUR))),
+        shapes.form(shapes.named(shapes.matching(NAME), shapes.matching(COLOUR))),
         "Colours (#rrggbb) that mean wall, free, or an area.",
     )
-    text = Key(choice(Text), "How labels on the plan are treated. Default: ignore.")
+    text = Key(shapes.choice(Text), "How labels on the plan are treated. Default: ignore.")
 
 
 class MapKeys(Table):
@@ -75,29 +64,33 @@ class MapKeys(Table):
         "oneOf": [_of_form(kind) for kind in FORMS],
     }
     grid = Key(
-        form(
-            either(
+        shapes.form(
+            shapes.either(
                 {"type": "string", "pattern": r"^\s*[#.]+[ \t]*(\r?\n[#.]+[ \t]*)*\s*$"},
-                many({"type": "string", "pattern": r"^[#.]+\s*$"}, 1),
+                shapes.many({"type": "string", "pattern": r"^[#.]+\s*$"}, 1),
             )
         ),
         "One line for each row: '#' is a wall, '.' is free.",
     )
-    image = Key(form(either(TEXT, ImageKeys)), "A PNG or PGM file: dark is wall.")
-    ros = Key(TEXT, "The YAML file of a map as ROS map_server saves it.")
-    movingai = Key(TEXT, "A map of the MovingAI benchmarks.")
-    rows = Key(whole(1), "Rows of regions into which the file is divided.")
-    cols = Key(whole(1), "Columns of regions into which the file is divided.")
-    threshold = Key(PROBABILITY, "Darker pixels are walls; 0 is black, 1 is white. Default: 0.5.")
-    share = Key(
-        PROBABILITY, "Blocked share of a region that makes it a wall. Default: 0, any of it."
+    image = Key(
+        shapes.form(shapes.either(shapes.TEXT, ImageKeys)), "A PNG or PGM file: dark is wall."
     )
-    resolution = Key(POSITIVE, "Size of a region in metres.")
+    ros = Key(shapes.TEXT, "The YAML file of a map as ROS map_server saves it.")
+    movingai = Key(shapes.TEXT, "A map of the MovingAI benchmarks.")
+    rows = Key(shapes.whole(1), "Rows of regions into which the file is divided.")
+    cols = Key(shapes.whole(1), "Columns of regions into which the file is divided.")
+    threshold = Key(
+        shapes.PROBABILITY, "Darker pixels are walls; 0 is black, 1 is white. Default: 0.5."
+    )
+    share = Key(
+        shapes.PROBABILITY, "Blocked share of a region that makes it a wall. Default: 0, any of it."
+    )
+    resolution = Key(shapes.POSITIVE, "Size of a region in metres.")
     origin = Key(
-        form({**many({"type": "number"}, 2), "maxItems": 3}),
+        shapes.form({**shapes.many({"type": "number"}, 2), "maxItems": 3}),
         "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians.",
     )
-    names = Key(form(named(PLACE, matching(NAME))), "Names for regions.")
+    names = Key(shapes.form(shapes.named(PLACE, shapes.matching(NAME))), "Names for regions.")
 
 
 def read_origin(
