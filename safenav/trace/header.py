@@ -49,7 +49,11 @@ def scenario_header(
         partition=_partition(scenario),
         changes=_changes(scenario),
         requirements=scenario.requirements or None,
-        never_together=_exclusions(scenario),
+        never_together=tuple(
+            setting.ExclusionHeader(tuple(sorted(each.robots)), tuple(sorted(each.regions)))
+            for each in scenario.never_together
+        )
+        or None,
         promises=None if live else _promises(scenario),
         suspects=None if scenario.suspects is None else tuple(o.name for o in scenario.suspects),
         chargers=tuple(sorted(scenario.chargers)) or None,
@@ -167,14 +171,6 @@ def _changes(scenario: Scenario) -> tuple[setting.ChangeHeader, ...] | None:
         for change in scenario.changes
     )
     return found or None
-
-
-def _exclusions(scenario: Scenario) -> tuple[setting.ExclusionHeader, ...] | None:
-    found = (
-        setting.ExclusionHeader(tuple(sorted(each.robots)), tuple(sorted(each.regions)))
-        for each in scenario.never_together
-    )
-    return tuple(found) or None
 
 
 def _partition(scenario: Scenario) -> tuple[tuple[int, ...], ...] | None:

@@ -139,13 +139,10 @@ def stack(
     entries.lines += _acts(team, settled)
     for request in team.requests.closed:
         entries.pop(request)
+    active = {n: d.assignment.obstacle for n, d in drafts.items() if team.robots[n].active}
     helping = {
-        request.obstacle.name: tuple(
-            robot
-            for robot, draft in drafts.items()
-            if draft.assignment.obstacle == request.obstacle.name and team.robots[robot].active
-        )
-        for request in team.requests
+        name: tuple(robot for robot, obstacle in active.items() if obstacle == name)
+        for name in (request.obstacle.name for request in team.requests)
     }
     news = {r.obstacle.name for r in team.requests if _is_news(r, helping, team.requests.aside)}
     if news or entries.lines or any(request.unpushed for request in team.requests):

@@ -1,1 +1,1 @@
-"""Conversion of YAML to a scenario: one module for each item."""
+"""Conversion of YAML to a scenario, item by item."""

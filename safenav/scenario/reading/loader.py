@@ -1,7 +1,7 @@
 """Scenarios from YAML, with all errors that can be found before a run.
 
-All diagnostics are collected and raised as one InputError. Each reader beside this module
-reads one item of the format; docs/scenario.md is its reference.
+All diagnostics are collected and raised as one InputError. The readers beside this module read the
+items of the format; docs/scenario.md is its reference.
 """
 
 from __future__ import annotations
