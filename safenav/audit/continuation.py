@@ -170,10 +170,23 @@ def _robot(name: str, rest: Line, now: Situation) -> Iterator[Fact]:
         yield f"targets that {name} has met", {*(stated.seen or ())}, [_seen(name, now)]
         if shape.in_turn:
             yield f"next target of {name}", stated.turn or 0, _turn(name, now)
+        if done is not None:
+            yield f"uncounted target of {name}", bool(stated.uncounted), _uncounted(name, now)
     if done is not None and own.kind == "ltl" and name in now.memories.possible:
         names, rows = remembered(name, now) or (), [*now.memories.possible[name]]
         rows += [] if name in now.memories.begun else [row_of({}, names)]
         yield f"memory of {name}", row_of(stated.memory or {}, names), rows
+
+
+def _uncounted(robot: str, now: Situation) -> Sequence[bool]:
+    """Return whether a target at a robot's pose may still have to be counted: always if the robot
+    has another duty, never off its targets after its turn."""
+    own, pursued = now.own[robot], now.objectives[robot]
+    if pursued != own:
+        return [False] if _charges(robot, now) else [True]
+    off = not any(now.region[robot] in target for target in own.targets)
+    sure = shape_of(own.kind).known and off and robot != now.turn.robot and not now.live
+    return [False] if sure else [False, True]
 
 
 def _clock(

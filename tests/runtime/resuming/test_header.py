@@ -50,6 +50,18 @@ def test_a_false_header_breaks_the_rule_that_depends_on_it(
             2,
             "ticks of q in its round: 2; in the first run: 3",
         ),
+        (
+            24,
+            ("begun", "robots", "d", "uncounted"),
+            False,
+            "uncounted target of d: False; in the first run: True",
+        ),
+        (
+            40,
+            ("begun", "robots", "d", "uncounted"),
+            True,
+            "uncounted target of d: True; in the first run: False",
+        ),
         (24, ("begun", "due"), {}, "deadlines: none; in the first run: {'door@2'"),
         (24, ("begun", "due", "door@2"), 9, "deadlines: {.*}; in the first run: {"),
         (
