@@ -21,14 +21,7 @@ from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, formulas_in
 from safenav.spec.assignable_regions import AssignableRegions, Part, assignable_regions, whereabouts
 from safenav.spec.movement import among, one_of
-from safenav.spec.specification import (
-    Constraint,
-    Origin,
-    Owner,
-    Section,
-    Specification,
-    Variable,
-)
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose

@@ -19,14 +19,7 @@ from operator import or_
 
 from msgspec import Struct
 
-from safenav.scenario.objective import (
-    Ltl,
-    Objective,
-    Target,
-    TargetObjective,
-    Word,
-    number_word,
-)
+from safenav.scenario.objective import Ltl, Objective, Target, TargetObjective, Word, number_word
 from safenav.spec.task import Task
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask

@@ -37,13 +37,7 @@ from safenav.synthesis.process import (
     limits,
     orderly_termination,
 )
-from safenav.synthesis.request import (
-    Job,
-    Listener,
-    RequestKind,
-    SynthesisProgress,
-    SynthesisResult,
-)
+from safenav.synthesis.request import Job, Listener, RequestKind, SynthesisProgress, SynthesisResult
 from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
 
