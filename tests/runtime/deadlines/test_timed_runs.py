@@ -118,7 +118,7 @@ def test_the_checker_of_a_bundle_recomputes_the_earliest_possible_tick(tmp_path:
         forged = trace.replace(f'"earliest":{least}', f'"earliest":{other}')
         files["trace.jsonl"] = forged.encode()
         code, said = judged(rewrite(bundle_at("plan", LOST), files, tmp_path / other))
-        assert code == 1 and "is possible from tick" in said
+        assert code == 1 and f"'earliest' of this deadline line is {other}, not {least}" in said
 
 
 def test_the_earliest_tick_of_a_patrol_is_that_of_the_target_it_begins_with() -> None:
