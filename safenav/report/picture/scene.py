@@ -250,8 +250,8 @@ class _Drawing(Struct):
         """Draw a robot's path of the last ticks in its own lane, newer parts stronger."""
         shift = lane * min(0.09, 0.5 / max(1, len(self.scene.robots))) * self.cell
         points = [(x + shift, y + shift) for x, y in map(self._centre, robot.trail)]
-        row, col = robot.row + 0.5, robot.col + 0.5
-        points.append((col * self.cell + shift, row * self.cell + shift))
+        x, y = robot.col * self.cell, robot.row * self.cell
+        points.append((x + self.cell / 2 + shift, y + self.cell / 2 + shift))  # as ``_centre``
         for i, opacity in enumerate((0.25, 0.45, 0.7)):
             part = points[len(points) * i // 3 : len(points) * (i + 1) // 3 + 1]
             kept = [p for k, p in enumerate(part) if k == 0 or p != part[k - 1]]
