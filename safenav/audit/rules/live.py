@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from safenav.audit.kinds import STAYING
 from safenav.audit.lines import Line
+from safenav.audit.possibilities.deriving import is_stop
 from safenav.audit.rules.rule import Message, Rule, differences, judges
 from safenav.audit.run.actions import WITHOUT_EFFECT
 from safenav.audit.run.situation import Situation
@@ -215,14 +216,11 @@ def _goes_on(record: Line, now: Situation) -> bool:
 
 
 def _charges(robot: str, now: Situation) -> bool:
-    """Return whether a robot pursues a charger."""
-    present, chargers = now.objectives[robot], {*(now.header.chargers or ())}
+    """Return whether a robot pursues a charging stop: a charger, or the target after which its
+    charge suffices."""
+    present = now.objectives[robot]
     stays = present.kind == STAYING and present != now.own[robot]
-    return (
-        now.header.robots[robot].battery is not None
-        and stays
-        and chargers.issuperset(present.targets[0])
-    )
+    return stays and is_stop(robot, present.targets, now)
 
 
 class WaitingRule(Rule):
