@@ -1,14 +1,15 @@
 """A campaign from the shell: ``python -m live.campaign --seeds 0:2000 --faults`` (in tests/).
 
-Plays the missions of the seeds in time, some of them with faults, and judges each by the world's
-log; its trace is audited. ``--both`` compares those without faults with lockstep.
+Plays the missions of the seeds in time, some of them with faults and some through a world in
+another process, and judges each by the world's log; its trace is audited. ``--both`` compares those
+without faults with lockstep.
 """
 
 import argparse
 import json
 import sys
-import time
 from collections.abc import Mapping
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
@@ -20,6 +21,7 @@ from campaigns.seeds import Judged, SlowError, campaign, chances, crash_of, limi
 from live.floor import Floor
 from live.judge import Walk, verdict
 from live.missions import timed
+from live.wire import Wired
 from live.worlds import HangError, Live, Serial
 from safenav import Mission
 from safenav.audit.check import check_trace
@@ -61,38 +63,41 @@ def scenario_of(data: Mapping[str, Any], clock: Clock) -> Scenario:
     return replace(load_scenario_text(text), clock=clock)
 
 
-def play(seed: int, *, faults: bool = False, pause: float = 0.0, patience: float = 120) -> Played:
-    """One live run, judged. ``pause``: seconds for which it sleeps after each line of its trace;
-    ``patience``: limit in seconds of CPU time."""
+def play(seed: int, *, faults: bool = False, wired: bool = False, patience: float = 120) -> Played:
+    """One live run, judged. ``wired``: its world is behind a socket; ``patience``: limit in seconds
+    of CPU time."""
     data, lines = timed(seed), list[str]()
-    floor = Floor(data, seed, faults_of(seed) if faults else {})
+    about: dict[str, Any] = {"seed": seed, "faults": faults_of(seed) if faults else {}}
+    place = closing(Wired(data, **about)) if wired else nullcontext(Floor(data, **about))
     outcome, found = "no outcome", ""
 
     def hear(record: Any) -> None:
         lines.append(json.dumps(as_data(record)))
-        time.sleep(pause)
 
-    try:
-        scenario = scenario_of(data, Clock.LIVE)
-        mission = Mission(scenario, world=Live(scenario, floor), listeners=[hear])
-        with limited(patience):
-            result = mission.run()
-        outcome = result.outcome.value
-        said = {"outcome": outcome, "explanation": result.explanation}
-    except HangError:
-        found = "hang: it waits, and nothing is under way"
-    except SlowError:
-        found = f"slow: no end after {patience} s"
-    except Exception as error:
-        found = f"crash: {crash_of(error)}"
-    walk = Walk(floor.mission, floor.log)
+    with place as floor:
+        try:
+            scenario = scenario_of(data, Clock.LIVE)
+            mission = Mission(scenario, world=Live(scenario, floor), listeners=[hear])
+            with limited(patience):
+                result = mission.run()
+            outcome = result.outcome.value
+            said = {"outcome": outcome, "explanation": result.explanation}
+        except HangError:
+            found = "hang: it waits, and nothing is under way"
+        except SlowError:
+            found = f"slow: no end after {patience} s"
+        except Exception as error:
+            found = f"crash: {crash_of(error)}"
+        cut = wired and found.startswith("slow")  # in a call
+        log, injected = ([], {}) if cut else (floor.log, dict(floor.injected))
+    walk = Walk(Floor(data).mission, log)
     if found and walk.defects:
         found = f"{walk.defects[0]}; {found}"
-    found = found or verdict(data, floor.log, said)
+    found = found or verdict(data, log, said)
     if found in ("", "?") and (findings := check_trace(lines).findings):
         found = f"audit: {findings[0]}"
     told = tuple(json.dumps(same(json.loads(line))) for line in lines)
-    return Played(outcome, found, walk, dict(floor.injected), told)
+    return Played(outcome, found, walk, injected, told)
 
 
 def same(record: dict[str, Any]) -> dict[str, Any]:
@@ -100,10 +105,10 @@ def same(record: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in record.items() if key not in MACHINE}
 
 
-def repeated(seed: int, first: Played, *, faults: bool) -> str:
-    """Play a run again, as on a slower machine; the first difference of the traces, empty if there
-    is none."""
-    again = play(seed, faults=faults, pause=0.002)
+def repeated(seed: int, first: Played, *, faults: bool, wired: bool) -> str:
+    """Play a run again, over a socket if it was not before and the other way round; the first
+    difference of the traces, empty if there is none."""
+    again = play(seed, faults=faults, wired=not wired)
     lines = zip_longest(first.trace, again.trace)
     parted = next((pair for pair in lines if pair[0] != pair[1]), None)
     return "" if parted is None else f"another run when repeated: {parted[0]} / {parted[1]}"
@@ -122,7 +127,7 @@ def serially(seed: int) -> Played:
 def judged(seed: int, options: argparse.Namespace) -> Judged:
     """Judge the run of one seed: every fourth with faults, if faults are wanted."""
     faults = options.faults and seed % 4 == 3
-    one = play(seed, faults=faults, patience=options.patience)
+    one = play(seed, faults=faults, wired=seed % 10 == 7, patience=options.patience)
     counts = {one.outcome: 1, "with faults": faults, "undecided": one.found == "?"}
     counts |= {"moves": one.walk.moves, "stopped": one.walk.stopped, **one.injected}
     problem = one.found if one.found != "?" else ""

@@ -1,5 +1,6 @@
-"""The judge in time: logs by hand, and blocking runs on the floor."""
+"""The judge in time: logs by hand, and blocking runs on the floor, here and behind a socket."""
 
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -8,6 +9,7 @@ import yaml
 from live.floor import Floor
 from live.judge import Walk, verdict
 from live.missions import timed
+from live.wire import Wired
 from live.worlds import Serial
 from safenav import Mission
 from safenav.scenario.reading.loader import load_scenario_text
@@ -147,7 +149,7 @@ def test_no_robot_enters_regions_that_it_knows_to_be_swept(
     assert [defect.partition(": ")[2] for defect in defects] == found
 
 
-def play(seed: int, floor: Floor) -> tuple[list[Line], Line]:
+def play(seed: int, floor: Any) -> tuple[list[Line], Line]:
     data = timed(seed)
     scenario = load_scenario_text(yaml.safe_dump(data, sort_keys=False))
     result = Mission(scenario, world=Serial(scenario, floor)).run()
@@ -163,3 +165,9 @@ def test_the_judge_finds_no_defect_in_blocking_runs(seed: int) -> None:
     walk = Walk(Floor(data).mission, log)
     assert walk.over > 0
     assert walk.moves > 0
+
+
+def test_a_floor_behind_a_socket_is_the_same_floor() -> None:
+    data = timed(7)
+    with closing(Wired(data, seed=7)) as wired:
+        assert play(7, wired) == play(7, Floor(data, 7))

@@ -4,7 +4,6 @@ calls."""
 from collections.abc import Sequence
 from typing import Any
 
-from live.floor import Floor
 from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
@@ -25,9 +24,9 @@ class HangError(Exception):
 
 
 class _Seen:
-    """safenav's types for what a floor tells."""
+    """safenav's types for the data of a floor. ``floor``: one, or a ``Wired``."""
 
-    def __init__(self, scenario: Scenario, floor: Floor) -> None:
+    def __init__(self, scenario: Scenario, floor: Any) -> None:
         self.floor = floor
         self.types = {o.type.name: o.type for o in scenario.obstacles}
 
@@ -48,7 +47,7 @@ class _Seen:
 class Live(_Seen):
     """The floor by protocol 2. Raises HangError if a mission waits although no event can come."""
 
-    def __init__(self, scenario: Scenario, floor: Floor, most_waits: int = 200) -> None:
+    def __init__(self, scenario: Scenario, floor: Any, most_waits: int = 200) -> None:
         super().__init__(scenario, floor)
         self._left = self._most = most_waits
 
@@ -110,7 +109,7 @@ class Live(_Seen):
 class Serial(_Seen):
     """A world of blocking calls: all other robots stand still while a robot moves or acts."""
 
-    def __init__(self, scenario: Scenario, floor: Floor) -> None:
+    def __init__(self, scenario: Scenario, floor: Any) -> None:
         super().__init__(scenario, floor)
         self._commands = 0
         self._everything = [obstacle.name for obstacle in scenario.obstacles]
