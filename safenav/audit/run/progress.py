@@ -90,8 +90,8 @@ class Progress(NamedTuple):
         if not shape.in_turn or shape.ends or memory >= len(targets):
             return self
         after = (memory + (region in targets[memory])) % len(targets)
-        if after != memory and region in targets[after]:
-            return self  # it meets both by staying; either may be next
+        if after != memory and (region in targets[after] or region in targets[memory - 1]):
+            return self  # it meets both by staying, or has just met the one before
         return self._replace(awaited=after)
 
     def recounted(self, own: Objective) -> Progress:
