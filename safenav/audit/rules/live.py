@@ -202,10 +202,11 @@ def _goes_on(record: Line, now: Situation) -> bool:
     robot, own = record.robot, now.own[record.robot]
     if own.kind == "ltl" or now.has_heading(robot):
         return False
-    if record.type != "act" and _charges(robot, now):
-        return True
     asked = (*now.requests.values(), *now.given_up.values())
-    if not any(robot in requesters for requesters in asked):
+    needs_help = any(robot in requesters for requesters in asked)
+    if _charges(robot, now) and not (needs_help and record.type == "act"):
+        return True
+    if not needs_help:
         return now.objectives[robot] == own
     meanwhile, present = now.header.robots[robot].while_waiting, now.objectives[robot]
     kept = meanwhile is not None and (present.kind, present.targets) == (
