@@ -117,6 +117,28 @@ def test_a_robot_that_enters_a_door_pushes_it_open(begins: int, yaw: float) -> N
     assert places.distance(9, physics.state("digit")["x"], physics.state("digit")["y"]) < 0.1
 
 
+@pytest.mark.parametrize(("side", "size"), [(0.4, 0.18), (0.5, 0.3), (1.0, 0.6), (2.0, 0.6)])
+def test_a_door_opens_wide_on_regions_of_any_side(side: float, size: float) -> None:
+    """Leaves of the same thickness on small regions would touch the walls when they open."""
+    scenario = load_scenario_text(
+        f"""
+safenav: 1
+map: {{resolution: {side}, grid: ["#######", "#.....#", "#######"]}}
+catalogue:
+  robots: {{bot: {{mobility: free, layer: ground, capabilities: [push], size: {size}}}}}
+robots: {{a: {{model: bot, start: 9, objective: {{visit: [12, 8]}}}}}}
+obstacles: [{{type: door, region: 10}}]
+"""
+    )
+    assert scenario.map.frame is not None
+    places = Places(scenario.map, scenario.map.frame)
+    physics = Physics(places, scenario.robots, scenario.obstacles)
+    assert gone(physics, places, "a", 10) == "succeeded"
+    physics.perform("a", "push")
+    assert ended(physics, "a", "acted") == "done"
+    assert physics.log()["closed"] == []
+
+
 def test_a_box_disappears_when_a_robot_has_acted_on_it() -> None:
     physics, places = hall("[{type: rubble, region: 10}]")
     assert gone(physics, places, "digit", 9) == "succeeded"

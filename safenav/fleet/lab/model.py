@@ -95,6 +95,8 @@ def _within(value: float, limit: float) -> float:
 
 STEP = 0.005
 """Seconds of a step of the simulation."""
+LEAF_THICKNESS = 0.05
+"""Thickness in metres of a door leaf, on regions of one metre or more."""
 LEAF_MASS, LEAF_DAMPING, LEAF_FRICTION = 8.0, 3.0, 4.0
 """A leaf of a door: kg, N m s/rad, N m: more than a drone's thrust moves."""
 HEIGHT, TALL = 1.8, 3.0
@@ -188,8 +190,10 @@ def _door(places: Places, one: LabObstacle) -> str:
     x, y = places.centre(one.obstacle.region)
     along = passage(places, one.obstacle.region)
     text = ""
+    side = min(places.frame.resolution)
+    thick = LEAF_THICKNESS * min(1.0, side)
+    reach = min(0.48 * side, side / 2 - 0.8 * thick)  # wide open, it fits in front of the wall
     for index, sign in enumerate((1, -1)):
-        reach = 0.48 * min(places.frame.resolution)
         across = along + sign * pi / 2
         hx, hy = x + reach * cos(across), y + reach * sin(across)
         half = reach / 2
@@ -199,7 +203,7 @@ def _door(places: Places, one: LabObstacle) -> str:
             f'<joint name="{one.key}.{index}" type="hinge" axis="0 0 1" '
             f'damping="{LEAF_DAMPING}" frictionloss="{LEAF_FRICTION}" range="-100 100" '
             f'limited="true"/><geom name="{one.key}.leaf{index}" type="box" '
-            f'pos="{half} 0 0" size="{half} 0.025 {TALL / 2}" mass="{LEAF_MASS}" '
+            f'pos="{half} 0 0" size="{half} {thick / 2} {TALL / 2}" mass="{LEAF_MASS}" '
             f'contype="2" conaffinity="{one.touches}"/></body>'
         )
     return text
@@ -230,8 +234,8 @@ def body_of(robot: Robot) -> SimulatedBody:
     numbers = {key: float(v) for key, v in motion.items() if isinstance(v, float | int)}
     return SimulatedBody(
         robot.name,
-        numbers.get("size", 0.5) / 2,
-        numbers.get("speed", 0.5),
+        numbers.get("size", model.size or 0.5) / 2,
+        numbers.get("speed", model.speed or 0.5),
         numbers.get("altitude", 2.2) if flies else 0.0,
         flies,
         numbers.get("turning", 1.5),

@@ -86,8 +86,9 @@ class Physics(Dynamics):
                 far = hypot(cx - x, cy - y)
                 amid = far <= 0.3 * self._side
                 ux, uy = self._ahead(stands) if amid else ((cx - x) / far, (cy - y) / far)
-                deep = 0.5 * self._side - body.radius - 0.02
-                side = deep - 0.1  # a leaf that is wide open is between the robot and the wall
+                scale = min(1.0, self._side)
+                deep = 0.5 * self._side - body.radius - 0.02 * scale
+                side = deep - 0.1 * scale  # a leaf that is wide open is between robot and wall
                 spots = [(0.0, 0.0), (deep, 0.0), (deep, side), (deep, -side), (deep, 0.0)]
                 path = [(cx + a * ux - b * uy, cy + a * uy + b * ux, None) for a, b in spots]
                 home = (x, y)
