@@ -60,14 +60,15 @@ def plain(state: Pose) -> Pose:
 class Case:
     """The situation that a proof concerns. ``at``: each robot's pose; in transit, the pose where it
     will arrive. ``obstacles``: the known unresolved ones; ``shut``: obstacles that can never be
-    resolved. ``wishes``: the remaining goals of each robot. ``rounds``: how often an objective must
-    be met after a resolution. ``zones``: sets of robots of which at most one may be in some
-    regions. ``flat``: the obstacle type of an empty battery, whose resolution resets no rounds."""
+    resolved. ``remaining``: the goals that each robot has still to meet. ``rounds``: how often an
+    objective must be met after a resolution. ``zones``: sets of robots of which at most one may be
+    in some regions. ``flat``: the obstacle type of an empty battery, whose resolution resets no
+    rounds."""
 
     team: Team
     at: Mapping[str, Pose]
     obstacles: OpenObstacles
-    wishes: Mapping[str, RemainingGoals]
+    remaining: Mapping[str, RemainingGoals]
     shut: frozenset[str] = frozenset()
     rounds: int = 1
     zones: tuple[tuple[frozenset[str], frozenset[int]], ...] = ()

@@ -103,7 +103,7 @@ def can_get(robot: str, regions: Collection[int], case: Case, most: int) -> bool
 class _Enumeration:
     def __init__(self, case: Case, robots: list[str], obstacles: OpenObstacles) -> None:
         self._case, self._team, self._robots = case, case.team, robots
-        self._wishes = [case.wishes[name] for name in robots]
+        self._remaining = [case.remaining[name] for name in robots]
         self._obstacles = obstacles
         # Cached, because most moves concern no relevant region.
         self._relevant_regions = cache(_relevant_regions)
@@ -154,17 +154,17 @@ class _Enumeration:
 
     def _starts(self) -> list[_State]:
         choices: list[list[Left]] = []
-        for wish in self._wishes:
-            count = len(wish.targets)
-            if wish.ends:
-                (first,) = wish.awaited
-                choices.append([((count - first) * (wish.rounds_left > 0), first)])
-            elif wish.in_order:
-                goals = max(wish.rounds_left * count - wish.met, 0)
-                either = wish.either and len(wish.awaited) == count  # an early start loses nothing
-                choices.append([(goals, k) for k in ((EITHER,) if either else wish.awaited)])
+        for own in self._remaining:
+            count = len(own.targets)
+            if own.ends:
+                (first,) = own.awaited
+                choices.append([((count - first) * (own.rounds_left > 0), first)])
+            elif own.in_order:
+                goals = max(own.rounds_left * count - own.met, 0)
+                either = own.either and len(own.awaited) == count  # an early start loses nothing
+                choices.append([(goals, k) for k in ((EITHER,) if either else own.awaited)])
             else:
-                choices.append([(wish.rounds_left, sum(1 << k for k in wish.covered))])
+                choices.append([(own.rounds_left, sum(1 << k for k in own.covered))])
         poses = tuple(self._case.at[name] for name in self._robots)
         return [self._settled(_State(poses, left, self._obstacles)) for left in product(*choices)]
 
@@ -196,11 +196,11 @@ class _Enumeration:
         obstacles, left = tuple(obstacle for obstacle in after if obstacle.left), state.left
         restarts = any(not each.left and each.order[0] != self._case.flat for each in after)
         if moved is not None and not restarts:
-            met = _met(self._wishes[moved], state.poses[moved], left[moved])
+            met = _met(self._remaining[moved], state.poses[moved], left[moved])
             return _State(state.poses, (*left[:moved], met, *left[moved + 1 :]), obstacles)
         if restarts:
-            left = tuple(map(self._anew, self._wishes, left))
-        left = tuple(map(_met, self._wishes, state.poses, left))
+            left = tuple(map(self._anew, self._remaining, left))
+        left = tuple(map(_met, self._remaining, state.poses, left))
         return _State(state.poses, left, obstacles)
 
     def _places(self, state: _State) -> tuple[int, ...]:
@@ -231,15 +231,15 @@ class _Enumeration:
             after[k] = _performed(after[k], at, self._team.full(after))
         return tuple(after)
 
-    def _anew(self, wish: RemainingGoals, left: Left) -> Left:
+    def _anew(self, own: RemainingGoals, left: Left) -> Left:
         """Return the remaining work after a resolution: rounds restart. The order of the targets is
         kept, but either of the two targets of a strict objective may come first."""
-        rounds, count = self._case.rounds, len(wish.targets)
-        if wish.ends:
+        rounds, count = self._case.rounds, len(own.targets)
+        if own.ends:
             return count - left[1], left[1]
-        if not wish.in_order:
+        if not own.in_order:
             return rounds, 0
-        return rounds * count, EITHER if wish.either else left[1]
+        return rounds * count, EITHER if own.either else left[1]
 
 
 def _relevant_regions(obstacles: OpenObstacles) -> frozenset[int]:
@@ -284,17 +284,17 @@ def _clear_of(obstacle: OpenObstacle, robot: str, at: Mapping[str, int]) -> bool
     return not any(at[other] in obstacle.sweeps for other in at if other != robot)
 
 
-def _met(wish: RemainingGoals, pose: Pose, left: Left) -> Left:
+def _met(own: RemainingGoals, pose: Pose, left: Left) -> Left:
     goals, covered = left  # in order: the next goal
-    count = len(wish.targets)
-    if wish.in_order:
+    count = len(own.targets)
+    if own.in_order:
         if covered == EITHER:
-            covered = next((k for k, t in enumerate(wish.targets) if pose in t), EITHER)
-        while goals and covered != EITHER and pose in wish.targets[covered]:
-            last = wish.ends and covered == count - 1
+            covered = next((k for k, t in enumerate(own.targets) if pose in t), EITHER)
+        while goals and covered != EITHER and pose in own.targets[covered]:
+            last = own.ends and covered == count - 1
             goals, covered = goals - 1, covered if last else (covered + 1) % count
         return goals, covered
-    here = sum(1 << k for k, target in enumerate(wish.targets) if pose in target)
+    here = sum(1 << k for k, target in enumerate(own.targets) if pose in target)
     while goals:
         covered |= here
         if covered != (1 << count) - 1:
