@@ -63,12 +63,12 @@ def corridor(heading: str | None) -> dict[Pose, tuple[Pose, ...]]:
 
 def moment(robots: list[Robot], *obstacles: tuple[Any, ...], together: bool = False) -> Case:
     everybody = {one.name for one in robots}
-    members, wishes = dict[str, Member](), dict[str, RemainingGoals]()
+    members, remaining = dict[str, Member](), dict[str, RemainingGoals]()
     for one in robots:
         steps = corridor(one.pose[1])
         aims = tuple(frozenset(p for p in steps if p[0] == target) for target in one.targets)
         rivals = frozenset(everybody - {one.name} if together else ())
-        members[one.name], wishes[one.name] = (
+        members[one.name], remaining[one.name] = (
             Member(PoseGraph(steps), aims, rivals),
             RemainingGoals(aims),
         )
@@ -83,7 +83,7 @@ def moment(robots: list[Robot], *obstacles: tuple[Any, ...], together: bool = Fa
         )
         for name, at, needs, blocks in obstacles
     )
-    return Case(Team(members), {one.name: one.pose for one in robots}, opens, wishes)
+    return Case(Team(members), {one.name: one.pose for one in robots}, opens, remaining)
 
 
 def table(regions: range, live: bool, heading: str | None = None) -> dict[str, Any]:
@@ -320,8 +320,8 @@ def test_the_resolution_of_a_battery_resets_no_rounds(flat: str | None) -> None:
     robots = [robot("a", 1, 5), robot("v", 3, 3, can="lift")]
     about = moment(robots, obstacle("empty@2", 2, need("lift", 4), blocks=""), together=True)
     battery = about.obstacles[0]._replace(order=("empty", 2, 1))
-    wishes = {**about.wishes, "a": replace(about.wishes["a"], rounds_left=0)}
-    about = replace(about, obstacles=(battery,), wishes=wishes, flat=flat)
+    remaining = {**about.remaining, "a": replace(about.remaining["a"], rounds_left=0)}
+    about = replace(about, obstacles=(battery,), remaining=remaining, flat=flat)
     assert can_be_served({"empty@2"}, about, 1000) is (flat is not None)
 
 
