@@ -8,6 +8,7 @@ and every goal infinitely often.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from itertools import product
@@ -27,6 +28,8 @@ from safenav.audit.language import (
 from safenav.audit.lines import Objective
 
 MOST_VALUATIONS = 64
+_VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
+_LARGEST = 2**31 - 1
 
 Poses = frozenset[Pose]
 State = tuple[Pose, int]
@@ -38,12 +41,15 @@ class Texts:
     RefusedError for formulas that cannot be read."""
 
     def __init__(self, body: Mapping[str, object], always: Iterable[str] = ()) -> None:
+        require(isinstance(body, Mapping), "formulas that are not an object")
         memory: Any = body.get("memory") or {}
         require(isinstance(memory, Mapping), "the memory is not one of names")
         self.memory = {
             k: range(2) if kind == "bool" else _range(kind) for k, kind in memory.items()
         }
         self.inputs = dict.fromkeys(_lines(body, "inputs"), range(2))  # of any value
+        wrong = [repr(k)[:20] for k in (*memory, *self.inputs) if not _VARIABLE.fullmatch(k)]
+        require(not wrong, f"{', '.join(wrong[:3])} cannot name a variable")
         truths = frozenset([*self.inputs, *(k for k, kind in memory.items() if kind == "bool")])
         parts = (_lines(body, part) for part in ("init", "safety", "liveness"))
         read = ([read_clause(line, truths) for line in lines] for lines in parts)
@@ -141,8 +147,10 @@ def _row(pose: Pose) -> Row:
 
 def _range(kind: object) -> range:
     if isinstance(kind, list) and len(kind) == 2 and all(type(one) is int for one in kind):
-        return range(kind[0], kind[1] + 1)
-    raise RefusedError(f"the memory {kind!r}")
+        least, most = kind
+        require(-_LARGEST <= least <= most <= _LARGEST, "the range of a memory variable")
+        return range(least, most + 1)
+    raise RefusedError(f"the memory {str(kind)[:20]!r}")
 
 
 def _lines(body: Mapping[str, object], key: str) -> list[str]:

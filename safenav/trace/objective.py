@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 
 from msgspec import Struct
@@ -12,6 +13,9 @@ ONE_TARGET = ("hold",)
 TWO_TARGETS = ("patrol",)
 TARGETS = ("patrol", "visit", "cover")
 """Kinds that require a list of targets."""
+FORMULAS = "ltl"
+_VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
+_LARGEST = 2**31 - 1
 EXAMPLE = '{"visit": [3, [5, 6]]}'
 """An objective, for messages and the schema."""
 
@@ -59,7 +63,7 @@ class Objective(Struct, frozen=True):
                 targets.append(frozenset(regions))
             plain = [_plain(target) for target in targets]
             body = plain[0] if kind in ONE_TARGET else plain
-        elif kind in TARGETS:
+        elif kind in TARGETS or (kind == FORMULAS and not _are_formulas(body)):
             return None
         try:
             spelled = json.dumps(body, sort_keys=True)
@@ -81,6 +85,28 @@ class Objective(Struct, frozen=True):
         if self.avoid:
             text += f", never in {', '.join(map(str, sorted(self.avoid)))}"
         return text + "".join(f", always {formula}" for formula in self.always)
+
+
+def _are_formulas(body: object) -> bool:
+    """Whether a value has formulas only (``init``, ``safety``, ``liveness``), with the ``memory``
+    and the ``inputs`` that they name."""
+    if not isinstance(body, Mapping):
+        return body is None
+    memory = body.get("memory") or {}
+    listed = [body.get(key) or [] for key in ("init", "safety", "liveness", "inputs")]
+    if not isinstance(memory, Mapping) or not all(
+        isinstance(x, str) or _all(x, str) for x in listed
+    ):
+        return False
+    inputs = [listed[-1]] if isinstance(listed[-1], str) else listed[-1]
+    named = all(_VARIABLE.fullmatch(name) for name in (*memory, *inputs))
+    return named and all(kind == "bool" or _is_range(kind) for kind in memory.values())
+
+
+def _is_range(value: object) -> bool:
+    if not isinstance(value, list) or len(value) != 2 or not _all(value, int):
+        return False
+    return bool(-_LARGEST <= value[0] <= value[1] <= _LARGEST)
 
 
 def _all(listed: object, kind: type) -> bool:

@@ -6,7 +6,6 @@ it. Any other line that violates the format is one diagnostic; all are reported.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable
 from hashlib import sha256
@@ -19,6 +18,7 @@ from msgspec.structs import replace
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.lines import json_flaw
+from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import (
     KINDS,
@@ -150,8 +150,8 @@ class _Reader:
         if self._headless or not content.strip():
             return
         try:
-            data = json.loads(content.decode("utf-8"))
-        except (ValueError, RecursionError) as error:
+            data = read_json(content)
+        except ValueError as error:
             self._refuse(number, f"this line is not JSON: {json_flaw(error)}")
             return
         if not isinstance(data, dict):
@@ -241,7 +241,7 @@ class _Reader:
 
 def _is_json(content: bytes) -> bool:
     try:
-        json.loads(content.decode("utf-8"))
-    except (ValueError, RecursionError):
+        read_json(content)
+    except ValueError:
         return False
     return True

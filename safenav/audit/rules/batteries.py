@@ -12,7 +12,7 @@ from safenav.audit.possibilities.deriving import member_of, open_obstacles, perm
 from safenav.audit.possibilities.team import Team
 from safenav.audit.proofs.case import case_of
 from safenav.audit.proofs.joint import can_get
-from safenav.audit.rules.rule import Message, Rule
+from safenav.audit.rules.rule import UNREAD, Message, Rule
 from safenav.audit.run.situation import Situation
 from safenav.audit.run.turn import Status, taken
 
@@ -203,8 +203,8 @@ class ChargeRule(Rule):
             return
         try:
             truth = need(now, name, member_of(name, now, (), ()).steps)
-        except RefusedError as error:
-            yield self.not_judged(outcome, name, str(error))
+        except RefusedError:
+            yield self.not_judged(outcome, name, UNREAD)
             return
         if least != truth:
             yield name, f"{name} is refused since it needs a charge of {least}, but it is {truth}"

@@ -17,7 +17,7 @@ from safenav.audit.possibilities.bound import (
 )
 from safenav.audit.rules.batteries import BATTERY, lasts_until
 from safenav.audit.rules.requests import SETTLES
-from safenav.audit.rules.rule import Message, Rule, differences
+from safenav.audit.rules.rule import UNREAD, Message, Rule, differences
 from safenav.audit.run.situation import Situation
 
 MISSION = "mission"
@@ -380,8 +380,8 @@ class DeadlineRule(Rule):
         bound = Bound(now, 0, len(now.header.robots))
         try:
             truth = mission_end(bound) if of == MISSION else least_within(now, of)
-        except RefusedError as error:
-            yield self.not_judged(outcome, of, str(error))
+        except RefusedError:
+            yield self.not_judged(outcome, of, UNREAD)
             return
         if least != truth:
             yield f"{of} is refused with a least time of {least}; the least time is {truth}"

@@ -16,7 +16,7 @@ from safenav.audit.possibilities.team import Team, TooManyError
 from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems, tree_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
-from safenav.audit.rules.rule import Finding, Message, Rule
+from safenav.audit.rules.rule import UNREAD, Finding, Message, Rule
 from safenav.audit.run.remembering import remembered, row_of
 from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import FINAL, Status
@@ -126,8 +126,7 @@ class ProofRule(Rule):
             problem = f"{name} is set aside, but robots can resolve it and complete the mission"
             yield record.requester, problem
         elif can_be is None:
-            why = "formulas that this check does not read"
-            why = why if case is None else f"more than {MOST_SERVED} joint states"
+            why = UNREAD if case is None else f"more than {MOST_SERVED} joint states"
             what = f"whether {name} can be resolved and the mission completed ({why})"
             yield self.not_judged(record, record.requester, what)
 

@@ -30,6 +30,9 @@ class Finding:
         return f"line {self.line}: {self.rule} (tick {self.tick}{whom}): {self.explanation}"
 
 
+UNREAD = "formulas that this check does not read"
+"""Why a part is not judged; the words of the formulas never become part of a report."""
+
 Wrong = tuple[str | None, str, Line]
 """The robot, the error, and the line (or turn) that shows it."""
 Message = str | tuple[str | None, str] | Wrong | Finding

@@ -40,7 +40,7 @@ if __name__ == "__main__":
 try:
     from safenav.audit.language import RefusedError, TooLargeError, require
     from safenav.certify.checker.check_objectives import STRICTLY, Objective
-    from safenav.certify.checker.check_run import Evidence, read_json
+    from safenav.certify.checker.check_run import Evidence, content_of
     from safenav.certify.checker.check_strategies import Json
 except (ImportError, SyntaxError) as error:
     this = sys.version.split()[0]
@@ -65,7 +65,7 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
         archive = zipfile.ZipFile(place)
         names = [name for name in archive.namelist() if name[-1] != "/"]
         files = {name: zipfile.Path(archive, name) for name in names}
-    manifest = read_json(files.pop("manifest.json"))
+    manifest = content_of(files.pop("manifest.json"))
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 4)
     require(known, "not a bundle of version 4; an older one has its own check.py")
     different = sorted({*files} ^ {*manifest["files"]})
@@ -77,7 +77,7 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
         own = re.match(r"(?:specs|strategies)/(.*?)\.", path)
         require(not own or own[1] == facts["sha256"], f"{path} is not named by its sha256")
         if re.fullmatch(r"source/.*\.ya?ml", path):  # the map, if it is drawn there
-            world = read_json(files["scenario.json"])["map"]
+            world = content_of(files["scenario.json"])["map"]
             text = re.sub(r"(?m)^#.*|(?<=\s)#(?![#.]*[ \t]*$).*", "", data.decode())  # no comments
             parts = re.split(r"[\[\]{},:\n]", text)
             rows = [r for p in parts for r in re.findall(r"^[\s'\"-]*([#.]+)[\s'\"-]*$", p)]

@@ -4,7 +4,6 @@ proven strategy."""
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterable, Mapping
 from itertools import chain
 from typing import Any
@@ -29,6 +28,7 @@ from safenav.certify.checker.check_strategies import (
     check_realizes,
 )
 from safenav.certify.checker.check_tasks import ASSUMED, Task, circumstances
+from safenav.strict_json import read_json
 
 ANY_ROBOT = "any robot"
 STRAYING = {
@@ -50,7 +50,7 @@ class Evidence(Rule):
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.claims, self.number = files, list[Json](), 1
         self.named, self.last = set[str](), ""  # files that lines name; the last file that was read
-        header, *self.trace = map(json.loads, files["trace.jsonl"].read_bytes().splitlines())
+        header, *self.trace = lines_of(files["trace.jsonl"])
         self.scenario, self.tick = header["scenario"], 0
         same = header["type"] == "header" and self.scenario == self.json("scenario.json")
         require(same, "scenario.json differs from the header of the trace")
@@ -73,7 +73,7 @@ class Evidence(Rule):
         return str(self.file(path).read_bytes().decode())
 
     def json(self, path: str) -> Any:
-        return read_json(self.file(path))
+        return content_of(self.file(path))
 
     def claim(self, kind: str, text: str, *files: str | None) -> None:
         """Record a claim that some files establish (None: the present line of the trace)."""
@@ -101,7 +101,8 @@ class Evidence(Rule):
             self.state_form(robot)
         if "motion.jsonl" in self.files:
             trace, motion = (self.files[f"{n}.jsonl"].read_bytes() for n in ("trace", "motion"))
-            same = json.loads(motion.splitlines()[0])["trace"] == hashlib.sha256(trace).hexdigest()
+            first = read_json(motion.splitlines()[0])
+            same = first["trace"] == hashlib.sha256(trace).hexdigest()
             require(same, "motion.jsonl is the motion of another trace")
             message = "motion.jsonl names this trace"
             self.claim("motion", f"{message}; `safenav check-motion` checks it.", "motion.jsonl")
@@ -163,7 +164,7 @@ class Evidence(Rule):
                     robot.answers == set(), f"{robot.name} has a successor: no assumption failed"
                 )
                 robot.nodes = set()
-                message = f"An assumption of {robot.name} failed ({record.name}); its guarantees"
+                message = f"An assumption of {robot.name} failed; its guarantees"
                 self.claim("broken", f"{message} resume at its next synthesis.")
             case "plan_end":
                 for name, node in (record.nodes or {}).items():  # where they continue
@@ -266,9 +267,8 @@ class Evidence(Rule):
 
     def even_alone(self, task: Task, record: Json) -> str:
         """Return the words for a task without other robots, if the team has any."""
-        others = {f"robots.{name}" for name in self.robots if name != record["robot"]}
-        parked = others & {name for _, name in record.get("closed") or ()}
-        return ", even without other robots" if others and not task.moving and not parked else ""
+        others = {*self.robots} - {record["robot"]}
+        return ", even without other robots" if others and not task.moving else ""
 
     def task(self, record: Json, robot: Robot, graph: Any, rules: str, now: Situation) -> Task:
         """Return the task of a synthesis. Refuse unless its circumstances are those of the run."""
@@ -288,8 +288,7 @@ class Evidence(Rule):
         known = {n for n in now.discovered if now.status[n] is Status.UNRESOLVED}
         known |= {name for name, status in now.status.items() if status.stays}
         standing = [now.obstacles[n] for n in known if robot.name in now.blocked_by(n)]
-        at = {f"robots.{name}": now.taken_by(name) for name in self.robots}
-        at |= {o.name: {o.region} for o in standing}
+        at = {o.name: {o.region} for o in standing}  # no robot: it may move
         at[f"robots.{robot.name}.objective.avoid"] = {*robot.own.avoid}
         listed = {each["name"]: each["again"] for each in self.scenario.get("inputs") or ()}
         again = {name: listed[name] for name in task.heard if listed[name]}
@@ -376,8 +375,20 @@ class Evidence(Rule):
         robot.came_from, robot.nodes = set() if by == "plan" else robot.nodes, fits
 
 
-def read_json(file: Any) -> Any:
+def content_of(file: Any) -> Any:
+    """Return the value of a JSON file."""
     try:
-        return json.loads(file.read_bytes())
+        return read_json(file.read_bytes())
     except ValueError as error:
         raise RefusedError(f"{file.name} is not valid JSON: {error}") from error
+
+
+def lines_of(file: Any) -> list[Any]:
+    """Return the values of a file of JSON lines."""
+    found = []
+    for number, line in enumerate(file.read_bytes().splitlines(), 1):
+        try:
+            found.append(read_json(line))
+        except ValueError as error:
+            raise RefusedError(f"{file.name}, line {number}, is not valid JSON: {error}") from error
+    return found
