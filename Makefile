@@ -124,7 +124,7 @@ fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang 
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_PROOF=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
 	  tests/fuzz tests/campaigns tests/live tests/certify tests/fleet/test_pyrobosim.py tests/motion/test_random_missions.py tests/motion/test_pushes.py \
 	  tests/motion/test_requirements.py \
-	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py tests/slugs/test_serve.py \
+	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py \
 	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py tests/spec/test_belief.py \
 	  tests/runtime/test_rules_of_objectives.py tests/runtime/test_never_together.py tests/runtime/test_inputs.py \
 	  tests/runtime/test_loads.py tests/runtime/test_swept_regions.py \
@@ -152,7 +152,6 @@ bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/replay.py
 	$(BIN)/python benchmarks/studio.py
-	$(BIN)/python benchmarks/moves.py
 	$(BIN)/python benchmarks/motion.py
 
 docs: install ## the documentation as a site, links checked: build/site

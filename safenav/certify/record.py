@@ -14,7 +14,6 @@ from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.scenario.reading.references import referenced_files, root_of
-from safenav.scenario.settings import Controllers
 from safenav.scenario.yaml.source import STDIN
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
@@ -38,11 +37,6 @@ def bundle_of_run(
     """
     text = scenario_text(scenario)
     plan = load_scenario_text(text, str(scenario))
-    if plan.controllers is Controllers.ON_DEMAND:
-        raise UsageError(
-            f"{scenario}: 'controllers: on_demand' lists no strategies, but a certificate needs "
-            "them; certify it with 'controllers: listed'"
-        )
     if seed is not None:
         plan = replace(plan, seed=seed)
     with tempfile.TemporaryDirectory() as directory:

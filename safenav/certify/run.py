@@ -15,7 +15,6 @@ from safenav.synthesis.cache import Cache
 from safenav.synthesis.request import SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.records import VERSION
-from safenav.trace.vocabulary import Verified
 
 
 class Kept(Struct):
@@ -44,12 +43,6 @@ class Kept(Struct):
         """
         for line in lines:
             spec, strategy = line["spec"], line.get("strategy")
-            if line.get("verified") == Verified.MOVES:
-                raise UsageError(
-                    f"{line['robot']} got its moves on demand at tick {line['tick']}: each was "
-                    "checked, but a certificate needs a listed strategy; run the scenario with "
-                    "'controllers: listed'"
-                )
             if spec not in self.texts:
                 text = cache.load_text(spec)
                 if text is None:

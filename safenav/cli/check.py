@@ -132,7 +132,6 @@ def _verdict(name: str, answer: TaskResult, plan: Scenario) -> dict[str, Any]:
         "allows": answer.allows(plan.map.word),
         "verdict": answer.result.verdict.value,
         "assumptions": assumption_names(task, plan.map),
-        "on_demand": answer.result.served is not None,
         "explanation": why,
     }
 
@@ -143,8 +142,6 @@ def _tell(verdict: Mapping[str, Any], words: str, scenario: Path, apart: str) ->
     good = verdict["explanation"] is None
     word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
     lines = [f"{verdict['robot']}: {word}{apart}, {words}"]
-    if verdict["on_demand"]:
-        lines.append("    no explicit strategy: each move is computed and checked on demand")
     lines += [f"    assumes: {shortened(rule)}" for rule in verdict["assumptions"] or ()]
     if not good:
         lines.append(f"    {verdict['explanation']}")

@@ -160,8 +160,8 @@ def _is_proven(result: SynthesisResult) -> bool:
 
 
 def _too_large(file: Path, what: str, result: SynthesisResult) -> ResourceLimitError:
-    limit = result.verdict.value.replace("_", " ")
-    hint = "slugs --serve answers one move at a time (docs/specifications.md)"
+    limit = (result.detail.splitlines() or [result.verdict.value.replace("_", " ")])[0]
+    hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks what it prints"
     return ResourceLimitError(f"{file}: {what} is too large to list ({limit})\n    {hint}")
 
 

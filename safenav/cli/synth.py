@@ -39,8 +39,8 @@ Files written for each robot R into DIR:
   R.dot              the automaton for Graphviz
   R.graphml          the automaton for networkx, Gephi, yEd
   R.svg              with --plot: the automaton, or a summary on the map if it is large
-With 'controllers: on_demand' only the specification is written. A specification S gets
-S.json, or the strategy of the environment, S.counterstrategy.json; with DOT and GraphML.
+A specification S gets S.json, or the strategy of the environment, S.counterstrategy.json; with
+DOT and GraphML.
 \b
 Exit codes:
   0  all realizable   1  some robot is unrealizable (--strict: or a warning)   2  bad input
@@ -94,16 +94,12 @@ def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
     rows = []
     for answer in answers.values():
         figures = statistics_of(compile_task(answer.task, plan.map), answer.result)
-        verified = (
-            specification.words_of(answer.result) if answer.result.served is None else "each move"
-        )
+        verified = specification.words_of(answer.result)
         rows.append((figures, verified if answer.realizable else "-"))
     specification.print_sizes("robot", rows)
     for name, answer in answers.items():
         if answer.allows(plan.map.word):
             echo_folded([f"{name}: {answer.words(plan.map.word)}"])
-        if answer.result.served is not None:
-            click.echo(f"{name}: no explicit strategy: each move is computed and checked on demand")
         rules = map(shortened, assumption_names(answer.task, plan.map))
         echo_folded(f"{name} assumes: {rule}" for rule in rules)
 

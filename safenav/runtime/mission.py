@@ -377,7 +377,7 @@ def default_synthesizer(
     cache: Cache | None = None,
     at_once: int | None = None,
 ) -> Synthesizer:
-    """The synthesizer with the scenario's settings; it verifies every explicit strategy."""
+    """The synthesizer with the scenario's settings; it verifies every strategy."""
     limits = scenario.limits
     return Synthesizer(
         binary,
@@ -386,6 +386,4 @@ def default_synthesizer(
         cache=cache,
         verifier=first_failure if verify else None,
         at_once=at_once,
-        controllers=scenario.controllers,
-        states=limits.states,
     )

@@ -6,8 +6,7 @@ returns to the previous state and offers the alternatives there (paper, Section 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Protocol
+from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
@@ -15,8 +14,8 @@ from safenav.runtime.progress import Progress
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import CommandInputs
-from safenav.spec.specification import Specification
 from safenav.spec.task import Task
+from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading, Region
 from safenav.world.moves import Pose
 
@@ -32,27 +31,13 @@ class Proposal(Struct, frozen=True):
     shown: frozenset[Region] = frozenset()
 
 
-class Controller(Protocol):
-    """A strategy that a planner can follow: nodes and their successors. ``Strategy`` (explicit) and
-    ``OnDemand`` implement it."""
-
-    @property
-    def specification(self) -> Specification: ...
-    def values(self, node: int) -> dict[str, int]: ...
-    def find_initial(self, values: Mapping[str, int]) -> int | None: ...
-    def find(self, values: Mapping[str, int]) -> int | None: ...
-    def alike(self, node: int) -> Sequence[int]: ...
-    def successors_for(self, node: int, inputs: Mapping[str, int]) -> Sequence[int]: ...
-    def close(self) -> None: ...
-
-
 class Planner:
     """One robot's strategy and its current ``node``, None off the automaton. ``behind``: the node
     precedes the last observation, since the robot was held back. ``switch`` steers the strategy
     where goals are assignable.
     """
 
-    def __init__(self, task: Task, strategy: Controller, node: int) -> None:
+    def __init__(self, task: Task, strategy: Strategy, node: int) -> None:
         self.task = task
         self.strategy = strategy
         self.node: int | None = node
@@ -60,7 +45,7 @@ class Planner:
         self.switch: CommandInputs | None = None
 
     @classmethod
-    def start(cls, task: Task, strategy: Controller) -> Planner:
+    def start(cls, task: Task, strategy: Strategy) -> Planner:
         """Begin at the initial node of the pose that the task was synthesized for.
 
         Raises KeyError if the strategy has no such node (it is not for this task).

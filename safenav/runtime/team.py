@@ -134,8 +134,6 @@ class RobotState(Struct):
 
     def take_over(self, planner: Planner) -> None:
         """Put another strategy in force."""
-        if self._planner is not None:
-            self._planner.strategy.close()
         self._planner = planner
         self.stood.clear()
 

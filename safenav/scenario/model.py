@@ -303,7 +303,6 @@ class Scenario(Struct, frozen=True):
     source: str = ""
     deadlock: bool = True
     partition: tuple[frozenset[Region], ...] | None = None
-    controllers: settings.Controllers = settings.Controllers.AUTO
     changes: tuple[settings.RobotChange, ...] = ()
     requirements: Mapping[str, str] = field(default_factory=dict)
     catalogue: Catalogue = Catalogue()

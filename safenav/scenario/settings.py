@@ -110,15 +110,6 @@ class RequestOrder(StrEnum):
     OLDEST = "oldest"
 
 
-class Controllers(StrEnum):
-    """Form of strategies during a run: explicit (``listed``), or a running synthesizer that gives
-    their moves on demand; ``auto``: on demand if there are too many states."""
-
-    LISTED = "listed"
-    ON_DEMAND = "on_demand"
-    AUTO = "auto"
-
-
 class Clock(StrEnum):
     """Time of a run: in ticks, in each of which every robot takes its turn, or in seconds
     (``live``): each robot decides when its last command has ended."""
@@ -168,14 +159,12 @@ class Until(Struct, frozen=True):
 
 class Limits(Struct, frozen=True):
     """Limits of a run in ``ticks`` and ``seconds`` (wall time, or the clock of a live run; None: no
-    limit), of each synthesis in seconds (wall time) and MiB, and of an explicit strategy in
-    ``states`` (``Controllers.AUTO``)."""
+    limit), and of each synthesis in seconds (wall time) and MiB."""
 
     ticks: int = 1000
     synthesis_seconds: float = 60.0
     synthesis_memory: int = 2048
     seconds: float | None = None
-    states: int = 200_000
 
 
 class Expect(Struct, frozen=True):

@@ -19,7 +19,6 @@ import time
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from types import FrameType
-from typing import IO
 
 from msgspec import Struct
 
@@ -119,22 +118,11 @@ class ProcessGroup:
                 with contextlib.suppress(OSError):
                     pipe.close()
         process.wait()
-        self.forget(process)
-
-    def forget(self, process: subprocess.Popen[bytes]) -> None:
-        """Forget a process that has ended or has another owner now."""
         with self._lock:
             self._running.discard(process)
 
-    def start(
-        self,
-        command: Sequence[str],
-        errors: IO[bytes] | int = subprocess.PIPE,
-        shared: IO[bytes] | None = None,
-        own: bool = False,
-    ) -> subprocess.Popen[bytes]:
-        """Start ``command``, which ends when this thread does (on Linux). ``errors``: where its
-        standard error goes; ``shared``: an open file that it may use; ``own``: safenav's own
+    def start(self, command: Sequence[str], own: bool = False) -> subprocess.Popen[bytes]:
+        """Start ``command``, which ends when this thread does (on Linux). ``own``: safenav's own
         program, which arranges its end itself; a wrapper would take as long as a small synthesis.
         Raises as ``run`` does."""
         with self._lock:
@@ -145,8 +133,7 @@ class ProcessGroup:
                     command if own else die_with_parent(command),
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
-                    stderr=errors,
-                    pass_fds=() if shared is None else (shared.fileno(),),
+                    stderr=subprocess.PIPE,
                     bufsize=0,
                     start_new_session=True,
                     env={**os.environ, _PARENT: str(os.getpid())} if own else None,

@@ -13,7 +13,6 @@ from safenav.outcome import Verdict
 from safenav.spec.specification import Section, Specification
 
 if TYPE_CHECKING:
-    from safenav.synthesis.serving.served import ServedStrategy
     from safenav.synthesis.strategy import Strategy
 
 
@@ -23,7 +22,6 @@ class RequestKind(StrEnum):
     REALIZABILITY = "realizability"
     STRATEGY = "strategy"
     COUNTERSTRATEGY = "counterstrategy"
-    MOVES = "moves"
 
     @property
     def options(self) -> tuple[str, ...]:
@@ -46,12 +44,12 @@ class SynthesisResult(Struct, frozen=True):
     """One result of the synthesizer.
 
     ``strategy``: not None exactly if the verdict is realizable and a strategy was requested, or
-    unrealizable and a counterstrategy was; ``served`` instead if its moves are given on demand.
-    ``seconds``: wall time of the subprocess (of the original one if ``cached``). ``spec_sha256``
-    and ``strategy_sha256``: hex digests of the structured-slugs text and of the JSON that the
-    synthesizer printed. ``detail``: its last messages beyond the verdict, such as its progress
-    before a limit. ``verified``: True if an independent check accepted the strategy, None without a
-    check (a strategy that the check rejects is an error, never a result).
+    unrealizable and a counterstrategy was. ``seconds``: wall time of the subprocess (of the
+    original one if ``cached``). ``spec_sha256`` and ``strategy_sha256``: hex digests of the
+    structured-slugs text and of the JSON that the synthesizer printed. ``detail``: its last
+    messages beyond the verdict, such as its progress before a limit. ``verified``: True if an
+    independent check accepted the strategy, None without a check (a strategy that the check rejects
+    is an error, never a result).
     """
 
     robot: str
@@ -64,11 +62,10 @@ class SynthesisResult(Struct, frozen=True):
     strategy_sha256: str | None = None
     detail: str = ""
     verified: bool | None = None
-    served: ServedStrategy | None = None
 
     @property
     def states(self) -> int | None:
-        """Number of nodes of an explicit strategy, else None."""
+        """Number of nodes of the strategy, None if there is none."""
         return len(self.strategy.states) if self.strategy is not None else None
 
 
@@ -92,7 +89,6 @@ class Job(Struct, frozen=True):
     spec: Specification
     text: str
     kind: RequestKind
-    most_nodes: int | None = None
 
     @property
     def robot(self) -> str:
@@ -103,7 +99,6 @@ class Job(Struct, frozen=True):
         """The options for the binary. A strategy that relies on fairness assumptions moves on
         where it can, and waits for the other robots only where it must."""
         options = self.kind.options
-        moves = self.kind in (RequestKind.STRATEGY, RequestKind.MOVES)
-        if moves and self.spec.section(Section.ENV_LIVENESS):
+        if self.kind is RequestKind.STRATEGY and self.spec.section(Section.ENV_LIVENESS):
             options += ("--biasForAction",)
         return options

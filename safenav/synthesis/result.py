@@ -58,7 +58,7 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
 
 
 def too_large(finished: Finished) -> bool:
-    """Return whether the strategy has too many nodes to be listed."""
+    """Return whether the strategy has more nodes than its limit."""
     return finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr
 
 

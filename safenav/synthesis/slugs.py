@@ -19,13 +19,8 @@ from copy import copy
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import TYPE_CHECKING, Union
 
-from msgspec.structs import replace
-
-from safenav.errors import SynthesizerError
-from safenav.outcome import Verdict
-from safenav.scenario.settings import Controllers, Limits
+from safenav.errors import ResourceLimitError, SynthesizerError
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
@@ -41,16 +36,9 @@ from safenav.synthesis.request import Job, Listener, RequestKind, SynthesisProgr
 from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
 
-if TYPE_CHECKING:
-    from safenav.synthesis.serving.served import ServedStrategy
-
-
-Brought = Finished | tuple[Union["ServedStrategy", Verdict], float]
-"""The output of a program, or the end of a server with the seconds until then."""
-
-
-_GOOD = Verdict.REALIZABLE
 _HEARTBEAT_SECONDS = 0.5
+_MOST_STATES = 200_000
+"""Limit of a strategy by safenav's own binary. Those of single robots have tens to thousands."""
 
 Verifier = Callable[[Specification, Strategy, bool, Callable[[], None]], str | None]
 """Check of an automaton against its specification (the flag: it is a counterstrategy). Returns its
@@ -65,8 +53,7 @@ class Synthesizer:
     single synthesis; None for no limit. ``cache``: default by the environment. ``verifier`` checks
     every automaton against its specification before it is returned; one that fails is a
     SynthesizerError. ``at_once``: maximum number of simultaneous syntheses, default one per
-    processor. ``controllers``: whether strategies are explicit or give their moves on demand;
-    ``auto`` lists those of at most ``states`` nodes (with safenav's own binary).
+    processor.
     """
 
     def __init__(
@@ -78,8 +65,6 @@ class Synthesizer:
         cache: Cache | None = None,
         verifier: Verifier | None = None,
         at_once: int | None = None,
-        controllers: Controllers = Controllers.LISTED,
-        states: int = Limits().states,
     ) -> None:
         self.binary = Binary(binary) if isinstance(binary, Path) else binary or find_binary()
         self.seconds = seconds
@@ -87,8 +72,6 @@ class Synthesizer:
         self.cache = Cache.from_environment() if cache is None else cache
         self.verifier = verifier
         self.at_once = at_once or os.cpu_count() or 1
-        self.controllers = controllers
-        self.states = states
 
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
         """Return the verdict, and the strategy if there is one and ``strategy`` is true.
@@ -125,18 +108,8 @@ class Synthesizer:
         ``progress`` is called in the caller's thread. On an error, Ctrl-C or SIGTERM all
         running syntheses are killed before the exception leaves.
         """
-        if not strategy:
-            return self._ask_all(specs, RequestKind.REALIZABILITY, progress)
-        if self.controllers is Controllers.ON_DEMAND:
-            return self._ask_all(specs, RequestKind.MOVES, progress)
-        results = self._ask_all(specs, RequestKind.STRATEGY, progress)
-        if self.controllers is Controllers.LISTED:
-            return results
-        unlisted = [i for i, r in enumerate(results) if r.verdict is _GOOD and r.strategy is None]
-        served = self._ask_all([specs[i] for i in unlisted], RequestKind.MOVES, progress)
-        for index, result in zip(unlisted, served, strict=True):
-            results[index] = result
-        return results
+        kind = RequestKind.STRATEGY if strategy else RequestKind.REALIZABILITY
+        return self._ask_all(specs, kind, progress)
 
     def _ask_all(
         self, specs: Sequence[Specification], kind: RequestKind, progress: Listener | None
@@ -144,9 +117,8 @@ class Synthesizer:
         report = progress or (lambda _: None)
         results: list[SynthesisResult | None] = [None] * len(specs)
         jobs = []
-        most = self.states if self.controllers is Controllers.AUTO else None
         for index, spec in enumerate(specs):
-            job = Job(index, spec, spec.to_structuredslugs(), kind, most)
+            job = Job(index, spec, spec.to_structuredslugs(), kind)
             self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
             begun = time.monotonic()
             remembered = self._remembered(job, report)
@@ -165,10 +137,10 @@ class Synthesizer:
     def _worked_off(self, jobs: Sequence[Job], report: Listener) -> dict[int, SynthesisResult]:
         """Return the results of jobs by their indices. Threads run the program; its results are
         read, and reported, in the caller's thread. Any exception also ends the programs."""
-        _ = self.binary.native  # queried once here, not in every thread
+        run = self._run_native if self.binary.native else self._run_foreign
         crew = ProcessGroup()
         waiting, running = deque(jobs), dict[int, tuple[Job, float]]()
-        ended = SimpleQueue[tuple[Job, Brought | BaseException]]()
+        ended = SimpleQueue[tuple[Job, Finished | BaseException]]()
         results: dict[int, SynthesisResult] = {}
 
         def work() -> None:
@@ -177,7 +149,7 @@ class Synthesizer:
                     job = waiting.popleft()
                     running[job.index] = job, time.monotonic()
                     try:
-                        ended.put((job, self._run(crew, job)))
+                        ended.put((job, run(crew, job)))
                     except BaseException as error:
                         ended.put((job, error))
 
@@ -189,16 +161,16 @@ class Synthesizer:
                 threads.append(thread)
             while len(results) < len(jobs):
                 try:
-                    job, brought = ended.get(timeout=_HEARTBEAT_SECONDS)
+                    job, finished = ended.get(timeout=_HEARTBEAT_SECONDS)
                 except Empty:
                     now = time.monotonic()
                     for job, begun in tuple(running.values()):
                         report(SynthesisProgress(job.index, job.robot, now - begun))
                     continue
                 del running[job.index]
-                if isinstance(brought, BaseException):
-                    raise brought
-                results[job.index] = result = self._result(job, brought, report)
+                if isinstance(finished, BaseException):
+                    raise finished
+                results[job.index] = result = self._result(job, finished, report)
                 report(SynthesisProgress(job.index, job.robot, result.seconds, result))
         finally:
             waiting.clear()
@@ -207,32 +179,13 @@ class Synthesizer:
                 thread.join()
         return results
 
-    def _run(self, crew: ProcessGroup, job: Job) -> Brought:
-        """Run until the job has a result. Raises SynthesizerError; DismissedError with the crew."""
-        if job.kind is RequestKind.MOVES:
-            # Imported here: few runs need it.
-            from safenav.synthesis.serving.served import serve
-
-            begun = time.monotonic()
-            own = self.binary if self.binary.native else find_own_binary()
-            served = serve(
-                job.spec,
-                own,
-                options=job.options,
-                seconds=self.seconds,
-                memory_mb=self.memory_mb,
-                crew=crew,
-            )
-            return served, time.monotonic() - begun
-        return (self._run_native if self.binary.native else self._run_foreign)(crew, job)
-
     def _run_native(self, crew: ProcessGroup, job: Job) -> Finished:
         """Run safenav's own program, which reads standard input and enforces its limits itself."""
         command = [str(self.binary.path), *job.options]
         if job.kind is RequestKind.REALIZABILITY:
             command.append("--realizability")
-        if job.kind is RequestKind.STRATEGY and job.most_nodes is not None:
-            command += ["--nodes", str(job.most_nodes)]
+        if job.kind is RequestKind.STRATEGY:
+            command += ["--nodes", str(_MOST_STATES)]
         command += [*limits(self.seconds, self.memory_mb), "-"]
         deadline = None if self.seconds is None else self.seconds + OVERTIME_SECONDS
         return crew.run(command, job.text.encode(), deadline, self.memory_mb, self.binary.ours)
@@ -260,34 +213,23 @@ class Synthesizer:
 
     def _remembered(self, job: Job, report: Listener) -> SynthesisResult | None:
         """Return the cached result, if it exists and passes every check of a fresh one."""
-        if self.cache.directory is None or job.kind is RequestKind.MOVES:
+        if self.cache.directory is None:
             return None
-        if job.most_nodes is not None and job.kind is RequestKind.STRATEGY:
-            entry = self.cache.load(self._too_large_key(job))
-            if entry is not None:
-                return self._checked(job, entry, report, cached=True)
         key = self._key(job)
         if (entry := self.cache.load(key)) is None:
             return None
         try:
-            result = self._checked(job, entry, report, cached=True)
+            return self._checked(job, entry, report, cached=True)
         except SynthesizerError:
             self.cache.drop(key)
             return None
-        if job.most_nodes is not None and (result.states or 0) > job.most_nodes:
-            return self._checked(job, replace(entry, strategy_json=None), report, cached=True)
-        return result
 
-    def _result(self, job: Job, finished: Brought, report: Listener) -> SynthesisResult:
-        if not isinstance(finished, Finished):
-            found, seconds = finished
-            verdict, served = (found, None) if isinstance(found, Verdict) else (_GOOD, found)
-            result = self._checked(job, CacheEntry(verdict, seconds, None), report, cached=False)
-            return replace(result, served=served)
-        if too_large(finished) and job.most_nodes is not None:
-            entry = CacheEntry(_GOOD, finished.seconds, None)
-            self.cache.store(self._too_large_key(job), entry)
-            return self._checked(job, entry, report, cached=False)
+    def _result(self, job: Job, finished: Finished, report: Listener) -> SynthesisResult:
+        if too_large(finished):
+            raise ResourceLimitError(
+                f"the strategy of {job.robot} has more than {_MOST_STATES:,} states\n    expected "
+                "tens to thousands; reduce the map, or the robots and inputs that it observes"
+            )
         verdict = verdict_of(finished, self.binary, job.robot)
         wanted = job.kind is not RequestKind.REALIZABILITY
         automaton = wanted and verdict is job.kind.ending
@@ -331,11 +273,6 @@ class Synthesizer:
 
     def _key(self, job: Job) -> str:
         return key_of(job.text, self.binary.digest, (job.kind, *job.options))
-
-    def _too_large_key(self, job: Job) -> str:
-        """Return the cache key for a strategy that has too many nodes to be listed."""
-        limit = ("more nodes than", str(job.most_nodes))
-        return key_of(job.text, self.binary.digest, (job.kind, *job.options, *limit))
 
 
 def _heard_by(report: Listener, job: Job) -> Callable[[], None]:

@@ -172,9 +172,6 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
             found.setdefault(self._field[name].decode(state), []).append(node)
         return found
 
-    def close(self) -> None:
-        """Do nothing: an explicit strategy holds nothing open."""
-
     def step(self, node: int, inputs: Mapping[str, int]) -> int | None:
         """Return the successor for these next inputs; None if there is none, which means that the
         environment did what the assumptions exclude. Raises KeyError for unknown names."""

@@ -99,7 +99,7 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     seconds: Seconds
     states: Count | None
     cached: bool
-    verified: bool | vocabulary.Verified | None
+    verified: bool | None
     spec: Sha256
     strategy: Sha256 | None
     objective: Objective

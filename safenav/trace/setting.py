@@ -168,13 +168,12 @@ class PromisesHeader(Struct, frozen=True):
 
 
 class LimitsHeader(Struct, frozen=True):
-    """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
+    """Ticks and seconds of the run; seconds and MiB of each synthesis."""
 
     ticks: Count | None = None
     seconds: Seconds | None = None
     synthesis_seconds: Seconds | None = None
     synthesis_memory: Count | None = None
-    states: Count | None = None
 
 
 class ScenarioHeader(Struct, frozen=True):

@@ -9,12 +9,6 @@ OPERATOR_ACTION = "operator"
 robot has it."""
 
 
-class Verified(StrEnum):
-    """The checks of a strategy on demand: each of its moves, when it was made."""
-
-    MOVES = "moves"
-
-
 class Reason(StrEnum):
     """Reason for a synthesis."""
 

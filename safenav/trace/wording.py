@@ -384,10 +384,5 @@ def synthesis_words(line: records.Synthesis) -> str:
     if line.verdict is Verdict.REALIZABLE and line.states is not None:
         found = counted(line.states, "state")
     spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
-    proof = {
-        None: "",
-        True: ", verified",
-        False: ", verification failed",
-        vocabulary.Verified.MOVES: ", each move checked",
-    }[line.verified]
+    proof = {None: "", True: ", verified", False: ", verification failed"}[line.verified]
     return f"{found}{spent}{proof}"

@@ -1,5 +1,5 @@
 """The runs of random missions are certified, whatever their outcome, unless a synthesis exceeds a
-limit or a robot gets its moves on demand (docs/scenario.md).
+limit.
 
 Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many others.
 """
@@ -13,7 +13,7 @@ import pytest
 
 from fuzz.mixed import mixed_mission, tracked_mission
 from safenav.certify.record import bundle_of_run
-from safenav.errors import InputError, ResourceLimitError, UsageError
+from safenav.errors import InputError, ResourceLimitError
 from safenav.scenario.reading.loader import load_scenario
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "12"))
@@ -30,10 +30,6 @@ def certified(scenario: Path, bundle: Path) -> bool:
         return bundle_of_run(scenario, bundle).verdict.accepted
     except ResourceLimitError as limit:  # by exact tracking on a large map: no verdict
         pytest.skip(str(limit))
-    except UsageError as refusal:  # more states than an explicit strategy may have
-        if "got its moves on demand" not in str(refusal):
-            raise
-        pytest.skip(str(refusal))
 
 
 @pytest.mark.parametrize("made", MADE)

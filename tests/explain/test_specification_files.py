@@ -108,7 +108,7 @@ def test_an_unrealizable_one_gets_the_strategy_of_the_environment(
 @pytest.mark.parametrize(
     ("owner", "status", "said"),
     [
-        ("INPUT", 3, "realizable, but its strategy is too large to list (out of memory)"),
+        ("INPUT", 3, "realizable, but its strategy is too large to list (the strategy of large"),
         ("OUTPUT", 1, "unrealizable, but the environment's strategy is too large to list"),
     ],
 )

@@ -12,7 +12,7 @@ from safenav.scenario.model import Robot, Scenario, Timing, Tracking
 from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit
 from safenav.scenario.objective_text import to_data, written
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.scenario.settings import Controllers, Coordination, Limits, Until
+from safenav.scenario.settings import Coordination, Limits, Until
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 from scenario.rooms import ROOMS, load
@@ -32,7 +32,6 @@ def test_everything_at_its_default() -> None:
     assert scenario.limits == Limits()
     assert scenario.seed == 0
     assert scenario.coordination is Coordination.RESYNTHESIS
-    assert scenario.controllers is Controllers.AUTO
     assert scenario.expect.outcome is None
 
 
@@ -48,10 +47,9 @@ obstacles:
   - {type: uncertainty, region: 23, traversable: false}
   - {type: uncertainty, region: 25, traversable: {probability: 0.25}}
 until: {rounds: 3}
-limits: {ticks: 50, synthesis_seconds: 2.5, synthesis_memory: 100, states: 9}
+limits: {ticks: 50, synthesis_seconds: 2.5, synthesis_memory: 100}
 seed: 7
 coordination: assignable
-controllers: on_demand
 expect:
   outcome: tick_limit
   resolved: [door@17, "uncertainty@[3, 1]", door@gate]
@@ -67,10 +65,9 @@ expect:
     assert [o.name for o in scenario.obstacles] == names
     assert [o.traversable for o in scenario.obstacles] == [None, True, False, 0.25]
     assert scenario.until == Until(3)
-    assert scenario.limits == Limits(50, 2.5, 100, states=9)
+    assert scenario.limits == Limits(50, 2.5, 100)
     assert scenario.seed == 7
     assert scenario.coordination is Coordination.ASSIGNABLE
-    assert scenario.controllers is Controllers.ON_DEMAND
     assert scenario.expect.outcome is Outcome.TICK_LIMIT
     assert scenario.expect.resolved == frozenset({"door@17", "uncertainty@22"})
     assert scenario.expect.blocked == frozenset({"uncertainty@23"})

@@ -66,7 +66,7 @@ changes:
   - {at: 20, robot: bob, service: out}
   - {at: 30, robot: bob, service: back}
 until: {rounds: 1, by: 600}
-limits: {ticks: 500, seconds: 9.5, synthesis_seconds: 1.5, synthesis_memory: 64, states: 1000}
+limits: {ticks: 500, seconds: 9.5, synthesis_seconds: 1.5, synthesis_memory: 64}
 clock: lockstep
 failures: {retries: 0, then: out_of_service, most: 3, actions: 2, patience: 2.5, timeout: 9}
 resolve_within: 100
@@ -76,7 +76,6 @@ flat: emptied
 seed: 3
 coordination: resynthesis
 order: oldest
-controllers: listed
 deadlock: on
 partition: [[7, 8, 9, 10, 13, 16], [19, 20, 21, 22]]
 requirements: ["always(distance(ann, bob) >= 0.1)", {near: "eventually(distance(ann, cat) <= 9)"}]

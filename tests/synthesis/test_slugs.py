@@ -56,8 +56,18 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
     synthesizer = Synthesizer(binary, seconds=7.5, memory_mb=100, cache=Cache.off())
     assert synthesizer.synthesize(patrol).verdict is Verdict.UNREALIZABLE
     assert (tmp_path / "given").read_text() == patrol.to_structuredslugs()
-    arguments = (tmp_path / "arguments").read_text().strip()
-    assert arguments == "--explicitStrategy --jsonOutput --timeout 7.5 --memory 100 -"
+    arguments = (tmp_path / "arguments").read_text().split()
+    limits = ["--nodes", "200000", "--timeout", "7.5", "--memory", "100"]
+    assert arguments == ["--explicitStrategy", "--jsonOutput", *limits, "-"]
+
+
+def test_a_strategy_with_too_many_states_is_a_limit(script: Script, patrol: Specification) -> None:
+    binary = script(
+        NATIVE + "echo 'RESULT: Specification is realizable.' >&2\n"
+        "echo 'slugs: node limit reached' >&2; exit 3"
+    )
+    with pytest.raises(ResourceLimitError, match="strategy of carrier has more than 200,000 sta"):
+        ask(binary, patrol)
 
 
 def test_a_foreign_binary_gets_a_file_and_only_options_that_it_knows(

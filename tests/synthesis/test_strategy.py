@@ -1,5 +1,5 @@
-"""Reading a strategy: what is none is refused. Its nodes and how it is followed: ``test_moves``,
-``test_verify_random`` and ``test_serving``."""
+"""Reading a strategy: what is none is refused. Its nodes and how it is followed:
+``test_verify_random``."""
 
 import json
 from typing import Any

@@ -105,10 +105,7 @@ class SynthesisRule(Rule):
                     self._staying.append((robot, message, record))
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
-        if record.verified == "moves":
-            if record.strategy is not None or record.states is not None:
-                yield f"the moves of {robot} are checked one by one, but its strategy is listed"
-        elif record.verdict == "realizable" and record.strategy is None:
+        if record.verdict == "realizable" and record.strategy is None:
             yield f"the synthesis for {robot} is realizable but gave no strategy"
         if record.verdict != "realizable" and record.strategy is not None:
             yield f"the synthesis for {robot} is {record.verdict} but gave a strategy"

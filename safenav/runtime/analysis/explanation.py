@@ -42,8 +42,6 @@ def explain_team(
         seconds=limit,
         memory_mb=synthesizer.memory_mb,
         cache=synthesizer.cache,
-        controllers=synthesizer.controllers,
-        states=synthesizer.states,
     )
     found = []
     for name, answer in first_results(scenario, synthesizer, progress, names).items():

@@ -278,7 +278,7 @@ def synthesis_record(
         round(result.seconds, 6),
         result.states,
         result.cached,
-        result.verified if result.served is None else vocabulary.Verified.MOVES,
+        result.verified,
         result.spec_sha256,
         result.strategy_sha256,
         objective_in_trace(found.asked),

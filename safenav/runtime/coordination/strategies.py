@@ -9,7 +9,7 @@ from msgspec import Struct
 from safenav.runtime.coordination.coordination_recorder import synthesis_record
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.task_candidates import TaskDraft, wants_places
-from safenav.runtime.navigation import Controller, Planner
+from safenav.runtime.navigation import Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
@@ -44,13 +44,7 @@ class Strategies(Struct, frozen=True):
 
     def _install(self, found: TaskResult, reason: vocabulary.Reason) -> None:
         """Put a strategy in force; its robot must already have the assignment that it is for."""
-        served = found.result.served
-        most = self._state.scenario.limits.states
-        strategy: Controller | None = found.result.strategy
-        if served is not None:  # imported here: most strategies are explicit
-            from safenav.runtime.coordination.on_demand import OnDemand
-
-            strategy = OnDemand(served, most)
+        strategy = found.result.strategy
         assert strategy is not None
         state = self._state.robots[found.task.robot.name]
         planner = Planner.start(found.task, strategy)

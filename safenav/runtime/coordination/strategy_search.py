@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
-from weakref import WeakSet
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -29,8 +28,6 @@ from safenav.world.map import RegionMap
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
-
-    from safenav.synthesis.serving.served import ServedStrategy
 
 
 class TaskResult(Struct, frozen=True):
@@ -88,7 +85,6 @@ class StrategySearch(Struct, eq=False):
     background: bool = False
     syntheses: int = 0
     seconds: float = 0.0
-    _served: WeakSet[ServedStrategy] = field(default_factory=WeakSet)
     _pool: ThreadPoolExecutor | None = None
     _asked: dict[str, tuple[Future[list[SynthesisResult]], int]] = field(default_factory=dict)
     _awaited: bool = False
@@ -140,9 +136,7 @@ class StrategySearch(Struct, eq=False):
         return found
 
     def close(self) -> None:
-        """End the processes that give moves on demand."""
-        for served in tuple(self._served):
-            served.close()
+        """End the syntheses in the background."""
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
 
@@ -164,8 +158,6 @@ class StrategySearch(Struct, eq=False):
         finally:
             self.busy = False
         for result in results:
-            if result.served is not None:
-                self._served.add(result.served)
             self.syntheses += 1
             self.seconds += 0.0 if result.cached else result.seconds
             if result.verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):

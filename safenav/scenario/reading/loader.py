@@ -67,7 +67,6 @@ class LimitKeys(Table):
     seconds = Key(shapes.POSITIVE, "Seconds of a run (live: on its clock). Default: none.")
     synthesis_seconds = Key(shapes.POSITIVE, "Seconds of a single synthesis.")
     synthesis_memory = Key(shapes.whole(1), "Memory of a single synthesis, in MiB.")
-    states = Key(shapes.whole(1), "Maximum number of states of a strategy that 'auto' lists.")
 
 
 class FailureKeys(Table):
@@ -136,10 +135,6 @@ class ScenarioKeys(Table):
     seed = Key(shapes.whole(most=2**63 - 1), "Seed of all random draws.")
     coordination = Key(shapes.choice(settings.Coordination), "How robots are reassigned.")
     order = Key(shapes.choice(settings.RequestOrder), "Which open request is served first.")
-    controllers = Key(
-        shapes.choice(settings.Controllers),
-        "Whether strategies are listed or give moves on demand; auto: by limits.states.",
-    )
     deadlock = Key(shapes.SWITCH, "Whether joint plans move robots that wait for each other.")
     partition = Key(PARTITION)
     requirements = Key(
@@ -153,9 +148,14 @@ class ScenarioKeys(Table):
     )
 
 
+_GONE = {
+    "controllers": "remove it: all strategies are listed",
+}
+"""Hints for former keys."""
+
 AS_WRITTEN = (
     *(ScenarioKeys.name, ScenarioKeys.seed, ScenarioKeys.coordination, ScenarioKeys.order),
-    *(ScenarioKeys.controllers, ScenarioKeys.deadlock, ScenarioKeys.clock),
+    *(ScenarioKeys.deadlock, ScenarioKeys.clock),
     *(ScenarioKeys.resolve_within, ScenarioKeys.late, ScenarioKeys.never_together),
     *(ScenarioKeys.expect, ScenarioKeys.requirements, ScenarioKeys.partition),
     *(ScenarioKeys.suspects, ScenarioKeys.chargers, ScenarioKeys.until, ScenarioKeys.limits),
@@ -261,7 +261,7 @@ def schema_text() -> str:
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
     """Return the scenario, which is valid only if nothing was reported."""
     reading.catalogue = built_in()
-    item = ScenarioKeys.read(root, "the scenario", reading, of="")
+    item = ScenarioKeys.read(root, "the scenario", reading, of="", elsewhere=_GONE)
     if item is None:
         return None
     _check_version(item.safenav, reading)

@@ -1,1 +1,0 @@
-"""Strategies on demand: slugs keeps its diagrams and returns one move at a time."""
