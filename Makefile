@@ -42,13 +42,10 @@ GROUPED := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 compiled-tests: install # the tests themselves say what is wrong with one
 	@$(BIN)/pytest --collect-only -qq --ignore tests/prose >/dev/null || true
 
-# For tests that skip without them.
-.PHONY: page-packages pyrobosim
+# For tests that skip without it.
+.PHONY: page-packages
 page-packages: # what the bundle of the replay page is built with
 	@cd safenav/report/page/front && npm ci --silent --no-audit --no-fund || true
-pyrobosim: install # a simulator
-	@$(BIN)/python -m pip install -q --no-compile --disable-pip-version-check "pyrobosim>=5.0.1,<6" || true
-types compiled-tests: | $(filter pyrobosim,$(WITH))
 
 QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
 
@@ -122,7 +119,7 @@ FUZZ_SECONDS ?= 60
 
 fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang the readers, too
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_PROOF=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
-	  tests/fuzz tests/campaigns tests/live tests/certify tests/fleet/test_pyrobosim.py tests/motion/test_random_missions.py tests/motion/test_pushes.py \
+	  tests/fuzz tests/campaigns tests/live tests/certify tests/motion/test_random_missions.py tests/motion/test_pushes.py \
 	  tests/motion/test_requirements.py \
 	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py \
 	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py tests/spec/test_belief.py \

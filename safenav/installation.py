@@ -41,7 +41,6 @@ PURPOSES = {
     "dask": "batches on a cluster",
     "ros2": "robots with ROS 2",
     "simulation": "robots in a physics simulation",
-    "pyrobosim": "robots in pyrobosim",
 }
 """The extras that commands need. Their packages are those of safenav's own metadata."""
 

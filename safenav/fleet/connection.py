@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from safenav.extras import missing
-from safenav.fleet.place import Places
 from safenav.fleet.stations import FleetFile, TransportKind
 from safenav.fleet.steps import FleetClock
-from safenav.fleet.transport import DriveRecording, Transport
+from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.scenario.model import Scenario
 
@@ -18,28 +17,16 @@ def fleet_world(
 
     Raises UsageError if the transport's library is missing."""
     stations = fleet.stations
-    frame = FleetWorld.check(scenario)
+    FleetWorld.check(scenario)
     if fleet.transport is TransportKind.SIMULATION:
         from safenav.fleet.lab.simulation import SimulationTransport
 
         simulated = SimulationTransport(scenario, stations, fleet.simulation)
         clock = FleetClock(lambda: simulated.physics.now, simulated.step)
         return FleetWorld(scenario, stations, simulated, clock, recording)
-    transport: Transport
-    if fleet.transport is TransportKind.ROS1:
-        from safenav.fleet.transports.ros1 import Ros1Transport
-
-        transport = Ros1Transport(fleet.network, stations, fleet.inputs)
-    elif fleet.transport is TransportKind.PYROBOSIM:
-        from safenav.fleet.pyrobosim.transport import PyrobosimTransport
-
-        assert fleet.pyrobosim is not None
-        places = Places(scenario.map, frame)
-        transport = PyrobosimTransport(places, stations, fleet.pyrobosim)
-    else:
-        try:
-            from safenav.fleet.transports.ros2.transport import Ros2Transport
-        except ImportError as error:
-            raise missing("transport ros2", "cyclonedds", "ros2") from error
-        transport = Ros2Transport(fleet.network, stations, fleet.inputs)
+    try:
+        from safenav.fleet.ros2.transport import Ros2Transport
+    except ImportError as error:
+        raise missing("transport ros2", "cyclonedds", "ros2") from error
+    transport = Ros2Transport(fleet.network, stations, fleet.inputs)
     return FleetWorld(scenario, stations, transport, recording=recording)

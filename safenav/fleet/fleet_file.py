@@ -14,11 +14,9 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 from safenav.fleet.stations import (
-    ROS,
     FleetFile,
     FollowUse,
     Network,
-    PyrobosimUse,
     ScanUse,
     SimulationUse,
     Station,
@@ -80,8 +78,6 @@ class NetworkKeys(Table):
     domain = Key(whole(0, 232), "ROS_DOMAIN_ID.")
     interface = Key(TEXT, "The network interface; lo: loopback.")
     peers = Key(TEXTS, "Where to find robots; []: multicast. Default: 127.0.0.1.")
-    master = Key(TEXT, "ROS 1: the URI of the master.")
-    address = Key(TEXT, "ROS 1: the address of this machine.")
 
 
 class HiddenKeys(Table):
@@ -95,23 +91,6 @@ class SimulationKeys(Table):
     made = SimulationUse
     pace = Key(POSITIVE, "Upper limit of the speed-up over real time.")
     obstacles = Key(form(many(HiddenKeys)), "The true obstacles. Default: those of the scenario.")
-
-
-class PyrobosimKeys(Table):
-    about = "Settings of the transport 'pyrobosim'."
-    made = PyrobosimUse
-    world = Key(
-        TEXT,
-        "A world file with robots of the same names, relative to this file.",
-        required="'world: lab.yaml', a world file of pyrobosim",
-    )
-    hallway = Key(
-        TEXT,
-        "The type of obstacle of a closed hallway, in the region of its middle.",
-        required="'hallway: door', the type of obstacle that a closed hallway is",
-    )
-    pace = Key(POSITIVE, "Speed-up over real time.")
-    closing = Key(form(named(POSITIVE)), "Hallways, and the seconds after which each closes.")
 
 
 class ScanKeys(Table):
@@ -165,11 +144,10 @@ class FleetKeys(Table):
     transport = Key(
         choice(TransportKind),
         "The middleware between safenav and the robots.",
-        required="'transport: ros2', 'ros1', 'simulation' or 'pyrobosim'",
+        required="'transport: ros2' or 'simulation'",
     )
     network = Key(form(NetworkKeys))
     simulation = Key(form(SimulationKeys))
-    pyrobosim = Key(form(PyrobosimKeys))
     inputs = Key(form(named(NAMED)), "ROS: the topic (std_msgs/Bool) of each input.")
     defaults = Key(form(StationKeys), "Values for robots that set no others.")
     robots = Key(form(named(StationKeys)), "By name; others have the defaults.")
@@ -208,15 +186,11 @@ def _fleet(root: Node, scenario: Scenario, findings: Reading) -> FleetFile | Non
             its = f"its robots are {', '.join(names)}"
             findings.unknown(key, "the scenario has no robot", key.text, names, its)
     simulation = _simulation(item.simulation, findings)
-    pyrobosim = _pyrobosim(item.pyrobosim, findings)
-    if transport is TransportKind.PYROBOSIM and item.pyrobosim is None:
-        needed = " and ".join(key.hint for key in PyrobosimKeys.needed)
-        findings.add(root, "the key 'pyrobosim' is missing", f"it has {needed}")
     kind = transport or TransportKind.ROS2
-    if kind in ROS:
+    if kind is TransportKind.ROS2:
         _check_apart(stations, item.robots or root, findings)
     inputs = _inputs(item.inputs, kind, scenario, findings)
-    return FleetFile(kind, network, simulation, pyrobosim, stations, inputs)
+    return FleetFile(kind, network, simulation, stations, inputs)
 
 
 def _check_apart(stations: Mapping[str, Station], node: Node, findings: Findings) -> None:
@@ -234,7 +208,7 @@ def _inputs(
     item = read.mapping(node, "'inputs'", findings)
     if item is None:
         return {}
-    if transport not in ROS:
+    if transport is not TransportKind.ROS2:
         hint = "leave out 'inputs'; an operator sets them: 'input NAME on'"
         findings.add(item, f"the transport {transport} has no topics", hint)
     names, found = [each.name for each in scenario.inputs], {}
@@ -264,18 +238,6 @@ def _simulation(node: Node | None, findings: Reading) -> SimulationUse:
         if kind is not None and region is not None:
             found.append(Obstacle(findings.catalogue.obstacles[kind], region, truth))
     return SimulationUse(pace or 1.0, None if listed is None else tuple(found))
-
-
-def _pyrobosim(node: Node | None, findings: Reading) -> PyrobosimUse | None:
-    item = PyrobosimKeys.read(node, "'pyrobosim'", findings, "of pyrobosim")
-    if item is None:
-        return None
-    world, pace, kind = item.world, item.pace, _kind(item, PyrobosimKeys.hallway, findings)
-    what = "'closing' of pyrobosim"
-    closing = _by_name(item.closing, what, "of closing", POSITIVE, findings)
-    if world is None or kind is None:
-        return None
-    return PyrobosimUse(findings.folder / world, kind, pace or 1.0, closing)
 
 
 def _kind(item: Table, key: Key[str], findings: Reading) -> str | None:

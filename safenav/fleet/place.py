@@ -6,7 +6,7 @@ corner); yaw in radians, counter-clockwise from the x axis.
 
 from __future__ import annotations
 
-from math import atan2, cos, floor, hypot, pi, sin
+from math import atan2, floor, hypot, pi
 
 from msgspec import Struct
 
@@ -24,15 +24,6 @@ class Places(Struct, frozen=True):
     def centre(self, region: Region) -> tuple[float, float]:
         """Return x and y of the centre of a region."""
         return self.frame.centre(*self.world.position(region), self.world.rows)
-
-    def corners(self, region: Region) -> list[tuple[float, float]]:
-        """Return x and y of the corners of a region, counter-clockwise."""
-        (x, y), (east, north) = self.centre(region), (s / 2 for s in self.frame.resolution)
-        c, s = cos(self.frame.yaw), sin(self.frame.yaw)
-        signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-        return [
-            (x + i * east * c - j * north * s, y + i * east * s + j * north * c) for i, j in signs
-        ]
 
     def yaw(self, pose: Pose) -> float | None:
         """Return the direction that a robot faces; None for a robot without a heading."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
-from pathlib import Path
 
 from msgspec import Struct, field
 
@@ -15,13 +14,8 @@ from safenav.world.map import RegionMap
 class TransportKind(StrEnum):
     """The middleware or simulator by which robots are driven."""
 
-    ROS1 = "ros1"
     ROS2 = "ros2"
     SIMULATION = "simulation"
-    PYROBOSIM = "pyrobosim"
-
-
-ROS = (TransportKind.ROS1, TransportKind.ROS2)
 
 
 class ScanUse(Struct, frozen=True):
@@ -77,14 +71,11 @@ def on_regions(metres: float, side: float) -> float:
 
 
 class Network(Struct, frozen=True):
-    """Network of the robots: loopback unless the fleet file names another. ROS 2: ``domain``,
-    ``interface``, ``peers``; ROS 1: the URI of the ``master``, and this machine's ``address``."""
+    """Network of the robots: loopback unless the fleet file names another."""
 
     domain: int = 0
     interface: str = "lo"
     peers: tuple[str, ...] = ("127.0.0.1",)
-    master: str = "http://127.0.0.1:11311"
-    address: str = "127.0.0.1"
 
 
 class SimulationUse(Struct, frozen=True):
@@ -95,17 +86,6 @@ class SimulationUse(Struct, frozen=True):
     obstacles: tuple[Obstacle, ...] | None = None
 
 
-class PyrobosimUse(Struct, frozen=True):
-    """A ``world`` file of pyrobosim. A closed hallway is an obstacle of type ``hallway`` in the
-    region of its middle; ``closing``: seconds of the simulation after which a hallway closes, as
-    soon as no robot is in it or sent there."""
-
-    world: Path
-    hallway: str
-    pace: float = 1.0
-    closing: Mapping[str, float] = field(default_factory=dict)
-
-
 class FleetFile(Struct, frozen=True):
     """The data of a fleet file. ``inputs``: the topic (std_msgs/Bool) of each input of the
     environment that has one."""
@@ -113,6 +93,5 @@ class FleetFile(Struct, frozen=True):
     transport: TransportKind
     network: Network
     simulation: SimulationUse
-    pyrobosim: PyrobosimUse | None
     stations: Mapping[str, Station]
     inputs: Mapping[str, str] = field(default_factory=dict)

@@ -16,7 +16,7 @@ def template_text(scenario: Scenario) -> str:
     lines = [
         "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
         "safenav-fleet: 1",
-        "transport: ros2          # ros2, ros1, simulation or pyrobosim",
+        "transport: ros2          # ros2 or simulation",
         "network:",
         "  domain: 0              # ROS_DOMAIN_ID",
         "  interface: lo          # the network of your robots, for example wlan0",

@@ -107,8 +107,7 @@ class Transport(Protocol):
         Raises UsageError if the middleware cannot be used."""
 
     def missing(self) -> list[str]:
-        """Return the names of action servers, of followers' topics and, where that is known, of
-        report topics that no robot answers yet."""
+        """Return the names of action servers and of followers' topics that no robot answers yet."""
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
         """Send a robot to a goal; GoalEnded follows, once for each goal."""

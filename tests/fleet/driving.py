@@ -3,10 +3,8 @@
 import contextlib
 import os
 import re
-import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +16,6 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 
 from fleet.lab import lab_at
 from once import beside
-from safenav.fleet.transports import ros1
 
 ROOT = Path(__file__).parents[2]
 TESTS = Path(__file__).parents[1]
@@ -27,14 +24,14 @@ FIRST, SECOND, THIRD = (f"case_study_{number}" for number in (1, 2, 3))
 FLEET = """\
 safenav-fleet: 1
 transport: {transport}
-network: {{domain: {domain}, master: "http://127.0.0.1:{port}"}}
+network: {{domain: {domain}}}
 simulation: {{pace: {pace}, obstacles: {obstacles}}}
 defaults: {{report: obstacles, scan: {{obstacle: door}}, timeout: 6, speed: {speed}}}
 robots:
   digit: {{act: {{push: push}}}}
   quad: {{act: {{sense: sense}}}}
 """
-PACE = {"simulation": 1000.0, "ros1": 50.0, "ros2": 50.0}
+PACE = {"simulation": 1000.0, "ros2": 50.0}
 """Times that simulated time goes faster: in one process as fast as it can."""
 STREAMED = "streamed"
 OFF = 0.9
@@ -44,9 +41,6 @@ YARD = beside(__file__, "scenarios/streamed.yaml")
 ALARMED = "alarmed"
 HALL = beside(__file__, "scenarios/alarmed.yaml")
 TEXTS = {STREAMED: YARD, ALARMED: HALL}
-NO_ROS1 = pytest.mark.skipif(
-    not ros1.importable(), reason=f"rospy is missing: apt install {ros1.PACKAGES}"
-)
 
 
 class Lab:
@@ -68,13 +62,12 @@ class Lab:
         self.trace, self.motion = folder / "trace.jsonl", folder / "motion.jsonl"
         self.scenario.write_text(text)
         self.transport = transport
-        self.port, self.domain = _free_port(), 20 + os.getpid() % 200
+        self.domain = 20 + os.getpid() % 200
         pace = 1.0 if streams else PACE[transport]
         fast = 1.0 if transport == "simulation" else pace
         given = {
             "transport": transport,
             "domain": self.domain,
-            "port": self.port,
             "pace": pace,
             "obstacles": f"[{', '.join(obstacles)}]",
             "speed": 0.45 * fast,
@@ -88,22 +81,16 @@ class Lab:
         self.environment = {
             **os.environ,
             "PYTHONPATH": str(TESTS),
-            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
-            "ROS_IP": "127.0.0.1",
-            "ROS_HOME": str(folder / "ros"),
             "SAFENAV_CACHE": str(folder / "cache"),
         }
         self.physics: Any = None
         if transport != "simulation":
             port = self.started("fleet/lab.py", self.scenario, self.fleet, pace)
             self.physics = lab_at(int(port))
-            if transport == "ros1":
-                self.master()
-            where = [port.strip()] if transport == "ros1" else [port.strip(), self.domain]
             for name in ("quad", "digit"):
                 robot = f"{name}+{faults[name]}" if name in faults else name
                 robot += "+follow" * streams
-                self.started(f"fleet/{transport}_robots.py", *where, robot)
+                self.started("fleet/ros2_robots.py", port.strip(), self.domain, robot)
 
     def started(self, program: str, *arguments: object) -> str:
         """Start a program of the tests; the first line that it prints."""
@@ -119,22 +106,6 @@ class Lab:
         said = process.stdout.readline()
         assert said, f"{program} did not start"
         return said
-
-    def master(self) -> None:
-        """A real ROS master."""
-        run = f"import sys; sys.path.append({ros1.DEBIAN!r}); import rosmaster; "
-        run += f"rosmaster.rosmaster_main(['rosmaster', '--core', '-p', '{self.port}'])"
-        self.processes.append(
-            subprocess.Popen(
-                [sys.executable, "-c", run],
-                env=self.environment,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                text=True,
-            )
-        )
-        _wait_for(self.port)
 
     def drive(self, *options: str, seconds: float = 600.0) -> subprocess.CompletedProcess[str]:
         return ran(self.command(*options), env=self.environment, timeout=seconds)
@@ -155,17 +126,3 @@ class Lab:
                 process.wait(2.0)
             process.kill()
             process.wait()
-
-
-def _free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
-
-
-def _wait_for(port: int) -> None:
-    for _ in range(100):
-        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
-            return
-        time.sleep(0.1)
-    raise AssertionError("no ROS master")

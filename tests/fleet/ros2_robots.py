@@ -15,8 +15,8 @@ from collections import deque
 from typing import Any
 
 from fleet.lab import SILENT, ends, follow, lab_at
-from safenav.fleet.transports.ros2 import messages as ros
-from safenav.fleet.transports.ros2.node import RELIABLE, SENSOR, SERVICE, Participant
+from safenav.fleet.ros2 import messages as ros
+from safenav.fleet.ros2.node import RELIABLE, SENSOR, SERVICE, Participant
 
 STATUS = {"succeeded": ros.SUCCEEDED, "aborted": ros.ABORTED, "canceled": ros.CANCELED}
 

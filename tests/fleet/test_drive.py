@@ -1,4 +1,4 @@
-"""The case studies driven: by physics in this process, and by ROS 1 and ROS 2 between processes.
+"""The case studies driven: by physics in this process, and by ROS 2 between processes.
 
 No scenario lists an obstacle: lidars and reports find them. Behind every transport is the physics
 simulation, whose contacts are the judge.
@@ -21,7 +21,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-from fleet.driving import ALARMED, FIRST, NO_ROS1, ROOT, SECOND, STREAMED, THIRD, Lab
+from fleet.driving import ALARMED, FIRST, ROOT, SECOND, STREAMED, THIRD, Lab
 from fleet.sockets import addresses, confined, is_loopback
 from safenav.audit.check import check_trace
 from safenav.fleet.template import template_text
@@ -39,12 +39,8 @@ def lab(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Lab]:
 
 
 def labs(*cases: tuple[Any, ...]) -> list[Any]:
-    """Labs by case study, transport and faults; those of ROS 1 are skipped where it is missing."""
-    marks = {"ros1": [NO_ROS1]}
-    return [
-        pytest.param(case, marks=marks.get(case[1], []), id=f"{case[1]}-{case[0]}")
-        for case in cases
-    ]
+    """Labs by case study, transport and faults."""
+    return [pytest.param(case, id=f"{case[1]}-{case[0]}") for case in cases]
 
 
 def lines_of(trace: Path) -> list[dict[str, Any]]:
@@ -54,8 +50,6 @@ def lines_of(trace: Path) -> list[dict[str, Any]]:
 DRIVEN = labs(
     (SECOND, "simulation"),
     (THIRD, "simulation"),
-    (FIRST, "ros1", {"digit": "abort", "quad": "abort"}),
-    (THIRD, "ros1"),
     (FIRST, "ros2", {"digit": "abort+late", "quad": "doubled"}),
     (THIRD, "ros2", {"digit": "lag", "quad": "lag"}),
 )
@@ -92,9 +86,7 @@ CALLED = {"digit": "alarm"}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "lab", labs((ALARMED, "ros1", CALLED), (ALARMED, "ros2", CALLED)), indirect=True
-)
+@pytest.mark.parametrize("lab", labs((ALARMED, "ros2", CALLED)), indirect=True)
 def test_a_topic_sets_an_input_of_the_environment(lab: Lab) -> None:
     """Digit has set out, hears the alarm, goes home, and continues when it is over."""
     done = lab.drive()
@@ -107,7 +99,7 @@ def test_a_topic_sets_an_input_of_the_environment(lab: Lab) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lab", labs((STREAMED, "ros1"), (STREAMED, "ros2")), indirect=True)
+@pytest.mark.parametrize("lab", labs((STREAMED, "ros2")), indirect=True)
 def test_robots_follow_a_stream_and_stop_when_it_ends(lab: Lab) -> None:
     """At the pace of a clock. They are stopped by their own time limit once safenav is killed, in
     the midst of a step; what a drive until its end sent and measured is accepted."""
@@ -175,9 +167,7 @@ def under_way(lab: Lab, departs: int) -> subprocess.Popen[str]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads Linux's /proc")
-@pytest.mark.parametrize(
-    "lab", labs((THIRD, "simulation"), (SECOND, "ros1"), (THIRD, "ros2")), indirect=True
-)
+@pytest.mark.parametrize("lab", labs((THIRD, "simulation"), (SECOND, "ros2")), indirect=True)
 def test_a_drive_listens_and_sends_on_loopback_only(lab: Lab) -> None:
     process = under_way(lab, 2)
     try:
@@ -198,7 +188,7 @@ def test_a_drive_listens_and_sends_on_loopback_only(lab: Lab) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lab", labs((FIRST, "ros1"), (FIRST, "ros2")), indirect=True)
+@pytest.mark.parametrize("lab", labs((FIRST, "ros2")), indirect=True)
 def test_a_robot_whose_programs_die_is_reported_as_lost(lab: Lab) -> None:
     process = under_way(lab, 8)
     lab.processes[-1].kill()  # digit's

@@ -170,10 +170,6 @@ MISTAKES = [
     (HEAD.replace("ros2", "simulation") + "inputs: {a: /a}\n", "simulation has no topics"),
     (HEAD + "network: {domain: 300}\n", "must be at most 232"),
     (HEAD + "network: {peers: 10.0.0.1}\n", "'peers' of network"),
-    ("safenav-fleet: 1\ntransport: pyrobosim\n", "the key 'pyrobosim' is missing"),
-    (HEAD + "pyrobosim: {world: a.yaml}\n", "the key 'hallway' is missing"),
-    (HEAD + "pyrobosim: {world: a.yaml, hallway: dor}\n", "no type of obstacle 'dor'"),
-    (HEAD + "pyrobosim: {world: a.yaml, hallway: door, closing: {h: 0}}\n", "'h' of closing"),
     ("[1, 2]\n", "a fleet file: found a list of 2"),
     ("", "--fleet SCENARIO a fleet file"),
 ]
@@ -196,13 +192,11 @@ def test_new_writes_a_fleet_file(tmp_path: Path) -> None:
 FULL: dict[str, Any] = {
     "safenav-fleet": 1,
     "transport": "ros2",
-    "network": {"domain": 7, "interface": "wlan0", "peers": ["10.0.0.7"], "master": "http://a:1"}
-    | {"address": "10.0.0.1"},
+    "network": {"domain": 7, "interface": "wlan0", "peers": ["10.0.0.7"]},
     "simulation": {
         "pace": 2.5,
         "obstacles": [{"type": "uncertainty", "region": [3, 8], "traversable": False}],
     },
-    "pyrobosim": {"world": "lab.yaml", "hallway": "door", "pace": 1, "closing": {"hall": 3}},
     "inputs": {},
     "defaults": {"speed": 0.4, "timeout": 2, "follow": {"topic": "t", "tolerance": 0.1}},
     "robots": {

@@ -70,7 +70,7 @@ HEADED = {"client", "number"}
 
 def kind_of(name: str) -> Any:
     """A kind of messages of ours. Imported late: it takes as long as collecting 200 tests."""
-    return getattr(importlib.import_module("safenav.fleet.transports.ros2.messages"), name)
+    return getattr(importlib.import_module("safenav.fleet.ros2.messages"), name)
 
 
 @cache

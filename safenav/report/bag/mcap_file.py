@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from safenav.extras import missing
-from safenav.fleet.transports.interfaces import INTERFACES
+from safenav.fleet.ros2.interfaces import INTERFACES
 from safenav.report.bag.messages import Stamped
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from cyclonedds.idl import make_idl_struct, types
 from cyclonedds.idl.annotations import final
 
-from safenav.fleet.transports.interfaces import INTERFACES
+from safenav.fleet.ros2.interfaces import INTERFACES
 
 idl: Any = types
 

@@ -7,26 +7,33 @@ For a robot of namespace ``/digit``: the action ``/digit/navigate_to_pose``, the
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from msgspec import Struct
 
+from safenav.fleet.ros2 import messages as ros
+from safenav.fleet.ros2 import streams
+from safenav.fleet.ros2.node import RELIABLE, SENSOR, Client, Participant
 from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
+    InputHeard,
     Message,
     Performed,
+    Reported,
+    ignore,
     result_of,
 )
-from safenav.fleet.transports import ros as topics
-from safenav.fleet.transports.ros2 import messages as ros
-from safenav.fleet.transports.ros2.node import RELIABLE, SENSOR, Client, Participant
 from safenav.trace.vocabulary import ActResult
+
+if TYPE_CHECKING:
+    from safenav.fleet.setpoints import Setpoints
 
 ACTION = "navigate_to_pose"
 _ENDS = {
@@ -147,17 +154,17 @@ class _Robot:
             numbers[client.call()] = number
 
 
-class Ros2Transport(topics.RosTransport):
+class Ros2Transport:
     """A fleet on one domain of ROS 2. Use one at a time in a process."""
-
-    action = ACTION
 
     def __init__(
         self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
     ) -> None:
-        super().__init__(network, stations, inputs)
+        self._network, self._stations, self._inputs = network, stations, inputs
+        self._post: Callable[[Message], None] = ignore
+        self._streams = streams.Streams(self._send)
         self._robots: dict[str, _Robot] = {}
-        self._references: dict[tuple[str, topics.Joints], Any] = {}
+        self._references: dict[tuple[str, streams.Joints], Any] = {}
         self._node: Participant | None = None
 
     def open(self, post: Callable[[Message], None]) -> None:
@@ -166,7 +173,7 @@ class Ros2Transport(topics.RosTransport):
         for name, station in self._stations.items():
             self._robots[name] = _Robot(name, station, node, post)
             follow = station.follow
-            for joints, ending in topics.TOPICS.items() if follow is not None else ():
+            for joints, ending in streams.TOPICS.items() if follow is not None else ():
                 assert follow is not None
                 topic = _topic(station.path(follow.topic) + ending)
                 self._references[name, joints] = node.writer(topic, ros.Trajectory, RELIABLE)
@@ -174,28 +181,26 @@ class Ros2Transport(topics.RosTransport):
             quality = SENSOR if kind in ("Odometry", "LaserScan") else RELIABLE
             node.listen(_topic(topic), getattr(ros, kind), take, quality)
 
-    def _answers(self, robot: str) -> bool:
-        reference = self._references.get((robot, topics.BODY))
-        if reference is not None:
-            return bool(reference.get_matched_subscriptions())
-        return self._robots[robot].connected
+    def missing(self) -> list[str]:
+        return [
+            station.path(ACTION if station.follow is None else station.follow.topic)
+            for name, station in self._stations.items()
+            if not self._answers(name)
+        ]
 
-    def _navigate(self, robot: str, goal: GoalPoint) -> None:
-        self._robots[robot].navigate(goal)
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        if self._answers(robot):
+            self._robots[robot].navigate(goal)
+        else:
+            end = GoalEnd.UNREACHABLE
+            self._post(GoalEnded(robot, goal.number, end, "no action server"))
 
-    @staticmethod
-    def _seconds(stamp: Any) -> float:
-        return float(stamp.sec) + float(stamp.nanosec) * 1e-9
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        self._streams.follow(robot, reference)
 
-    def _stop(self, robot: str) -> None:
-        self._robots[robot].cancel()
-
-    def _send(
-        self, robot: str, joints: topics.Joints, frames: list[topics.TrajectoryFrame]
-    ) -> None:
-        header = ros.MessageHeader(_whole(ros.Time, time.time()), topics.FRAME)
-        points = topics.points_of(ros, frames, lambda seconds: _whole(ros.Duration, seconds))
-        self._references[robot, joints].write(ros.Trajectory(header, [*joints], points))
+    def cancel(self, robot: str) -> None:
+        if not self._streams.stop(robot):
+            self._robots[robot].cancel()
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         del obstacle  # std_srvs/Trigger has no fields: the service knows what it works on
@@ -209,6 +214,60 @@ class Ros2Transport(topics.RosTransport):
             self._node.close()
         self._robots, self._references, self._node = {}, {}, None
 
+    def _topics(self) -> Iterator[tuple[str, str, Callable[[Any], None]]]:
+        """Yield the topics to subscribe to: name, type and message handler."""
+        topics = [(topic, "Bool", name) for name, topic in self._inputs.items()]
+        for name, station in self._stations.items():
+            topics.append((station.path("odom"), "Odometry", name))
+            if station.scan is not None:
+                topics.append((station.path(station.scan.topic), "LaserScan", name))
+            if station.report is not None:
+                topics.append((station.path(station.report), "String", name))
+        for topic, kind, name in topics:
+            yield topic, kind, partial(self._take, kind, name)
+
+    def _take(self, kind: str, name: str, message: Any) -> None:
+        """Pass on a message about a robot or, if it is a Bool, an input."""
+        if kind == "Bool":
+            self._post(InputHeard(name, bool(message.data)))
+        elif kind == "String":
+            self._post(Reported(name, message.data.strip()))
+        else:
+            meaning = streams.located if kind == "Odometry" else streams.scanned
+            stamp = message.header.stamp
+            found = meaning(name, float(stamp.sec) + float(stamp.nanosec) * 1e-9, message)
+            if found is not None:
+                self._post(found)
+
+    def _answers(self, robot: str) -> bool:
+        """Return whether a robot's action server answers or, for a follower, its references are
+        subscribed to."""
+        reference = self._references.get((robot, streams.BODY))
+        if reference is not None:
+            return bool(reference.get_matched_subscriptions())
+        return self._robots[robot].connected
+
+    def _send(
+        self, robot: str, joints: streams.Joints, frames: list[streams.TrajectoryFrame]
+    ) -> None:
+        header = ros.MessageHeader(_whole(ros.Time, time.time()), streams.FRAME)
+        points = [_point(frame) for frame in frames]
+        self._references[robot, joints].write(ros.Trajectory(header, [*joints], points))
+
+
+def _point(frame: streams.TrajectoryFrame) -> Any:
+    """Return a point of a ``trajectory_msgs/MultiDOFJointTrajectory``."""
+    places = [
+        ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(0.0, 0.0, *streams.facing(yaw)))
+        for x, y, z, yaw in frame.poses
+    ]
+    rates = (
+        [ros.Twist(ros.Vector3(*of), ros.Vector3(0.0, 0.0, 0.0))] if of else []
+        for of in (frame.velocity, frame.acceleration)
+    )
+    after = _whole(ros.Duration, frame.after)
+    return ros.MultiDOFJointTrajectoryPoint(places, *rates, after)
+
 
 def _topic(name: str) -> str:
     """Return the name of a topic on the wire."""
@@ -221,7 +280,7 @@ def _whole(kind: Any, seconds: float) -> Any:
 
 
 def _navigate(goal: GoalPoint) -> Any:
-    turn = ros.Quaternion(0.0, 0.0, *topics.facing(goal.yaw))
+    turn = ros.Quaternion(0.0, 0.0, *streams.facing(goal.yaw))
     pose = ros.PlacedPose(ros.Point(goal.x, goal.y, 0.0), turn)
-    header = ros.MessageHeader(ros.Time(), topics.FRAME)
+    header = ros.MessageHeader(ros.Time(), streams.FRAME)
     return ros.NavigateGoal(ros.PoseStamped(header, pose), "")

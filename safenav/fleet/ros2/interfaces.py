@@ -1,7 +1,7 @@
 """Interface definitions of ROS 2 in its own notation, in the order of the bytes.
 
 ``interfaces.msg`` has those of common_interfaces, rcl_interfaces and nav2_msgs (Humble and later)
-that transports and bags need.
+that the transport and bags need.
 """
 
 from __future__ import annotations

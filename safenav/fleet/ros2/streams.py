@@ -1,33 +1,16 @@
-"""Shared by the transports of ROS 1 and ROS 2: topics, the meaning of messages, streams.
-
-Message classes of both have the same fields except for stamps, which are therefore passed as
-seconds.
-"""
+"""Reference streams, and the meaning of messages in metres and seconds."""
 
 from __future__ import annotations
 
 import time
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Callable, Mapping
 from math import atan2, cos, inf, isfinite, isnan, nan, sin
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from safenav.fleet.stations import Network, Station
-from safenav.fleet.transport import (
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    InputHeard,
-    Located,
-    Message,
-    Reported,
-    Scanned,
-    ignore,
-)
+from safenav.fleet.transport import Located, Scanned
 
 if TYPE_CHECKING:
     from safenav.fleet.setpoints import Setpoints
@@ -99,105 +82,6 @@ class Streams:
                 if part.feet:
                     self._send(robot, FEET, steps_of(part))
             due = max(due + PERIOD, time.monotonic())
-
-
-class RosTransport(ABC):
-    """A fleet on a network of ROS, whichever version."""
-
-    action: str
-    """The name of the action that drives a robot to a goal, below its namespace."""
-
-    def __init__(
-        self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
-    ) -> None:
-        self._network, self._stations, self._inputs = network, stations, inputs
-        self._post: Callable[[Message], None] = ignore
-        self._streams = Streams(self._send)
-
-    def missing(self) -> list[str]:
-        return [
-            station.path(self.action if station.follow is None else station.follow.topic)
-            for name, station in self._stations.items()
-            if not self._answers(name)
-        ]
-
-    def navigate(self, robot: str, goal: GoalPoint) -> None:
-        if self._answers(robot):
-            self._navigate(robot, goal)
-        else:
-            end = GoalEnd.UNREACHABLE
-            self._post(GoalEnded(robot, goal.number, end, "no action server"))
-
-    def follow(self, robot: str, reference: Setpoints) -> None:
-        self._streams.follow(robot, reference)
-
-    def cancel(self, robot: str) -> None:
-        if not self._streams.stop(robot):
-            self._stop(robot)
-
-    def _topics(self) -> Iterator[tuple[str, str, Callable[[Any], None]]]:
-        """Yield the topics to subscribe to: name, type and message handler."""
-        topics = [(topic, "Bool", name) for name, topic in self._inputs.items()]
-        for name, station in self._stations.items():
-            topics.append((station.path("odom"), "Odometry", name))
-            if station.scan is not None:
-                topics.append((station.path(station.scan.topic), "LaserScan", name))
-            if station.report is not None:
-                topics.append((station.path(station.report), "String", name))
-        for topic, kind, name in topics:
-            yield topic, kind, partial(self._take, kind, name)
-
-    def _take(self, kind: str, name: str, message: Any) -> None:
-        """Pass on a message about a robot or, if it is a Bool, an input."""
-        if kind == "Bool":
-            self._post(InputHeard(name, bool(message.data)))
-        elif kind == "String":
-            self._post(Reported(name, message.data.strip()))
-        else:
-            meaning = located if kind == "Odometry" else scanned
-            found = meaning(name, self._seconds(message.header.stamp), message)
-            if found is not None:
-                self._post(found)
-
-    @staticmethod
-    @abstractmethod
-    def _seconds(stamp: Any) -> float:
-        """Return a stamp in seconds of its sender's clock."""
-
-    @abstractmethod
-    def _answers(self, robot: str) -> bool:
-        """Return whether a robot's action server answers or, for a follower, its references are
-        subscribed to."""
-
-    @abstractmethod
-    def _navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Send a responding robot to a goal."""
-
-    @abstractmethod
-    def _stop(self, robot: str) -> None:
-        """Cancel the goal of a robot, if it has one."""
-
-    @abstractmethod
-    def _send(self, robot: str, joints: Joints, frames: list[TrajectoryFrame]) -> None:
-        """Send a trajectory to a robot."""
-
-
-def points_of(kinds: Any, frames: list[TrajectoryFrame], duration: Callable[[float], Any]) -> Any:
-    """Return the points of a ``trajectory_msgs/MultiDOFJointTrajectory``. ``kinds``: module with
-    the message classes; ``duration``: makes a duration from seconds."""
-    points = []
-    for frame in frames:
-        places = [
-            kinds.Transform(kinds.Vector3(x, y, z), kinds.Quaternion(0.0, 0.0, *facing(yaw)))
-            for x, y, z, yaw in frame.poses
-        ]
-        rates = (
-            [kinds.Twist(kinds.Vector3(*of), kinds.Vector3(0.0, 0.0, 0.0))] if of else []
-            for of in (frame.velocity, frame.acceleration)
-        )
-        after = duration(frame.after)
-        points.append(kinds.MultiDOFJointTrajectoryPoint(places, *rates, after))
-    return points
 
 
 def ahead_of(part: Setpoints) -> list[TrajectoryFrame]:

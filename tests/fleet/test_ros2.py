@@ -1,17 +1,13 @@
-"""What ROS messages mean, whichever of both ROS sends them."""
+"""What the messages of ROS 2 mean, and what its transport refuses."""
 
-import contextlib
-import logging
-import socket
 from math import cos, inf, nan, pi, sin
-from threading import Thread
 from types import SimpleNamespace as Message
 
 import pytest
 
 from safenav.errors import UsageError
+from safenav.fleet.ros2 import streams
 from safenav.fleet.transport import Located, Scanned
-from safenav.fleet.transports import ros, ros1
 
 
 def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Message:
@@ -21,8 +17,8 @@ def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Messa
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, pi / 2, 3.0, -3.0, -pi / 2])
 def test_a_direction_comes_back_as_it_was_sent(yaw: float) -> None:
-    z, w = ros.facing(yaw)
-    found = ros.located("digit", 7.5, odometry(w, 0.0, 0.0, z))
+    z, w = streams.facing(yaw)
+    found = streams.located("digit", 7.5, odometry(w, 0.0, 0.0, z))
     assert found == Located("digit", 7.5, 1.0, -2.0, pytest.approx(yaw))
 
 
@@ -30,14 +26,14 @@ def test_a_tilted_robot_has_the_yaw_of_its_heading() -> None:
     """A pitch of 0.4 rad, then a yaw of 1.1 rad."""
     a, b = 0.55, 0.2
     w, x, y, z = cos(a) * cos(b), -sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b)
-    found = ros.located("quad", 0.0, odometry(w, x, y, z))
+    found = streams.located("quad", 0.0, odometry(w, x, y, z))
     assert found is not None and found.yaw == pytest.approx(1.1)
 
 
 @pytest.mark.parametrize(("east", "z"), [(nan, 0.0), (inf, 0.0), (1.0, nan)])
 def test_odometry_that_is_not_finite_is_ignored(east: float, z: float) -> None:
     """A robot is in no region by it; the drive ended with an internal error, robots under way."""
-    assert ros.located("quad", 0.0, odometry(1.0, 0.0, 0.0, z, east)) is None
+    assert streams.located("quad", 0.0, odometry(1.0, 0.0, 0.0, z, east)) is None
 
 
 @pytest.mark.parametrize(
@@ -47,7 +43,7 @@ def test_odometry_that_is_not_finite_is_ignored(east: float, z: float) -> None:
 def test_a_range_outside_the_limits_of_a_lidar_has_its_meaning(told: float, metres: float) -> None:
     """As in REP 117: what is too near to be measured is no free way."""
     limits = {"range_min": 0.1, "range_max": 5.0, "angle_min": -1.0, "angle_increment": 0.5}
-    found = ros.scanned("quad", 3.0, Message(**limits, ranges=[told, 1.0]))
+    found = streams.scanned("quad", 3.0, Message(**limits, ranges=[told, 1.0]))
     assert found.ranges == pytest.approx([metres, 1.0], nan_ok=True)
     assert found == Scanned("quad", 3.0, -1.0, 0.5, found.ranges)
 
@@ -57,9 +53,9 @@ def test_a_stream_is_the_reference_sample_by_sample() -> None:
     from safenav.fleet.setpoints import PERIOD, Setpoints
 
     rows = numpy.arange(30, dtype=float).reshape(3, 10)
-    frames = ros.ahead_of(Setpoints(4.0, PERIOD, rows))
+    frames = streams.ahead_of(Setpoints(4.0, PERIOD, rows))
     assert [frame.after for frame in frames] == [0.0, PERIOD, 2 * PERIOD]
-    assert frames[1] == ros.TrajectoryFrame(
+    assert frames[1] == streams.TrajectoryFrame(
         PERIOD, ((10.0, 11.0, 12.0, 19.0),), (13.0, 14.0, 15.0), (16.0, 17.0, 18.0)
     )
 
@@ -75,7 +71,7 @@ def test_steps_tell_both_feet_from_each_landing_on() -> None:
         Foothold(1.6, 0.2, 0.2, 1, 10.9, 12.0),
         Foothold(2.0, -0.2, 0.3, -1, 11.5, 13.0),
     )
-    found = ros.steps_of(Setpoints(10.0, PERIOD, numpy.zeros((1, 10)), feet))
+    found = streams.steps_of(Setpoints(10.0, PERIOD, numpy.zeros((1, 10)), feet))
     assert [round(frame.after, 6) for frame in found] == [0.0, 0.9, 1.5]
     left, right = (1.0, 0.2, 0.0, 0.1), (1.0, -0.2, 0.0, 0.1)
     assert found[0].poses == (left, right)
@@ -83,22 +79,10 @@ def test_steps_tell_both_feet_from_each_landing_on() -> None:
     assert found[2].poses == ((1.6, 0.2, 0.0, 0.2), (2.0, -0.2, 0.0, 0.3))
 
 
-@pytest.mark.parametrize(
-    ("text", "read"),
-    [
-        ("Got a transition callback on a goal handle that we're not tracking", False),
-        ("Unable to register with master node", True),
-    ],
-)
-def test_late_news_of_a_goal_are_not_shown_as_errors(text: str, read: bool) -> None:
-    line = logging.LogRecord("rosout", logging.ERROR, "", 0, text, None, None)
-    assert ros1.relevant(line) is read
-
-
 def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
     """A drive that ends closes its readers while robots still send."""
     pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.transports.ros2.node import Taking
+    from safenav.fleet.ros2.node import Taking
 
     heard: list[str] = []
     sent = Message(valid_data=True)
@@ -107,39 +91,6 @@ def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
     listener.on_data_available(None)
     listener.on_data_available(reader)
     assert heard == ["on"]
-
-
-@pytest.mark.parametrize(
-    "answer",
-    [None, b"HTTP/1.0 404 Not Found\r\n\r\n", b"HTTP/1.0 200 OK\r\n\r\nhello", b"hello\r\n", b""],
-    ids=["silent", "404", "a page", "not HTTP", "closed"],
-)
-def test_a_server_that_is_not_a_ros_master_is_refused(
-    answer: bytes | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A web server at that port ended the drive with an internal error, a silent one held it."""
-    if not ros1.importable():
-        pytest.skip("rospy is missing")
-    monkeypatch.setattr(ros1, "SILENT", 0.1)
-    clients: list[socket.socket] = []
-    with socket.create_server(("127.0.0.1", 0)) as server:
-
-        def serve() -> None:
-            with contextlib.suppress(OSError):
-                while True:  # xmlrpc tries twice
-                    clients.append(server.accept()[0])
-                    clients[-1].recv(4096)
-                    if answer is not None:
-                        clients[-1].sendall(answer)
-                        clients[-1].close()
-
-        Thread(target=serve, daemon=True).start()
-        uri = f"http://127.0.0.1:{server.getsockname()[1]}"
-        with pytest.raises(UsageError, match=f"no ROS master at {uri}"):
-            ros1.find_master(uri)
-    for client in clients:
-        client.close()
-    assert socket.getdefaulttimeout() is None
 
 
 @pytest.mark.parametrize(
@@ -157,7 +108,7 @@ def test_an_unknown_network_interface_or_peer_is_refused(
 ) -> None:
     """cyclonedds ended the process for a peer whose name it did not know."""
     pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.transports.ros2.node import Participant
+    from safenav.fleet.ros2.node import Participant
 
     with pytest.raises(UsageError) as error:
         Participant(9, interface, peers)

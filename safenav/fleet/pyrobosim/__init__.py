@@ -1,1 +1,0 @@
-"""Robots in pyrobosim, an external simulator, in a separate process."""
