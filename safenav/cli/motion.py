@@ -19,7 +19,7 @@ Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   safenav motion lab.jsonl -o lab.motion.jsonl
   safenav motion lab.jsonl --report
-  safenav motion lab.jsonl -o windy.jsonl --gust 1 --push 0.1 --seed 7 --report
+  safenav motion lab.jsonl -o windy.jsonl --gust 1 --seed 7 --report
   safenav check-motion lab.motion.jsonl lab.jsonl
 \b
 Exit codes:
@@ -57,13 +57,6 @@ Exit codes:
     metavar="M/S",
     help="Root-mean-square wind on flyers; simulates their flight.",
 )
-@click.option(
-    "--push",
-    type=options.FiniteRange(min=0),
-    default=0.0,
-    metavar="M/S",
-    help="Push each walker once per move, by up to this change of velocity.",
-)
 @click.option("--report", is_flag=True, help="Print times, waiting, distances, errors, margins.")
 def command(
     trace: Path,
@@ -71,7 +64,6 @@ def command(
     side: float | None,
     seed: int,
     gust: float,
-    push: float,
     report: bool,
 ) -> int:
     """Compute the motion of TRACE: how each robot moves in metres and seconds, so that every
@@ -89,7 +81,7 @@ def command(
             err=True,
         )
     refuse_broken(run)
-    motion = motion_of(run, side, Disturbances(seed, gust, push))
+    motion = motion_of(run, side, Disturbances(seed, gust))
     if output is not None:
         write_out(output, text_of(motion))
     if report:

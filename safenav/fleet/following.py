@@ -37,7 +37,7 @@ from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Reset
 from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.mover import Crossing, Mover, mover
 from safenav.motion.rover import RoverMover
-from safenav.motion.walker.cutting import split
+from safenav.motion.walker.cutting import before
 from safenav.motion.walker.mover import WalkerMover
 from safenav.scenario.model import Robot
 from safenav.scenario.motion import resolved
@@ -95,7 +95,7 @@ class Follower(Struct):
         """Return a piece of motion, cut off at an instant within it."""
         lasts = now - piece.t0
         if isinstance(piece, Segment):
-            return split(piece, lasts, self.mover.limits()["omega"])[0]
+            return before(piece, lasts, self.mover.limits()["omega"])
         assert isinstance(piece, Flight | Drive)
         return replace(piece, t1=now, parts=tuple(_shorter(piece.parts, lasts)))
 

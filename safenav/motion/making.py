@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import Struct, to_builtins
+from msgspec import Struct
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
 from safenav.motion.disc import FlyerMover
-from safenav.motion.file.records import Flight, Line, Motion, MotionHeader, Segment
+from safenav.motion.file.records import Flight, Line, Motion, MotionHeader
 from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Mover, mover
 from safenav.motion.timing.execution import when
 from safenav.motion.timing.recorded_times import motion_at_recorded_times
 from safenav.motion.timing.schedule import motion_at_earliest_times
-from safenav.motion.walker.mover import RECOVERING, WalkerMover
-from safenav.motion.walker.recovery import pushed
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario
 from safenav.scenario.motion import resolved
@@ -28,12 +26,10 @@ from safenav.trace.setting import RobotHeader
 
 
 class Disturbances(Struct, frozen=True):
-    """Disturbances of the robots: a seed, gusts (m/s, root mean square) on flyers, pushes (m/s,
-    the change of velocity) on walkers."""
+    """Disturbances of the robots: a seed, and gusts (m/s, root mean square) on flyers."""
 
     seed: int = 0
     gust: float = 0.0
-    push: float = 0.0
 
 
 UNDISTURBED = Disturbances()
@@ -57,9 +53,9 @@ def motion_of(
     except Exception as error:
         refuse_broken(trace, error)
         raise
-    if against.gust or against.push:
+    if against.gust:
         lines = _disturbed(lines, movers, floor, against)
-    robots = {name: described(trace, name, movers[name], against) for name in movers}
+    robots = {name: described(trace, name, movers[name]) for name in movers}
     return Motion(header_of(trace, floor, robots, against), lines, outcome)
 
 
@@ -80,7 +76,6 @@ def header_of(
         robots=robots,
         seed=against.seed,
         gust=against.gust,
-        push=against.push,
     )
 
 
@@ -106,23 +101,16 @@ def check_movable(scenario: Scenario) -> None:
 def _disturbed(
     lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: MetricFloor, against: Disturbances
 ) -> tuple[Line, ...]:
-    """Return the lines with the flight of each flyer in gusts, and with a push in each walking move
-    of each walker and the recovery from it."""
+    """Return the lines with the flight of each flyer in gusts."""
     found = list(lines)
     for name, moved in movers.items():
         own = [line for line in lines if line.robot == name]
-        if isinstance(moved, FlyerMover) and against.gust:
+        if isinstance(moved, FlyerMover):
             tilt, seed = moved.values["tilt"], f"{against.seed} {name} wind"
             check_gust(name, against.gust, tilt, moved.values["speed"], floor.side)
             flights = [line for line in own if isinstance(line, Flight)]
             if flights:
                 found += flown(flights, floor, moved.size, tilt, against.gust, seed)
-        if isinstance(moved, WalkerMover) and against.push:
-            seed = f"{against.seed} {name} push"
-            segments = [line for line in own if isinstance(line, Segment)]
-            mine = {id(line) for line in segments}
-            found = [line for line in found if id(line) not in mine]
-            found += pushed(segments, floor, moved.gait.omega, against.push, seed)
     return tuple(sorted(found, key=when))
 
 
@@ -169,13 +157,7 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
     return known
 
 
-def described(
-    trace: Trace, name: str, moved: Mover, against: Disturbances = UNDISTURBED
-) -> Mapping[str, object]:
+def described(trace: Trace, name: str, moved: Mover) -> Mapping[str, object]:
     """Describe a robot's motion for the header."""
     robot = trace.header.scenario.robots[name]
-    motion = _motion(name, robot)
-    described: dict[str, object] = {**motion, "layer": robot.layer, **moved.limits()}
-    if against.push and isinstance(moved, WalkerMover):
-        described |= to_builtins(RECOVERING)
-    return described
+    return {**_motion(name, robot), "layer": robot.layer, **moved.limits()}

@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.motion.columns import Columns, columns_of
-from safenav.motion.file.records import BodyPush, FlownTrack, Link, Motion, Moving, Wait
+from safenav.motion.file.records import FlownTrack, Link, Motion, Moving, Wait
 from safenav.motion.geometry import MetricFloor, margin
 
 RATE = 50.0
@@ -110,9 +110,6 @@ def _waits(motion: Motion) -> list[str]:
 
 def _disturbed(motion: Motion) -> list[str]:
     found: list[str] = []
-    if pushes := motion.of(BodyPush):
-        worst = max(float(np.hypot(push.dx, push.dy)) for push in pushes)
-        found += ["", f"{len(pushes)} pushes of up to {worst:.2f} m/s: no fall"]
     if tracks := motion.of(FlownTrack):
         errors = np.concatenate([np.array(track.errors) for track in tracks])
         rms, worst = float(np.sqrt((errors**2).mean())), float(errors.max())

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.formula.parser import FormulaError
 from safenav.motion.columns import Columns, columns_at
-from safenav.motion.file.records import BodyPush, Motion
+from safenav.motion.file.records import Motion
 from safenav.motion.in_time import in_time
 from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import Robustness, robustness
@@ -103,13 +103,6 @@ class MotionRecording:
                 return first.speed, first.pull
             case name:
                 return first.place["xyz".index(_AXES[name])], first.fastest
-
-    def jumps(self, which: RobotSignal) -> tuple[float, ...]:
-        """The pushes that change a speed instantly."""
-        if which.name != "speed":
-            return ()
-        pushes = (push for robot in which.robots for push in self._motion.of(BodyPush, robot))
-        return tuple(push.t for push in pushes)
 
     def instants(self, event: Happens) -> tuple[float, ...]:
         """Return the times of the event, in seconds of the motion."""

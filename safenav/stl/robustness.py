@@ -37,9 +37,6 @@ class Recording(Protocol):
     def signal(self, which: syntax.RobotSignal, times: Array) -> tuple[Array, float]:
         """Values at the times, and a bound of their change per second."""
 
-    def jumps(self, which: syntax.RobotSignal) -> tuple[float, ...]:
-        """Instants at which the signal is not continuous."""
-
     def instants(self, event: syntax.Happens) -> tuple[float, ...]:
         """Return the times of the event."""
 
@@ -55,7 +52,7 @@ class Robustness(Struct, frozen=True):
 
 
 class _Values(Struct, frozen=True):
-    """``slope``: bound of the change per second between jumps."""
+    """``slope``: bound of the change per second."""
 
     low: Array
     high: Array
@@ -96,11 +93,7 @@ def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
             kept = {t for t in moved if -SPIKE <= t <= recording.end + SPIKE}
             return kept | inner if isinstance(tree, syntax.UntilSince) else kept
         case _:
-            here = recording.jumps(tree) if isinstance(tree, syntax.RobotSignal) else ()
-            return {
-                *here,
-                *(t for child in syntax.children(tree) for t in _jumps(child, recording)),
-            }
+            return {t for child in syntax.children(tree) for t in _jumps(child, recording)}
 
 
 class _Evaluation:

@@ -12,7 +12,6 @@ from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import (
     Action,
     Arc,
-    BodyPush,
     Drive,
     Flight,
     FlownTrack,
@@ -100,10 +99,6 @@ def jump_by_reset(line: Any) -> list[Line]:
     return [*resets, replace(line, parts=(away,))]
 
 
-def kicked(line: Any) -> list[Line]:
-    return [BodyPush(line.robot, line.tick, line.t0, 0.3, 0.0), line]
-
-
 def body_turned(line: Any) -> list[Line]:
     before, after, *times = line.turning
     return [replace(line, turning=(before + 1, after + 1, *times))]
@@ -135,10 +130,6 @@ FORGERIES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], list[Line]], s
     "a jump that a reset explains": (
         lambda line: isinstance(line, Flight) and line.tick == 5,
         *(jump_by_reset, "continuity"),
-    ),
-    "a push in a motion without pushes": (
-        lambda line: isinstance(line, Segment) and line.primitive == "walk straight",
-        *(kicked, "push"),
     ),
     "a body that turns at once": (
         lambda line: isinstance(line, Segment) and line.primitive == "walk straight",

@@ -21,7 +21,6 @@ from motion.runs import motion, trace_of
 from safenav.errors import UsageError
 from safenav.formula.parser import FormulaError
 from safenav.motion.file.records import Action
-from safenav.motion.making import Disturbances, motion_of
 from safenav.motion.requirements import MotionRecording, curve, judged
 from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import robustness
@@ -64,10 +63,6 @@ class Made:
         row = np.array(self.values[int(which.robots[0][1:])])
         slope = float(np.max(np.abs(np.diff(row)), initial=0.0))
         return np.interp(times, np.arange(len(row)), row), slope
-
-    def jumps(self, which: RobotSignal) -> tuple[float, ...]:
-        del which
-        return ()
 
     def instants(self, event: Happens) -> tuple[float, ...]:
         return self.events[int(event.obstacle[1:])]
@@ -287,10 +282,6 @@ def test_coarse_samples_err_by_no_more_than_they_say(seed: int) -> None:
             pace = 1.0 + int(which.robots[0][1:])
             return 3 * np.sin(pace * times + self.phase), 3 * pace
 
-        def jumps(self, which: RobotSignal) -> tuple[float, ...]:
-            del which
-            return ()
-
         def instants(self, event: Happens) -> tuple[float, ...]:
             return (3.3, 9.7) if event.obstacle == "o0" else (11.1,)
 
@@ -389,15 +380,3 @@ def test_an_unknown_robot_or_a_rate_that_is_too_high_is_refused() -> None:
         judged(recording, {"a": "speed(quat) < 1"})
     with pytest.raises(UsageError, match="at most 10000"):
         MotionRecording(motion("case_study_1"), trace_of("case_study_1"), 1e6)
-
-
-def test_a_push_lets_a_speed_jump_at_its_instant() -> None:
-    trace = trace_of("hello")
-    shaken = motion_of(trace, against=Disturbances(seed=3, push=0.05))
-    recording = MotionRecording(shaken, trace)
-    walkers = [name for name, limits in shaken.header.robots.items() if limits["kind"] == "walker"]
-    assert walkers, "hello has a walker"
-    assert recording.jumps(RobotSignal("speed", (walkers[0],)))
-    assert not recording.jumps(RobotSignal("x", (walkers[0],)))
-    (one,) = judged(recording, {"a": f"always(speed({walkers[0]}) <= 3)"})
-    assert one.verdict == "satisfied"

@@ -1,18 +1,17 @@
 """The rules of pieces of motion: limits of flights and drives, and continuity.
 
-A robot's pieces follow each other without gap, jump or jerk of velocity, except by the pushes that
-the file lists."""
+A robot's pieces follow each other without gap, jump or jerk of velocity."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
 from safenav.motion.check.paths import Array, along, grid, power_series
-from safenav.motion.file.records import Arc, BodyPush, Curve, Drive, Flight, Moving, Reset, Segment
+from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Reset, Segment
 
 
 def check_path(case: Examination, piece: Flight | Drive) -> None:
@@ -96,11 +95,6 @@ def check_joins(case: Examination, robot: str) -> None:
             case.wrong(0.0, robot, "continuity", "no motion recorded for this robot")
         return
     resets = {reset.t for reset in case.motion.of(Reset, robot) if robot in case.driven}
-    pushes = case.motion.of(BodyPush, robot) if isinstance(pieces[0], Segment) else []
-    for push in pushes:
-        if (size := float(np.hypot(push.dx, push.dy))) > case.motion.header.push + NEAR:
-            found = f"a push of {size:.3f} m/s, more than {case.motion.header.push:g}"
-            case.wrong(push.t, robot, "push", found)
     first, last = pieces[0], pieces[-1]
     if abs(first.t0) > NEAR:
         found = f"no motion recorded until {first.t0:.3f} s"
@@ -113,10 +107,10 @@ def check_joins(case: Examination, robot: str) -> None:
         case.wrong(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s")
     for before, after in pairwise(pieces):
         if after.t0 not in resets:
-            _joined(case, before, after, _blow(pushes, after.t0))
+            _joined(case, before, after)
 
 
-def _joined(case: Examination, before: Moving, after: Moving, blow: Array) -> None:
+def _joined(case: Examination, before: Moving, after: Moving) -> None:
     def wrong(found: str) -> None:
         case.wrong(before.t1, before.robot, "continuity", found)
 
@@ -129,12 +123,11 @@ def _joined(case: Examination, before: Moving, after: Moving, blow: Array) -> No
     if type(before) is not type(after):
         wrong("it continues as another kind of robot")
         return
-    goes_on = (before.tick, before.origin, before.to) == (after.tick, after.origin, after.to)
-    if before.to != after.origin and not goes_on:
+    if before.to != after.origin:
         wrong(f"it continues in region {after.origin}, not in {before.to}")
     end, start = _ends(before)[1], _ends(after)[0]
     jump = float(np.hypot(*(start[:2] - end[:2])))
-    kick = float(np.abs(start[2:] - end[2:] - blow[: len(start) - 2]).max())
+    kick = float(np.abs(start[2:] - end[2:]).max())
     if jump > NEAR:
         wrong(f"it jumps by {jump:.4f} m")
     elif kick > NEAR:
@@ -172,7 +165,7 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
 
 
 def _yaw(segment: Segment, t: float) -> float:
-    """The yaw of a walker's body: a quintic step, which a push may divide."""
+    """The yaw of a walker's body: a quintic step."""
     before, after, begin, end = segment.turning
     u = min(1.0, max(0.0, (t - begin) / (end - begin))) if end > begin else 1.0
     return before + (after - before) * u**3 * (10 - 15 * u + 6 * u**2)
@@ -184,11 +177,3 @@ def _ends(piece: Moving) -> tuple[Array, Array]:
         return np.array(piece.start), np.array(piece.goal)
     assert isinstance(piece, Flight | Drive)
     return _part_ends(piece.parts[0])[0], _part_ends(piece.parts[-1])[1]
-
-
-def _blow(pushes: Sequence[BodyPush], t: float) -> Array:
-    total = np.zeros(6)
-    for push in pushes:
-        if abs(push.t - t) < NEAR:
-            total[:2] += (push.dx, push.dy)
-    return total

@@ -16,9 +16,8 @@ from safenav.trace.reading import Trace
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size", "clearance")
 """The fields that the header must hold for a walker."""
 
-BOUNDS = {"step": 0.65, "aside": 0.15, "friction": 0.5, "swing": 3.0}
-"""The weakest limits of a walker, those of its recovery from pushes (docs/models.md): ``aside`` is
-a lower bound, the others are upper ones."""
+BOUNDS = {"step": 0.65, "aside": 0.2, "friction": 0.45, "swing": 3.0}
+"""The limits of a walker (docs/models.md): ``aside`` is a lower bound, the others upper ones."""
 GAPS = {"setpoints": 1.0, "goals": 2.0}
 """The longest time without a measurement, in seconds, by how a robot is driven."""
 BUILT_IN = ("walker", "flyer", "rover", "disc")
@@ -94,7 +93,7 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
         value = limits[key]
         assert isinstance(value, int | float)
         if not (value >= bound if key == "aside" else value <= bound):
-            return f"'{key}' is {value:g}; the weakest limit of a walker is {bound:g}"
+            return f"'{key}' is {value:g}; the limit of a walker is {bound:g}"
     if "driven" in limits:
         if trace.header.scenario.world != "external":
             return "it is driven, but the trace is of a simulated world"

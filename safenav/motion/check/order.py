@@ -55,7 +55,7 @@ def passages(case: Examination) -> dict[int, Passage]:
 
 
 def _merged(pieces: Sequence[Piece]) -> list[Passage]:
-    """Merge the pieces of each step: a push splits a step into pieces of one tick."""
+    """Merge the pieces of each step."""
     found: list[Passage] = []
     for piece in pieces:
         same = (piece.robot, piece.tick, piece.origin, piece.to)

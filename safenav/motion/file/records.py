@@ -27,7 +27,7 @@ class MotionHeader(Struct, frozen=True):
     map's south-western corner in the world; ``robots``: how each moves, with its ``kind``, its
     parameters and its limits; of a physical robot also how it is ``driven`` (``setpoints`` or
     ``goals``), its ``tolerance`` in metres and the most seconds (``gap``) between two measurements;
-    ``seed``, ``gust`` (m/s) and ``push`` (m/s): disturbances."""
+    ``seed`` and ``gust`` (m/s): disturbances."""
 
     trace: str
     safenav: str
@@ -38,7 +38,6 @@ class MotionHeader(Struct, frozen=True):
     robots: Mapping[str, Mapping[str, object]]
     seed: int
     gust: float
-    push: float
 
 
 class Foothold(Struct, frozen=True, array_like=True):
@@ -191,16 +190,6 @@ class FlownTrack(Struct, frozen=True):
     errors: Numbers
 
 
-class BodyPush(Struct, frozen=True):
-    """A push that changes the velocity of a walker's mass instantly, in metres per second."""
-
-    robot: str
-    tick: int
-    t: float
-    dx: float
-    dy: float
-
-
 class Reserve(Struct, frozen=True):
     """Reservation of the region by the robot from ``t`` on."""
 
@@ -267,9 +256,7 @@ class MotionOutcome(Struct, frozen=True):
     chain: tuple[Link, ...]
 
 
-Line = (
-    Moving | GoalLine | Measured | Reset | FlownTrack | BodyPush | Reserve | Release | Action | Wait
-)
+Line = Moving | GoalLine | Measured | Reset | FlownTrack | Reserve | Release | Action | Wait
 TYPES: Mapping[str, type[Line]] = {
     "segment": Segment,
     "flight": Flight,
@@ -278,7 +265,6 @@ TYPES: Mapping[str, type[Line]] = {
     "measured": Measured,
     "reset": Reset,
     "track": FlownTrack,
-    "push": BodyPush,
     "reserve": Reserve,
     "release": Release,
     "action": Action,

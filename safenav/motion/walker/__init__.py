@@ -1,1 +1,1 @@
-"""A biped as a prismatic inverted pendulum that steps: gait, primitives, recovery."""
+"""A biped as a prismatic inverted pendulum that steps: gait, primitives."""

@@ -11,7 +11,6 @@ from math import cos, hypot, pi, sin
 
 import numpy as np
 from msgspec import Struct, to_builtins
-from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.motion.file import records
@@ -39,10 +38,6 @@ class Demand(Struct, frozen=True):
 
 LIMITS = Demand(step=0.65, aside=0.2, friction=0.45, swing=3.0)
 """Limits of the walker (docs/motion.md); ``aside`` is a lower bound, the others are upper ones."""
-
-
-RECOVERING = replace(LIMITS, aside=0.15, friction=0.5)
-"""Limits while it recovers from pushes."""
 
 
 def demand(gait: Gait, primitive: Primitive) -> Demand:
