@@ -150,12 +150,7 @@ class RepairKind(StrEnum):
     START = "start"
     MOBILITY = "mobility"
     OBJECTIVE = "objective"
-    OTHER_START = "other_start"
     AVOIDS = "avoids"
-    TRACKING = "tracking"
-    """Another model of the other robots, under which other assumptions can be made."""
-    ASSUMPTION = "assumption"
-    """A guarantee that the other robots would have to give."""
     INPUT = "input"
     """An assumption on an input."""
     CAPABILITY = "capability"
@@ -170,13 +165,12 @@ class Repair(Struct, frozen=True):
     """A change under which the robot has a strategy: each was checked by synthesis.
 
     ``change``: the scenario's items and their new values, as they would be written. ``scenario``:
-    the scenario with the change (None for an assumption, which no scenario can make). ``helpers``:
-    robots that have the capability that an obstacle needs and can reach it; ``action``: that
-    capability."""
+    the scenario with the change. ``helpers``: robots that have the capability that an obstacle
+    needs and can reach it; ``action``: that capability."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]
-    scenario: Scenario | None = None
+    scenario: Scenario
     helpers: tuple[str, ...] = ()
     action: str | None = None
 

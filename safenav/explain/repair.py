@@ -12,13 +12,11 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
-from safenav.explain.entry import model_change
 from safenav.explain.explanation import NoStrategyCause, Repair, RepairKind, RepairProblem
 from safenav.explain.map_repair import open_walls, removed_walls
 from safenav.explain.undisturbed import play
-from safenav.scenario.model import Robot, Scenario, Tracking
-from safenav.scenario.motion import ONLY_WITH_HEADING, TURNING, MotionModel
-from safenav.scenario.objective import Ltl, Objective, Word, station, staying
+from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.objective import Ltl, Objective, Word
 from safenav.scenario.objective_text import written
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.compatibility import conflicts
@@ -42,15 +40,15 @@ C, K = NoStrategyCause, RepairKind
 _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
     C.NO_WAY: (K.OPEN_WALL, K.REMOVE_WALLS, K.START, K.OBJECTIVE),
     C.OBSTACLE: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS),
-    C.PARKED_ROBOT: (K.OTHER_START, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    C.PARKED_ROBOT: (K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
     C.HEADING: (K.HEADING, K.START, K.MOBILITY),
     C.ONE_WAY: (K.MOBILITY, K.OPEN_WALL, K.REMOVE_WALLS, K.OBJECTIVE),
     C.CROSSING: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
     C.IMPOSSIBLE_START: (K.START, K.HEADING, K.OBJECTIVE),
     C.CONTRADICTION: (K.OBJECTIVE,),
     C.FORBIDDEN_WAY: (K.OBJECTIVE, K.START, K.HEADING, K.MOBILITY, K.OPEN_WALL),
-    C.CORNERED: (K.INPUT, K.OBJECTIVE, K.TRACKING, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
-    C.KEPT_AWAY: (K.INPUT, K.TRACKING, K.AVOIDS, K.OTHER_START, K.OBJECTIVE, K.OPEN_WALL, K.START),
+    C.CORNERED: (K.INPUT, K.OBJECTIVE, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    C.KEPT_AWAY: (K.INPUT, K.AVOIDS, K.OBJECTIVE, K.OPEN_WALL, K.START),
 }
 
 
@@ -78,11 +76,11 @@ def offered(
     until the deadline (by the monotonic clock); none that adds to the ``given`` scenario a conflict
     with which its file would be refused."""
     good, known = 0, {*conflicts(given)}
-    loaded = (each for each in candidates if {*conflicts(each.scenario or given)} <= known)
+    loaded = (each for each in candidates if {*conflicts(each.scenario)} <= known)
     for candidate in islice(loaded, most):
         if good == OFFERED or time.monotonic() >= deadline:
             return
-        answer = None if candidate.scenario is None else works(candidate.scenario)
+        answer = works(candidate.scenario)
         if answer is not None:
             good += 1
             yield candidate, answer
@@ -96,9 +94,7 @@ def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:
         K.START: _starts,
         K.MOBILITY: _mobility,
         K.OBJECTIVE: _objectives,
-        K.OTHER_START: _other_starts,
         K.AVOIDS: _avoids,
-        K.TRACKING: _trackings,
         K.INPUT: _inputs,
     }
     return makers[kind](problem)
@@ -139,16 +135,16 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _mobility(problem: RepairProblem) -> Iterator[Repair]:
+    """Yield other models of the same layer that can turn on the spot and do as much."""
     robot = problem.robot
-    if robot.model.mobility is Mobility.HEADING:
-        values, motion = {"mobility": Mobility.FREE.value}, robot.model.motion
-        if motion is not None and motion.kind in ONLY_WITH_HEADING:
-            motion = MotionModel(TURNING)
-            values["motion"] = TURNING
-        model = replace(robot.model, mobility=Mobility.FREE, motion=motion)
-        changed = replace(robot, model=model, start=Pose(robot.start.region))
-        change = model_change(robot.model, **values)
-        yield _with_robots(K.MOBILITY, problem, [changed], *change)
+    if robot.model.mobility is not Mobility.HEADING:
+        return
+    for model in problem.scenario.catalogue.robots.values():
+        able = model.layer == robot.model.layer and robot.capabilities <= model.capabilities
+        if able and model.mobility is Mobility.FREE:
+            changed = replace(robot, model=model, start=Pose(robot.start.region))
+            item = f"robots.{robot.name}.model"
+            yield _with_robots(K.MOBILITY, problem, [changed], (item, model.name))
 
 
 def _inputs(problem: RepairProblem) -> Iterator[Repair]:
@@ -196,32 +192,6 @@ def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple
         yield each, ("", written(each, word))
 
 
-def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield other starts for the robots in the way; a robot that holds its place holds the new
-    one."""
-    scenario, robot, world = problem.scenario, problem.robot, problem.scenario.map
-    names = [k.item.removeprefix("robots.") for k in problem.diagnosis.culprits]
-    names = names or [other.name for other in problem.task.observed if other.danger]
-    for name in names:
-        other = scenario.robot(name)
-        taken = {r.start.region for r in scenario.robots if r is not other}
-        for region in nearest(other.start.region, world.free, world)[:LOOKED_AT]:
-            if problem.late:
-                return
-            if region == other.start.region or region in taken:
-                continue
-            moved = replace(other, start=replace(other.start, region=region))
-            change = [(f"robots.{name}.start", scenario.map.word(region))]
-            if station(other.objective) is not None:
-                moved = replace(moved, objective=staying(frozenset({region}), other.objective))
-                change.append(
-                    (f"robots.{name}.objective", written(moved.objective, scenario.map.word))
-                )
-                if not _hopeful(robot, problem, frozenset({region})):
-                    continue
-            yield _with_robots(K.OTHER_START, problem, [moved], *change)
-
-
 def _avoids(problem: RepairProblem) -> Iterator[Repair]:
     """Yield repairs after which two robots may share a region after all (one of them can step over
     the other, say)."""
@@ -240,24 +210,11 @@ def _avoids(problem: RepairProblem) -> Iterator[Repair]:
         )
 
 
-def _trackings(problem: RepairProblem) -> Iterator[Repair]:
-    robot = problem.robot
-    for tracking in Tracking if problem.scenario.observable_stepwise(robot) else ():
-        if tracking is not robot.tracking:
-            changed = replace(robot, tracking=tracking)
-            item = f"robots.{robot.name}.tracking"
-            yield _with_robots(K.TRACKING, problem, [changed], (item, tracking.value))
-
-
-def _hopeful(
-    robot: Robot, problem: RepairProblem, blocked: frozenset[Region] | None = None
-) -> bool:
-    """Return whether the robot alone could meet the weakest form of its objective; ``blocked``:
-    default the task's."""
+def _hopeful(robot: Robot, problem: RepairProblem) -> bool:
+    """Return whether the robot alone could meet the weakest form of its objective."""
     if isinstance(robot.objective, Ltl):
         return True
-    if blocked is None:
-        blocked = frozenset(known.region for known in problem.task.blocked)
+    blocked = frozenset(known.region for known in problem.task.blocked)
     world = problem.scenario.map
     weakest = robot.objective.relaxed()
     solo = play(robot.model.mobility, robot.start, weakest, NO_MEMORY, world, blocked)

@@ -116,39 +116,6 @@ def test_an_input_is_the_environment(
     assert ("always_eventually" in answer.output) == ("always_eventually" in "".join(parts))
 
 
-PASSING = """
-safenav: 1
-map: {grid: ["#########", "#.......#", "###.#####", "#########"]}
-catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [], TIMING}}}
-robots:
-  a:
-    model: rover
-    start: 10
-    objective:
-      ltl: {safety: "region = 13 -> region' != 13", liveness: [region = 10, region = 16]}
-  b: {model: rover, start: 15, objective: {visit: [15, 14]}}
-"""
-
-
-@pytest.mark.parametrize(
-    ("timing", "more", "offered"),
-    [
-        ("timing: 1", "", True),
-        ("timing: {least: 1, most: 3}", "", False),
-        ("timing: 1", "never_together: [{robots: [a, b], in: [21]}]", False),
-        ("timing: 1", "clock: live", False),
-    ],
-)
-def test_a_tracking_that_the_scenario_cannot_have_is_no_repair(
-    timing: str, more: str, offered: bool, tmp_path: Path, invoke: Invoke
-) -> None:
-    file = tmp_path / "passing.yaml"
-    file.write_text(PASSING.replace("TIMING", timing) + more)
-    answer = invoke(command, file)
-    assert answer.status == 1
-    assert ("tracking: belief" in answer.output) == offered
-
-
 def test_a_wall_is_replaced_by_a_type_as_the_scenario_defines_it(
     tmp_path: Path, invoke: Invoke
 ) -> None:

@@ -100,11 +100,8 @@ def test_every_repair_makes_it_realizable(file: Path) -> None:
     found = _explained(file)
     assert kind in {repair.kind for repair in found.repairs}
     for repair in found.repairs:
-        if repair.scenario is not None:
-            answers = first_results(
-                repair.scenario, Synthesizer(verifier=first_failure), names=[robot]
-            )
-            assert answers[robot].realizable, repair.change
+        answers = first_results(repair.scenario, Synthesizer(verifier=first_failure), names=[robot])
+        assert answers[robot].realizable, repair.change
 
 
 @shipped
@@ -142,7 +139,6 @@ def test_the_core_of_separate_rooms_names_the_walls_between_them() -> None:
 def test_a_robot_that_can_open_the_wall_opens_it_in_a_run() -> None:
     found = _explained(FOLDER / "separate_rooms.yaml")
     repair = found.repairs[0]
-    assert repair.scenario is not None
     assert (repair.kind, repair.action, repair.helpers) == (
         RepairKind.OPEN_WALL,
         "push",

@@ -112,9 +112,8 @@ def judge_explanation(found: Explanation, scenario: Scenario) -> None:
         fewer = chain(*parts[:k], *parts[k + 1 :])
         assert realizable(with_guarantees(whole, fewer)), member.origin
     for repair in found.repairs:
-        if repair.scenario is not None:
-            answers = first_results(repair.scenario, ask, names=[found.robot])
-            assert answers[found.robot].realizable, repair.change
+        answers = first_results(repair.scenario, ask, names=[found.robot])
+        assert answers[found.robot].realizable, repair.change
     assert found.witness is not None
     assert found.cause.value in json.dumps(explanation_data(found, scenario))
     assert len(list(explanation_lines(found, scenario))) > 5

@@ -110,8 +110,6 @@ def repair_words(repair: Repair, world: RegionMap) -> str:
             ) + "".join(f"; {item}: {value}" for item, value in repair.change[1:-1])
         case RepairKind.REMOVE_WALLS:
             return change.removeprefix("map: ")
-        case RepairKind.ASSUMPTION:
-            return repair.change[0][1]
         case _:
             return change
 

@@ -12,7 +12,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import SafenavError
-from safenav.explain.entry import model_change, need_change
 from safenav.explain.explanation import Repair, RepairKind
 from safenav.explain.map_repair import without_walls, without_words
 from safenav.explain.repair import nearest, offered, with_robots
@@ -31,9 +30,10 @@ from safenav.scenario.model import (
     RobotModel,
     Scenario,
 )
-from safenav.scenario.objective import Target, staying, with_targets
+from safenav.scenario.objective import Target, Word, staying, with_targets
 from safenav.scenario.objective_text import written
 from safenav.scenario.settings import Clock
+from safenav.scenario.yaml.document import flow
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.records import Record
 from safenav.world.map import Heading, Region
@@ -214,8 +214,8 @@ def _capabilities(failed: _Failure) -> Iterator[Repair]:
             more = sorted({*team[0].capabilities, *actions})
             model = replace(team[0].model, capabilities=frozenset(more))
             able = [replace(robot, model=model) for robot in team]
-            change = model_change(team[0].model, capabilities=f"[{', '.join(more)}]")
-            yield failed.changed(RepairKind.CAPABILITY, able, *change)
+            change = (f"catalogue.robots.{name}.capabilities", flow(more))
+            yield failed.changed(RepairKind.CAPABILITY, able, change)
 
 
 def _robots(failed: _Failure) -> Iterator[Repair]:
@@ -296,8 +296,19 @@ def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) ->
     obstacles = tuple(
         replace(o, type=changed) if o.type == kind else o for o in failed.scenario.obstacles
     )
-    change = (need_change(kind, number, need, failed.word),)
-    return Repair(RepairKind.NEED, change, replace(failed.scenario, obstacles=obstacles))
+    item = f"catalogue.obstacles.{kind.name}"
+    change = f"{item}.needs", flow([_need_keys(each, failed.word) for each in needs])
+    if not kind.listed:
+        change = f"{item}.resolve_at", ResolveAt.NEIGHBOURS.value
+    return Repair(RepairKind.NEED, (change,), replace(failed.scenario, obstacles=obstacles))
+
+
+def _need_keys(need: Need, word: Word) -> dict[str, object]:
+    """Return a need as a mapping of YAML."""
+    where = need.at.value if isinstance(need.at, ResolveAt) else [*map(word, sorted(need.at))]
+    robots = need.robots if need.robots > 1 else None
+    flags = {"together": need.together or None, "same": need.same or None}
+    return {"action": need.action, "robots": robots, "at": where, **flags}
 
 
 def _walls(failed: _Failure) -> Iterator[Repair]:

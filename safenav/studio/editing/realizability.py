@@ -108,7 +108,6 @@ def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
         "repairs": [
             {"kind": repair.kind.value, "change": [list(pair) for pair in repair.change]}
             for repair in found[0].repairs
-            if repair.scenario is not None
         ],
     }
 
