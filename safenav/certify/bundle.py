@@ -19,7 +19,7 @@ from msgspec import Struct
 
 import safenav
 import safenav.audit
-from safenav import strict_json
+from safenav import line_values, strict_json
 from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
 from safenav.certify.evidence import RulesEvidence, counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError
@@ -172,8 +172,9 @@ def programs() -> dict[str, bytes]:
         name = path.relative_to(audit).as_posix()
         found |= {f"audit/{name}": path} if name != "check.py" else {}  # it needs safenav's reader
     found["check_json.py"] = Path(strict_json.__file__)
+    found["check_values.py"] = Path(line_values.__file__)
     own = {"safenav.certify.checker.": "", "safenav.audit": "audit"}
-    own |= {"safenav.strict_json": "check_json"}
+    own |= {"safenav.strict_json": "check_json", "safenav.line_values": "check_values"}
     texts = {name: path.read_text() for name, path in found.items()}
     for before, after in own.items():
         texts = {name: text.replace(before, after) for name, text in texts.items()}

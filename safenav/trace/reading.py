@@ -17,6 +17,7 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
+from safenav.line_values import flaws
 from safenav.lines import json_flaw
 from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
@@ -157,8 +158,12 @@ class _Reader:
         if not isinstance(data, dict):
             self._refuse(number, "a line of a trace is a JSON object")
             return
-        if _PERHAPS_CONTROL.search(content):
-            data = _shown(data)
+        try:
+            self._take_line(number, _shown(data) if _PERHAPS_CONTROL.search(content) else data)
+        except RecursionError:
+            self._report(number, "this line is too deeply nested")
+
+    def _take_line(self, number: int, data: dict[str, Any]) -> None:
         kind = data.get("type")
         if not isinstance(kind, str):
             self._report(number, "`type` must be a string that says what kind of line this is")
@@ -211,10 +216,12 @@ class _Reader:
         try:
             record: Record = convert(kind, data)
         except WrongError as error:
-            for sentence in error.sentences:
-                self._report(number, sentence)
-            return None
-        return replace(record, line=number)
+            found = [*error.sentences]
+        else:
+            found = [*flaws(data, kind.type)]
+        for sentence in found:
+            self._report(number, sentence)
+        return None if found else replace(record, line=number)
 
     def _names_robots(self, number: int, record: Record) -> bool:
         """Whether the header has all robots that a line names; a dropped report may name others."""

@@ -49,7 +49,7 @@ def test_the_checker_shares_no_code_with_the_rest() -> None:
 
 
 def test_the_trace_format_imports_nothing_but_msgspec() -> None:
-    modules = ("errors", "file_kind", "lines", "outcome", "strict_json")
+    modules = ("errors", "file_kind", "line_values", "lines", "outcome", "strict_json")
     plain = (*(f"safenav.{module}" for module in modules), "msgspec", "msgspec.structs")
     for module in FORMAT:
         for name in imported(source(module)):

@@ -14,7 +14,7 @@ def test_an_obstacle_with_the_name_of_a_robot_is_refused(name: str, tmp_path: Pa
     """Who knows of the one would seem to know of the other, and what is never resolved would seem
     to be somebody who is stuck."""
     said = discovering(tmp_path, name=name)
-    assert "an obstacle has the name of a robot" in said
+    assert "cannot name an obstacle" in said
 
 
 def test_a_known_obstacle_that_is_discovered_again_is_refused(tmp_path: Path) -> None:

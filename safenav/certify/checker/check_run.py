@@ -28,9 +28,9 @@ from safenav.certify.checker.check_strategies import (
     check_realizes,
 )
 from safenav.certify.checker.check_tasks import ASSUMED, Task, circumstances
+from safenav.line_values import flaws
 from safenav.strict_json import read_json
 
-ANY_ROBOT = "any robot"
 STRAYING = {
     *("always", "backtrack", "belief", "continuity", "follows-plan", "hold", "known-obstacle"),
     *("missed-belief", "missed-goal", "mobility", "out-of-turn", "service", "transit"),
@@ -127,9 +127,6 @@ class Evidence(Rule):
         apart = {*chain(*(zone["robots"] for zone in self.scenario.get("never_together") or ()))}
         for name, data in self.scenario["robots"].items():
             self.robots[name] = Robot(name, {**data, "zones": name in apart}, now)
-        names = {ANY_ROBOT, *self.robots, *(f"robots.{name}" for name in self.robots)}
-        good = all(name not in names for name in now.obstacles)
-        require(good, "an obstacle has the name of a robot")
         return ()
 
     def line(self, record: Line, now: Situation) -> Iterable[Message]:
@@ -384,11 +381,17 @@ def content_of(file: Any) -> Any:
 
 
 def lines_of(file: Any) -> list[Any]:
-    """Return the values of a file of JSON lines."""
+    """Return the lines of a trace."""
     found = []
     for number, line in enumerate(file.read_bytes().splitlines(), 1):
+        where = f"{file.name}, line {number}"
         try:
             found.append(read_json(line))
         except ValueError as error:
-            raise RefusedError(f"{file.name}, line {number}, is not valid JSON: {error}") from error
+            raise RefusedError(f"{where}, is not valid JSON: {error}") from error
+        kind = found[-1].get("type") if isinstance(found[-1], dict) else None
+        if not isinstance(kind, str):
+            raise RefusedError(f"{where}, is not a line of a trace")
+        for flaw in flaws(found[-1], kind):
+            raise RefusedError(f"{where}: {flaw}")
     return found
