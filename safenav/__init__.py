@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from safenav.audit.check import check_trace as check_trace
-    from safenav.report.notebook import ProgressBar as ProgressBar
     from safenav.report.replay.reading import read_replay as read_replay
     from safenav.runtime.analysis.resuming import resumed as resumed
     from safenav.runtime.intervention.kinds import AddObstacle as AddObstacle
@@ -68,7 +67,6 @@ __version__ = "0.1.0"
 
 _MODULES = {
     "safenav.audit.check": "check_trace",
-    "safenav.report.notebook": "ProgressBar",
     "safenav.report.replay.reading": "read_replay",
     "safenav.runtime.analysis.resuming": "resumed",
     "safenav.runtime.intervention.kinds": "AddObstacle AssignObjective GiveUp MarkPermanent "

@@ -25,7 +25,6 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from report.browser import Browser  # noqa: E402
 from safenav.report.page.html import page_of  # noqa: E402
-from safenav.report.picture.palette import Palette  # noqa: E402
 from safenav.report.picture.scene import Options, svg_of  # noqa: E402
 from safenav.report.replay.perception import shading_of  # noqa: E402
 from safenav.report.replay.reading import read_replay  # noqa: E402
@@ -43,7 +42,6 @@ def main() -> None:
             _tutorial(browser, Path(folder))
             _solid(Path(folder))
             _team(browser, Path(folder))
-            _strategies(Path(folder))
         _studio(browser)
     finally:
         browser.driver.quit()
@@ -126,17 +124,6 @@ def _team(browser: Browser, folder: Path) -> None:
     _shoot(browser, page, _first(replay, StoryKind.PLAN), HERE / "giving_way.png")
 
 
-def _strategies(folder: Path) -> None:
-    """A strategy small enough to be drawn whole, and one that is not."""
-    for scenario, robot, name in (
-        ("case_study_1", "digit", "strategy.svg"),
-        ("team_of_six", "eagle", "strategy_summary.svg"),
-    ):
-        path = str(ROOT / "scenarios" / f"{scenario}.yaml")
-        _safenav("synth", path, "--robot", robot, "--plot", "-o", str(folder / scenario))
-        (HERE / name).write_bytes((folder / scenario / f"{robot}.svg").read_bytes())
-
-
 def _studio(browser: Browser) -> None:
     """The drawing board, and a run in which a second door was closed."""
     scenario = ROOT / "scenarios" / "case_study_1.yaml"
@@ -211,7 +198,7 @@ def _shoot(
 def _keep(browser: Browser, path: Path) -> None:
     """The page as it is now, as a small PNG."""
     image = Image.open(io.BytesIO(browser.driver.get_screenshot_as_png())).convert("RGB")
-    Palette([image]).applied(image).save(path, optimize=True)
+    image.quantize(256).save(path, optimize=True)
     print(f"{path.name}  {path.stat().st_size / 1024:.0f} KiB")
 
 

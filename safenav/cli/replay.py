@@ -1,10 +1,9 @@
-"""``safenav replay``: a run as a page, as pictures, or on the terminal."""
+"""``safenav replay``: a run as a page or as pictures."""
 
 from __future__ import annotations
 
 import re
 import sys
-from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -19,7 +18,6 @@ from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.perception import shading_of, viewers
 from safenav.report.replay.reading import replay_of
 from safenav.report.replay.timeline import Replay
-from safenav.report.terminal.replay import log, play
 from safenav.trace.reading import Trace, read_trace
 
 EPILOG = """\b
@@ -30,7 +28,6 @@ Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   safenav replay lab.jsonl                      # writes lab.html
   safenav replay lab.jsonl --svg request -o figure.svg
-  safenav replay lab.jsonl --terminal --speed 8
 \b
 With the extras 'motion' and 'pictures':
   safenav replay lab.jsonl --3d                 # writes lab.3d.html
@@ -43,12 +40,11 @@ Exit codes:
 
 
 _STILL = {"svg": "--svg", "png": "--png"}
-_FILM = {"gif": "--gif", "terminal": "--terminal"}
 _FORMS = {
     "motion": {"solid": "--3d"},
     "width": {"png": "--png", "gif": "--gif"},
-    "ticks": _FILM,
-    "speed": _FILM,
+    "ticks": {"gif": "--gif"},
+    "speed": {"gif": "--gif"},
     "sight": {**_STILL, "gif": "--gif"},
     "legend": _STILL,
     "hidden": _STILL,
@@ -62,7 +58,6 @@ _FORMS = {
 @click.option("--svg", metavar="TICK", help="Draw one moment as SVG.")
 @click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
 @click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")
-@click.option("--terminal", is_flag=True, help="Show the run on the terminal.")
 @click.option("--3d", "solid", is_flag=True, help="One HTML file that shows the run in 3D.")
 @click.option(
     "--motion",
@@ -70,11 +65,11 @@ _FORMS = {
     help="The motion to show (3D); default: computed from the trace.",
 )
 @click.option("--width", type=options.PIXELS, help="Width of PNG or GIF in pixels.")
-@click.option("--ticks", metavar="A-B", help="Only these ticks, or seconds (GIF, terminal).")
+@click.option("--ticks", metavar="A-B", help="Only these ticks, or seconds (GIF).")
 @click.option(
     "--speed",
     type=options.FiniteRange(0.1, 100),
-    help="Ticks per second; for a run in seconds, the speed-up (GIF, terminal).  [4 or 12]",
+    help="Ticks per second; for a run in seconds, the speed-up (GIF).  [4 or 12]",
 )
 @click.option(
     "--sight", metavar="ROBOT", help="Shade what this robot sees and believes (SVG, PNG, GIF)."
@@ -87,7 +82,6 @@ def command(
     svg: str | None,
     png: str | None,
     gif: bool,
-    terminal: bool,
     solid: bool,
     motion: Path | None,
     width: int | None,
@@ -98,9 +92,9 @@ def command(
     hidden: bool,
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
-    (the default), as a picture of one moment, an animated GIF, or on the terminal."""
-    if sum((svg is not None, png is not None, gif, terminal, solid)) > 1:
-        raise UsageError("choose one of --svg, --png, --gif, --terminal and --3d")
+    (the default), as a picture of one moment, or as an animated GIF."""
+    if sum((svg is not None, png is not None, gif, solid)) > 1:
+        raise UsageError("choose one of --svg, --png, --gif and --3d")
     _refuse_unread(click.get_current_context())
     form = next((f for f, chosen in (("svg", svg), ("png", png)) if chosen is not None), "html")
     _refuse_ending(output, "gif" if gif else form)
@@ -111,10 +105,8 @@ def command(
     replay = replay_of(run)
     if sight is not None:
         _check_viewer(replay, sight)
-    speed = speed or (4.0 if replay.times is None else 12.0)
-    if terminal:
-        return _show(replay, _ticks(replay, ticks), speed)
     if gif:
+        speed = speed or (4.0 if replay.times is None else 12.0)
         path, during = output or trace.with_suffix(".gif"), _ticks(replay, ticks)
         return _film(replay, path, during, speed, width or 720, sight)
     if form != "html":
@@ -136,8 +128,6 @@ def _refuse_unread(context: click.Context) -> None:
     for name, forms in _FORMS.items():
         if name in given and not given & forms.keys():
             raise UsageError(f"--{name} goes with {' or '.join(forms.values())}")
-    if {"terminal", "output"} <= given:
-        raise UsageError("--terminal writes no file; leave out --output")
 
 
 def _refuse_ending(output: Path | None, form: str) -> None:
@@ -207,16 +197,6 @@ def _ticks(replay: Replay, written: str | None) -> range:
     return range(replay.tick_at(int(found[1])), replay.tick_at(int(found[2])) + 1)
 
 
-def _show(replay: Replay, ticks: range, speed: float) -> int:
-    if not sys.stdout.isatty():
-        for line in log(replay, ticks):
-            click.echo(line)
-        return ExitCode.OK
-    with suppress(KeyboardInterrupt):
-        play(replay, ticks, speed, lambda text: click.echo(text, nl=False))
-    return ExitCode.OK
-
-
 def _film(
     replay: Replay, path: Path, ticks: range, speed: float, width: int, sight: str | None
 ) -> int:
@@ -226,7 +206,7 @@ def _film(
     film = Film(ticks.start, ticks.stop - 1, speed, steps, width, sight)
     count = len(film.moments(replay))
     with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
-        write_whole(path, lambda part: write_gif(replay, part, film, lambda _: bar.update(1)))
+        write_whole(path, lambda part: write_gif(replay, part, film, lambda: bar.update(1)))
     warn_of_boxes(svg_of(replay.scene(film.first), Options(legend=False)))
     tell(path)
     return ExitCode.OK

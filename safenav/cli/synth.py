@@ -13,7 +13,6 @@ from safenav.errors import ExitCode, UsageError
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
 from safenav.outfile import write_all
-from safenav.report.picture.automaton import svg_of_strategy
 from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.specification_text import vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
@@ -30,15 +29,13 @@ EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav synth lab.yaml
   safenav synth lab.yaml --robot walker -o out
-  safenav synth lab.yaml -o out --plot
   safenav synth out/walker.structuredslugs -o again
 \b
 Files written for each robot R into DIR:
   R.structuredslugs  the specification, with the origin of each constraint
   R.json             the strategy, as slugs prints it
-  R.dot              the automaton for Graphviz
+  R.dot              the automaton for Graphviz (dot -Tsvg)
   R.graphml          the automaton for networkx, Gephi, yEd
-  R.svg              with --plot: the automaton, or a summary on the map if it is large
 A specification S gets S.json, or the strategy of the environment, S.counterstrategy.json; with
 DOT and GraphML.
 \b
@@ -52,14 +49,12 @@ Exit codes:
 @click.argument("scenario", type=options.INPUT)
 @click.option("--robot", help="Only this robot.")
 @click.option("-o", "--output", type=options.FOLDER, help="Directory to write files into.")
-@click.option("--plot", is_flag=True, help="Also draw each strategy into DIR (R.svg).")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 def command(
     scenario: Path,
     robot: str | None,
     output: Path | None,
-    plot: bool,
     verify: bool,
     strict: bool,
 ) -> int:
@@ -68,11 +63,9 @@ def command(
     SCENARIO may be a specification of your own, in slugsin or structured slugs; an unrealizable one
     gets the environment's strategy.
     """
-    if plot and output is None:
-        raise UsageError("--plot writes files: name a directory with -o")
     if specification.is_specification(scenario):
-        if robot is not None or plot:
-            raise UsageError(f"{scenario} is a specification: without --robot and --plot")
+        if robot is not None:
+            raise UsageError(f"{scenario} is a specification: without --robot")
         return specification.synthesize(scenario, output, verify, strict)
     plan = load_scenario(scenario)
     options.check_robot(robot, plan, scenario)
@@ -80,7 +73,7 @@ def command(
     wanted = [robot] if robot is not None else [r.name for r in plan.robots]
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
     if output is not None:
-        parts = (_files(answer, plan, plot) for answer in answers.values())
+        parts = (_files(answer, plan) for answer in answers.values())
         write_all(output, chain.from_iterable(parts))
     _print_statistics(answers, plan)
     if output is not None:
@@ -128,9 +121,7 @@ def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
     return ExitCode.NEGATIVE if failed else ExitCode.OK
 
 
-def _files(answer: TaskResult, plan: Scenario, plot: bool) -> Iterator[tuple[str, str | bytes]]:
+def _files(answer: TaskResult, plan: Scenario) -> Iterator[tuple[str, str | bytes]]:
     name = answer.task.robot.name
     yield f"{name}.structuredslugs", compile_task(answer.task, plan.map).to_structuredslugs()
     yield from specification.files_of(answer.result, name)
-    if plot and answer.result.strategy is not None:
-        yield f"{name}.svg", svg_of_strategy(answer.result.strategy, answer.task, plan.map)

@@ -2,15 +2,13 @@
 
 Pages hold no state of their own: they show the state of this module, so that two pages agree and a
 reload loses nothing. All messages of pages enter by ``take``, all messages to pages leave by
-``tell``. It also makes the downloads of a run: a replay, one in 3D, pictures, a bundle.
+``tell``. It also makes the downloads of a run: a replay, one in 3D, a bundle.
 """
 
 from __future__ import annotations
 
 import asyncio
-import io
 import json
-import zipfile
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -23,8 +21,6 @@ from safenav.certify.record import bundle_of_trace
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.page.html import page_of_trace
-from safenav.report.picture.scene import Options, layers_of, svg_of
-from safenav.report.replay.reading import replay_of
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.yaml.source import STDIN
@@ -32,8 +28,6 @@ from safenav.studio.editing.drawing import palette
 from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
 from safenav.trace.reading import read_bytes
-
-MOST_FRAMES = 1000
 
 
 def replay_page(trace: bytes, name: str) -> bytes:
@@ -53,31 +47,6 @@ def page_3d(trace: bytes, name: str) -> bytes:
     return page3d_of(read, name, motion_of(read)).encode()
 
 
-def frames(trace: bytes, name: str) -> bytes:
-    """Return a picture of every tick, zipped: PNG, or SVG without the extra ``pictures``. Raises
-    UsageError for a run of more than ``MOST_FRAMES`` ticks."""
-    replay = replay_of(read_bytes(trace, name))
-    if replay.last >= MOST_FRAMES:
-        raise UsageError(
-            f"pictures of {replay.last + 1} ticks are too many: at most {MOST_FRAMES}\n"
-            "    save the trace, and take a part: safenav replay run.jsonl --gif --ticks 0-500"
-        )
-    packed, options = io.BytesIO(), Options(legend=False)
-    with zipfile.ZipFile(packed, "w") as files:
-        try:
-            from safenav.report.picture.canvas import Canvas
-
-            canvas = Canvas(960)
-            for tick in range(replay.last + 1):
-                image = canvas.show(layers_of(replay.scene(tick), options))
-                with files.open(f"tick-{tick:04}.png", "w") as file:
-                    image.save(file, "PNG")
-        except (ModuleNotFoundError, UsageError):  # the extra ``pictures`` is missing
-            for tick in range(replay.last + 1):
-                files.writestr(f"tick-{tick:04}.svg", svg_of(replay.scene(tick), options))
-    return packed.getvalue()
-
-
 def bundle(trace: bytes, name: str) -> bytes:
     """Return the run with its proofs and their checker, zipped. Raises SafenavError if refused."""
     with TemporaryDirectory() as folder:
@@ -93,7 +62,6 @@ SAVERS: Mapping[str, tuple[Saver, str, str]] = {
     "trace": (lambda trace, _: trace, ".jsonl", "application/jsonl"),
     "replay": (replay_page, ".html", "text/html"),
     "3d": (page_3d, ".3d.html", "text/html"),
-    "frames": (frames, "-frames.zip", "application/zip"),
     "bundle": (bundle, ".zip", "application/zip"),
 }
 """For each name in an address: the function that makes the file, its suffix and its media type."""

@@ -8,10 +8,6 @@ from xml.etree import ElementTree
 
 import pytest
 
-from safenav import load_scenario
-from safenav.report.notebook import ProgressBar
-from safenav.trace import records
-
 ROOT = Path(__file__).parents[2]
 
 
@@ -39,19 +35,10 @@ def outputs(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
 def test_a_scenario_and_a_run_draw_themselves(outputs: list[dict[str, Any]]) -> None:
     (drawing,) = [data["image/svg+xml"] for data in outputs if "image/svg+xml" in data]
     assert ElementTree.fromstring(drawing).tag.endswith("svg")
-    bar, result, page = [data["text/html"] for data in outputs if "text/html" in data]
-    assert '<progress value="4" max="4">' in bar and "completed" in bar
+    result, page = [data["text/html"] for data in outputs if "text/html" in data]
     assert "<th>outcome</th><td>completed</td>" in result
     assert page.startswith("<iframe srcdoc=")
     assert "requests help with door@47" in outputs[-1]["text/plain"]
-
-
-def test_the_bar_restarts_with_the_rounds() -> None:
-    bar = ProgressBar(load_scenario(ROOT / "scenarios" / "case_study_1.yaml"), display=None)
-    bar(records.Goal(4, "quad", 1, 49, 1))
-    assert "1 of 4 rounds" in bar.html(4)
-    bar(records.Resolved(5, "door@47", "digit", 47, True, True))
-    assert "0 of 4 rounds" in bar.html(5)
 
 
 def test_the_committed_notebook_holds_no_outputs() -> None:

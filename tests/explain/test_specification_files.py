@@ -188,11 +188,8 @@ def test_flaws_are_shown_at_their_places(
         assert answer.status == 2 and said in answer.error
 
 
-@pytest.mark.parametrize("option", [("--robot", "door"), ("--plot", "-o", "out")])
-def test_options_of_scenarios_are_refused(
-    option: tuple[str, ...], tmp_path: Path, invoke: Invoke
-) -> None:
-    answer = invoke(synth.command, written(tmp_path, "door", DOOR), *option)
+def test_options_of_scenarios_are_refused(tmp_path: Path, invoke: Invoke) -> None:
+    answer = invoke(synth.command, written(tmp_path, "door", DOOR), "--robot", "door")
     assert answer.status == 2 and "is a specification" in answer.error
 
 

@@ -19,7 +19,6 @@ from safenav.report.picture.glyphs import GLYPHS
 from safenav.report.picture.scene import svg_of
 from safenav.report.replay.reading import read_replay, replay_of
 from safenav.report.replay.timeline import ObstacleStatus, Replay
-from safenav.report.terminal.replay import frame
 from safenav.report.view3d.html import page3d_of
 from safenav.trace import records
 from safenav.trace.reading import read_trace
@@ -66,13 +65,11 @@ def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Rep
     assert places[0] != places[1]
 
 
-def test_pictures_and_the_terminal_name_the_needs_that_are_left(replay: Replay) -> None:
+def test_pictures_name_the_needs_that_are_left(replay: Replay) -> None:
     (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
     known = {taken - 1: "found, needs 'lift', then 'lift'", taken: "help requested, needs 'lift'"}
     for tick, said in known.items():
-        assert f"pallet@shelf: {said}" in "\n".join(frame(replay, tick))
         assert f">{escape(said, quote=False)}<" in svg_of(replay.scene(tick))
-    assert "; carries pallet@shelf" in "\n".join(frame(replay, taken))
     assert ">carries pallet@shelf<" in svg_of(replay.scene(taken))
 
 
@@ -138,7 +135,6 @@ def test_charges_fall_by_steps_and_rise_at_chargers(
         page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
         browser.open(page, "#tick=8")
         assert browser.one(".robots .charge").text.strip() == "60 %"
-        assert "; charge 60 %" in "\n".join(frame(replay, 8))
 
 
 def test_in_3d_an_order_appears_with_its_request(warehouse: Path) -> None:

@@ -9,17 +9,15 @@ import pytest
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
+from safenav.report.picture import film
 from safenav.report.picture.film import Film, write_gif
 from safenav.report.picture.raster import lacking, png_of
-from safenav.report.picture.scene import Options, svg_of
+from safenav.report.picture.scene import svg_of
 from safenav.report.replay.timeline import Replay
 from safenav.trace.looks import BLUE, ORANGE
 
 resvg_py = pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
 Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")
-from PIL import ImageChops  # noqa: E402
-
-from safenav.report.picture.canvas import Canvas  # noqa: E402
 
 
 def _colours(png: bytes) -> dict[tuple[int, int, int], int]:
@@ -82,10 +80,10 @@ def test_letters_that_no_font_has_are_named(replays: dict[str, Replay]) -> None:
 
 def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_path: Path) -> None:
     path = tmp_path / "door.gif"
-    frames: list[int] = []
-    film = Film(first=9, last=13, speed=4, steps=2, width=400)
-    write_gif(replays["door"], path, film, frames.append)
-    assert frames == list(range(1, len(film.moments(replays["door"])) + 1))
+    frames: list[None] = []
+    some = Film(first=9, last=13, speed=4, steps=2, width=400)
+    write_gif(replays["door"], path, some, lambda: frames.append(None))
+    assert len(frames) == len(some.moments(replays["door"]))
     durations = []
     with Image.open(path) as gif:
         assert gif.size[0] == 400
@@ -99,19 +97,13 @@ def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_pa
         assert (gif.tile[0][1][2] - gif.tile[0][1][0]) < 400, "a frame holds only what differs"
 
 
-@pytest.mark.parametrize("sight", [None, "digit"])
-def test_the_layers_of_a_frame_make_the_picture(
-    replays: dict[str, Replay], sight: str | None
+def test_a_film_of_too_many_frames_is_refused(
+    replays: dict[str, Replay], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    film, replay = Film(9, 13, steps=2, width=400, sight=sight), replays["door"]
-    canvas = Canvas(film.width)
-    for tick, part in film.moments(replay):
-        caption = f"caption {tick}"
-        image = canvas.show(film.layers(replay, tick, part, caption))
-        options = Options(legend=False, caption=caption, shading=film.shading(replay, tick))
-        whole = png_of(svg_of(replay.scene(tick, part), options), film.width)
-        off = ImageChops.difference(image, Image.open(io.BytesIO(whole)).convert("RGB"))
-        assert sum(off.convert("L").histogram()[24:]) <= 5, (tick, part)
+    monkeypatch.setattr(film, "MOST_FRAMES", 3)
+    with pytest.raises(UsageError, match="4 frames is too large: at most 3\n    choose"):
+        write_gif(replays["door"], tmp_path / "x.gif", Film(0, 3, steps=1))
+    assert not [*tmp_path.iterdir()]
 
 
 def test_frames_of_a_film_differ(replays: dict[str, Replay], tmp_path: Path) -> None:

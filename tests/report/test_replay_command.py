@@ -8,13 +8,9 @@ from xml.etree import ElementTree
 import click
 import pytest
 
-import runtime.played
 import warm
 from report import made_traces
-from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import Replay
 from safenav.report.terminal.fold import folded, folded_message
-from safenav.report.terminal.replay import play
 
 ROOT = Path(__file__).parents[2]
 
@@ -49,15 +45,14 @@ def test_a_moment_is_named_by_number_or_event(
         (["--svg", "blocked"], "'last', or the kind of an event"),
         (["--svg", "-1"], "no tick '-1'"),
         (["--svg", "1", "--gif"], "choose one of"),
-        (["--speed", "3"], "--speed goes with --gif or --terminal"),
+        (["--speed", "3"], "--speed goes with --gif"),
         (["--gif", "--no-legend"], "--legend goes with --svg or --png"),
-        (["--terminal", "-o", "x"], "--terminal writes no file"),
         (["--gif", "-o", "x.html"], "the replay is GIF; choose a name such as x.gif"),
         (["--svg", "1", "-o", "x.PNG"], "the replay is SVG; choose a name such as x.svg"),
         (["-o", "x.gif"], "the replay is HTML; choose a name such as x.html, or add --gif"),
         (["-o", "x.png"], "choose a name such as x.html, or add --png last"),
-        (["--terminal", "--ticks", "9-3"], "in order"),
-        (["--terminal", "--ticks", "0-47"], "two ticks such as 0-46"),
+        (["--gif", "--ticks", "9-3"], "in order"),
+        (["--gif", "--ticks", "0-47"], "two ticks such as 0-46"),
         (["--svg", "1", "-o", "/nowhere/at/all.svg"], "cannot write"),
     ],
 )
@@ -77,82 +72,6 @@ def test_a_bad_trace_is_refused_with_its_line(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "bad.jsonl:8:" in done.stderr and "4711" in done.stderr
     assert not (tmp_path / "bad.html").exists()
-
-
-def test_into_a_pipe_the_terminal_replay_tells_only_what_matters(traces: dict[str, Path]) -> None:
-    done = safenav("replay", traces["chain"], "--terminal")
-    assert done.returncode == 0 and "\x1b[" not in done.stdout
-    frames = done.stdout.count("of 40")
-    assert frames == 6  # start, two requests, two resolutions, end
-    assert "stack 2: door@47 (quad waits, digit helps)" in done.stdout
-    assert "▒▒" in done.stdout
-
-
-def test_into_a_pipe_the_terminal_replay_tells_what_a_user_has_changed(tmp_path: Path) -> None:
-    lines = made_traces.door()
-    lines.insert(-1, {"type": "service", "tick": lines[-1]["tick"] - 1, "robot": "digit",
-                      "active": False, "cause": "user"})  # fmt: skip
-    done = safenav("replay", made_traces.write(lines, tmp_path / "out.jsonl"), "--terminal")
-    assert "digit is out of service" in done.stdout, done.stderr
-
-
-def test_the_terminal_replay_restores_the_cursor_when_interrupted(
-    replays: dict[str, Replay],
-) -> None:
-    written: list[str] = []
-
-    def interrupt(_: float) -> None:
-        if len(written) > 3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        play(replays["door"], range(10), 4, written.append, interrupt)
-    assert written[0].startswith("\x1b[?25l") and written[-1] == "\x1b[?25h"
-
-
-def _played(
-    replay: Replay, ticks: range, size: tuple[int, int], patch: pytest.MonkeyPatch
-) -> list[str]:
-    """Return the frames on a terminal of this size."""
-    patch.setattr("shutil.get_terminal_size", lambda: os.terminal_size(size))
-    written: list[str] = []
-    play(replay, ticks, 4, written.append, lambda _: None)
-    return [click.unstyle(text) for text in written[1:-1]]
-
-
-@pytest.mark.parametrize("size", [(40, 12), (70, 20), (200, 60)])
-def test_a_frame_fits_into_the_terminal(
-    replays: dict[str, Replay], monkeypatch: pytest.MonkeyPatch, size: tuple[int, int]
-) -> None:
-    """Longer lines were broken within words, and higher frames ran over one another."""
-    frames = _played(replays["chain"], range(4, 8), size, monkeypatch)
-    assert len(frames) == 4
-    for lines in (frame.split("\n") for frame in frames):
-        assert len(lines) <= size[1] and max(map(len, lines)) <= size[0]
-
-
-def test_a_small_terminal_shows_the_last_events_of_a_large_team(
-    replays: dict[str, Replay], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Frames were cut at the bottom, so that the robots hid the events."""
-    replay = replays["chain"]
-    frames = _played(replay, range(4, 8), (40, 14), monkeypatch)
-    for tick, text in zip(range(4, 8), frames, strict=True):
-        newest = [event.text for event in replay.events if event.tick <= tick][-1]
-        assert newest in " ".join(text.replace("\x1b[K", "").split())
-
-
-def test_a_frame_of_a_large_map_shows_the_robot_of_the_last_event(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It showed the north-western corner, wherever the robots were."""
-    robot = {"model": "quadcopter", "start": [35, 50], "objective": {"visit": [[35, 52]]}}
-    grid = ["#" * 60, *["#" + "." * 58 + "#"] * 38, "#" * 60]
-    team = {"safenav": 1, "map": {"grid": grid}, "robots": {"q": robot}, "until": {"rounds": 1}}
-    trace = tmp_path / "t.jsonl"
-    trace.write_text(runtime.played.play(team).text)
-    frames = _played(read_replay(trace), range(3), (40, 20), monkeypatch)
-    assert all("Q  " in text for text in frames)
 
 
 @pytest.mark.parametrize(

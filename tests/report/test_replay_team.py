@@ -20,7 +20,6 @@ from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.perception import SightCache, shading_lines, shading_of, viewers
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
-from safenav.report.terminal.replay import frame
 from safenav.trace.words import regions_words
 from safenav.world.map import RegionMap
 from safenav.world.poses import bits
@@ -136,12 +135,6 @@ def test_a_picture_hatches_beliefs_and_tints_sight(replays: dict[str, Replay]) -
 def test_lists_of_regions_are_abbreviated() -> None:
     assert regions_words([24, 22, 23, 35]) == "22-24, 35"
     assert regions_words([]) == ""
-
-
-def test_the_terminal_tells_beliefs_and_transit(replays: dict[str, Replay]) -> None:
-    text = "\n".join((*frame(replays["meeting"], 1), *frame(replays["slow"], 1)))
-    assert "west believes east in 14-16, 23-25, 32-34" in text
-    assert "slow at 8 [1, 3]: visit 6, 8 in turn (in transit to 7 [1, 2])" in text
 
 
 def test_the_command_shades_for_a_robot(traces: dict[str, Path], tmp_path: Path) -> None:

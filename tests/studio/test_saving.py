@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from children import ran
-from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import AddObstacle, AssignObjective, SetService
 from safenav.runtime.mission import Mission
 from safenav.scenario.objective import Hold
@@ -38,21 +37,6 @@ def trace() -> bytes:
         mission.step()
     mission.give_up()
     return "".join(json.dumps(as_data(record)) + "\n" for record in records).encode()
-
-
-def test_the_saved_pictures_show_every_tick(trace: bytes) -> None:
-    lines = trace.splitlines(keepends=True)
-    short = b"".join(line for line in lines if json.loads(line).get("tick", 0) <= 1)
-    with zipfile.ZipFile(io.BytesIO(session.frames(short, "run.jsonl"))) as files:
-        names = files.namelist()
-        assert names == ["tick-0000.png", "tick-0001.png"]
-        assert all(files.read(name).startswith(b"\x89PNG") for name in names)
-
-
-def test_too_many_pictures_are_refused(trace: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session, "MOST_FRAMES", 3)
-    with pytest.raises(UsageError, match="at most 3"):
-        session.frames(trace, "run.jsonl")
 
 
 def test_the_run_so_far_in_three_dimensions(trace: bytes) -> None:

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import io
+from collections import Counter
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
+from safenav.errors import UsageError
 from safenav.extras import missing
-from safenav.report.picture.scene import Options, layers_of
-from safenav.report.picture.svg import Layers
+from safenav.report.picture.raster import png_of
+from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.perception import Shading, shading_of
 from safenav.report.replay.timeline import Replay, StoryKind
 
 if TYPE_CHECKING:
     from PIL import Image
-
-    from safenav.report.picture.palette import Palette
 
 _HALTS = {
     StoryKind.VIOLATION,
@@ -27,12 +28,17 @@ _HALTS = {
 }
 PAUSE = 0.125
 """Seconds between frames of a run with a clock."""
+MOST_FRAMES = 2000
+"""Limit of a film, whose frames are in memory until it is written."""
+APART = 7
+"""Difference of two colours in red, green or blue, of 256."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
 class Film(Struct, frozen=True):
     """Options of a film of a run: first and last tick, speed, smoothness, width. ``speed``: ticks
-    per second, or a multiple of the speed of the run's clock."""
+    per second, or a multiple of the speed of the run's clock. ``sight``: the robot whose sight and
+    beliefs are shaded."""
 
     first: int
     last: int
@@ -40,7 +46,6 @@ class Film(Struct, frozen=True):
     steps: int = 3
     width: int = 720
     sight: str | None = None
-    """The robot whose sight and beliefs are shaded."""
 
     @property
     def ticks(self) -> range:
@@ -62,60 +67,47 @@ class Film(Struct, frozen=True):
     def shading(self, replay: Replay, tick: int) -> Shading | None:
         return None if self.sight is None else shading_of(replay, self.sight, tick)
 
-    def layers(self, replay: Replay, tick: int, part: float, caption: str) -> Layers:
-        options = Options(legend=False, caption=caption, shading=self.shading(replay, tick))
-        return layers_of(replay.scene(tick, part), options)
-
 
 def write_gif(
-    replay: Replay, path: Path, film: Film, progress: Callable[[int], None] | None = None
+    replay: Replay, path: Path, film: Film, progress: Callable[[], None] | None = None
 ) -> None:
     """Write the run as an animated GIF; it rests at discoveries, requests and resolutions.
+    ``progress`` is called after each frame.
 
-    ``progress`` receives the number of finished frames. Raises UsageError if the extra
-    ``pictures`` is not installed."""
+    Raises UsageError for more than ``MOST_FRAMES`` frames, or if the extra ``pictures`` is not
+    installed."""
     try:
-        import PIL.Image  # noqa: F401
+        from PIL import Image
     except ImportError as error:
         raise missing("GIF (not SVG)", "pillow", "pictures") from error
-    from PIL import GifImagePlugin
-
-    from safenav.report.picture.palette import CLEAR
-
-    with path.open("wb") as file:
-        for number, (image, corner, milliseconds) in enumerate(_frames(replay, film, progress)):
-            if number == 0:
-                header, _ = GifImagePlugin.getheader(image, info={"loop": 0})
-                file.writelines(header)
-            shown = {"duration": milliseconds, "transparency": CLEAR, "disposal": 1}
-            file.writelines(GifImagePlugin.getdata(image, corner, **shown))
-        file.write(b";")
-
-
-def _frames(
-    replay: Replay, film: Film, progress: Callable[[int], None] | None
-) -> Iterator[tuple[Image.Image, tuple[int, int], int]]:
-    """Yield the frames of a film: the part that differs from the previous frame, its corner, and
-    its duration. A frame without a difference extends the previous one."""
-    from safenav.report.picture.canvas import Canvas
-
-    palette, canvas = _palette(replay, film), Canvas(film.width)
-    held: tuple[Image.Image, tuple[int, int], int] | None = None
-    for number, (layers, milliseconds) in enumerate(_moments(replay, film), start=1):
-        found = palette.difference(canvas.show(layers))
-        if held is not None and found is None:
-            held = (held[0], held[1], held[2] + milliseconds)
-        elif found is not None:
-            if held is not None:
-                yield held
-            held = (*found, milliseconds)
+    if (count := len(film.moments(replay))) > MOST_FRAMES:
+        problem = f"a GIF of {count} frames is too large: at most {MOST_FRAMES}"
+        raise UsageError(
+            f"{problem}\n    choose a part of the run (--ticks 0-100), or a higher --speed"
+        )
+    colours = _colours(replay, film)
+    frames: list[Image.Image] = []
+    durations: list[int] = []
+    for tick, part, caption, milliseconds in _captioned(replay, film):
+        image = _drawn(replay, film, tick, part, caption)
+        frames.append(image.quantize(palette=colours, dither=Image.Dither.NONE))
+        durations.append(milliseconds)
         if progress is not None:
-            progress(number)
-    if held is not None:
-        yield held
+            progress()
+    more = {"save_all": True, "append_images": frames[1:], "duration": durations, "loop": 0}
+    frames[0].save(path, "GIF", **more)
 
 
-def _moments(replay: Replay, film: Film) -> Iterator[tuple[Layers, int]]:
+def _drawn(replay: Replay, film: Film, tick: int, part: float, caption: str) -> Image.Image:
+    from PIL import Image
+
+    options = Options(legend=False, caption=caption, shading=film.shading(replay, tick))
+    pixels = png_of(svg_of(replay.scene(tick, part), options), film.width)
+    return Image.open(io.BytesIO(pixels)).convert("RGB")
+
+
+def _captioned(replay: Replay, film: Film) -> Iterable[tuple[int, float, str, int]]:
+    """Yield the moments of the frames, with caption and duration in milliseconds."""
     pause = PAUSE if replay.times is not None else 1 / film.speed / film.steps
     milliseconds = max(20, round(100 * pause) * 10)
     caption, since, shown = "", film.first, film.first - 1
@@ -131,17 +123,27 @@ def _moments(replay: Replay, film: Film) -> Iterator[tuple[Layers, int]]:
             halt = 1200 if any(event.kind in _HALTS for event in events) else 0
             halt = 2500 if tick == film.last else halt
             shown = tick
-        yield film.layers(replay, tick, part, caption), milliseconds + halt
+        yield tick, part, caption, milliseconds + halt
 
 
-def _palette(replay: Replay, film: Film) -> Palette:
-    """Return one palette for all frames, from moments that together show every colour. With one
-    palette, a frame needs only the pixels that changed."""
-    from safenav.report.picture.canvas import Canvas
-    from safenav.report.picture.palette import Palette
+def _colours(replay: Replay, film: Film) -> Image.Image:
+    """Return the most frequent colours of some moments as a palette for all frames: plain colours
+    stay exact, and a frame holds only the pixels that changed. Pillow may confuse colours that are
+    nearer to each other than ``APART``."""
+    from PIL import Image
 
-    ticks = {film.first, film.last}
-    ticks |= {e.tick for e in replay.events if e.kind in _HALTS and e.tick in film.ticks}
-    chosen = sorted(ticks)[:: max(1, len(ticks) // 8)]
-    canvas = Canvas(film.width)
-    return Palette([canvas.show(film.layers(replay, tick, 0.0, "-")) for tick in chosen])
+    halts = {e.tick for e in replay.events if e.kind in _HALTS and e.tick in film.ticks}
+    ticks = sorted({film.first, film.last, *halts})
+    counts: Counter[tuple[int, ...]] = Counter()
+    for tick in ticks[:: max(1, len(ticks) // 8)]:
+        image = _drawn(replay, film, tick, 0.0, "-")
+        for count, colour in image.getcolors(1 << 24) or ():
+            if isinstance(colour, tuple):  # of red, green and blue
+                counts[colour] += count
+    palette = Image.new("P", (1, 1))
+    chosen: list[tuple[int, ...]] = []
+    for colour, _ in counts.most_common(1024):
+        if all(max(abs(a - b) for a, b in zip(colour, c, strict=True)) > APART for c in chosen):
+            chosen.append(colour)
+    palette.putpalette(b"".join(map(bytes, chosen[:256])))
+    return palette

@@ -27,7 +27,7 @@ from safenav.report.picture.glyphs import (
 from safenav.report.picture.legend import Row, glyph, key_row, legend_of, lines_of, square
 from safenav.report.picture.names import PlacedName, draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
-from safenav.report.picture.svg import Layers, SvgWriter, polyline, wrapped
+from safenav.report.picture.svg import SvgWriter, polyline, wrapped
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import target_regions
@@ -72,18 +72,7 @@ class Options(Struct, frozen=True):
 
 
 def svg_of(scene: Scene, options: Options | None = None) -> str:
-    page, width, height = _page(scene, options or Options())
-    return page.document(width, height, scene.title, _described(scene))
-
-
-def layers_of(scene: Scene, options: Options) -> Layers:
-    """Return the picture of a scene as layers, for a film."""
-    page, width, height = _page(scene, options)
-    return page.layers(width, height)
-
-
-def _page(scene: Scene, options: Options) -> tuple[SvgWriter, float, float]:
-    """Return the picture, its width and its height."""
+    options = options or Options()
     cell = cell_size(scene.map)
     width, height = scene.map.cols * cell, scene.map.rows * cell
     legend = legend_of(scene, options.hidden, _more(scene, options)) if options.legend else None
@@ -110,7 +99,6 @@ def _page(scene: Scene, options: Options) -> tuple[SvgWriter, float, float]:
         legend.draw(page, aside, top if beside else top + height + 20)
     elif options.caption is not None:
         key_row(scene).draw(page, MARGIN, top + height + 6, inner)
-    page.rise()
     page.open_map(MARGIN, top)
     drawing.moment()
     page.text(0, -9, scene.moment, 13, fill=MUTED)
@@ -118,7 +106,8 @@ def _page(scene: Scene, options: Options) -> tuple[SvgWriter, float, float]:
         for i, line in enumerate(wrapped(options.caption, 13, inner)[:CAPTION_LINES]):
             page.text(0, height + key_height + 24 + 18 * i, line, 13, fill=INK)
     page.close_group()
-    return page, inner + 2 * MARGIN, below + MARGIN
+    size = (inner + 2 * MARGIN, below + MARGIN)
+    return page.document(*size, scene.title, _described(scene))
 
 
 def _more(scene: Scene, options: Options) -> list[Row]:

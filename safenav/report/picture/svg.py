@@ -5,11 +5,8 @@ fallback fonts of other renderers: text that fits here fits everywhere."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
-
-from msgspec import Struct
 
 FONTS = Path(__file__).parent / "fonts"
 """DejaVu Sans, regular and bold (subsets), so that pixels are the same on every machine."""
@@ -65,22 +62,11 @@ def polyline(*points: tuple[float, float]) -> str:
     return "M" + "L".join(f"{number(x)},{number(y)}" for x, y in points)
 
 
-class Layers(Struct, frozen=True):
-    """A picture as two documents of the same size: the ground, and on it the moving elements, which
-    differ between two moments of a run."""
-
-    width: float
-    height: float
-    ground: str
-    moving: str
-
-
 class SvgWriter:
     """Collects elements in drawing order; ``document`` gives the picture."""
 
     def __init__(self) -> None:
         self._parts: list[str] = []
-        self._ground = 0
 
     def element(self, tag: str, content: str | None = None, /, **attributes: object) -> None:
         """Add one element with escaped content; ``_`` in attribute names means ``-``, and an
@@ -127,26 +113,12 @@ class SvgWriter:
         """Open the group of a map with its origin at (x, y)."""
         self.open_group(transform=f"translate({number(x)} {number(y)})")
 
-    def rise(self) -> None:
-        """End the ground; the moving elements follow."""
-        self._ground = len(self._parts)
-
-    def layers(self, width: float, height: float) -> Layers:
-        """Return the picture in layers."""
-        ground, moving = self._parts[: self._ground], self._parts[self._ground :]
-        documents = (_document(parts, width, height) for parts in (ground, moving))
-        return Layers(width, height, *documents)
-
     def document(self, width: float, height: float, title: str, description: str) -> str:
         """Return the finished picture; title and description are for screen readers."""
         titles = (f"<title>{escape(title)}</title>", f"<desc>{escape(description)}</desc>")
-        return _document([*titles, *self._parts], width, height)
-
-
-def _document(parts: Sequence[str], width: float, height: float) -> str:
-    w, h = number(width), number(height)
-    head = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" '
-        f'viewBox="0 0 {w} {h}" role="img" font-family={quoteattr(FAMILY)}>'
-    )
-    return "\n".join((head, *parts, "</svg>\n"))
+        w, h = number(width), number(height)
+        head = (
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" '
+            f'viewBox="0 0 {w} {h}" role="img" font-family={quoteattr(FAMILY)}>'
+        )
+        return "\n".join((head, *titles, *self._parts, "</svg>\n"))

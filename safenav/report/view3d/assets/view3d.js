@@ -1,4 +1,4 @@
-/* sources 8bc627fae0375ed578c97dbce52e340fda7b3248a2b4bac5bcaccd2e9bac4dd8 */
+/* sources e1ad8df6172b4b957c0da4b76183f2f2c80a1c7022df33ced1bb791d76bb4fd1 */
 /* Contains Preact:
 The MIT License (MIT)
 

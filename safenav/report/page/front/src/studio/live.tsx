@@ -117,9 +117,6 @@ export function RunDownloads() {
       <a href="save/3d" target="_blank" rel="noopener">
         Show in 3D
       </a>
-      <a href="save/frames" download>
-        Pictures of all ticks (for a video)
-      </a>
       <a href="save/bundle" download>
         Bundle with proofs
       </a>
