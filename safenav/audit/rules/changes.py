@@ -33,6 +33,7 @@ def appeared(record: Line, now: Situation) -> Iterator[Message]:
         yield f"{obstacle.name} appears where it already is"
     if record.cause == "battery":
         return  # another rule judges it
+    yield from _by_a_simulation(record, now)
     for robot in () if obstacle.ordered else now.header.robots:
         if obstacle.region in now.taken_by(robot):
             place = now.show(obstacle.region)
@@ -43,6 +44,12 @@ def appeared(record: Line, now: Situation) -> Iterator[Message]:
             yield f"the scenario does not let {obstacle.name} appear"
         elif moment(record) < since:
             yield f"{obstacle.name} appears in tick {record.tick}, before {since}"
+
+
+def _by_a_simulation(record: Line, now: Situation) -> Iterator[Message]:
+    """A simulated world in ticks changes only what the scenario or a user changes."""
+    if record.cause == "world" and not (now.external or now.live):
+        yield f"a simulated world changes {record.obstacle}, which the scenario does not"
 
 
 def _taken(obstacle: Line, now: Situation) -> bool:
@@ -79,6 +86,7 @@ def gone(record: Line, now: Situation) -> Iterator[Message]:
             if until <= time and not now.status[name].away:
                 yield None, f"{name} does not disappear by tick {record.tick}"
         return
+    yield from _by_a_simulation(record, now)
     name = record.obstacle
     if now.status[name].away:
         yield f"{name} disappears, but it is absent"

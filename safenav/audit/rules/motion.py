@@ -147,9 +147,14 @@ class AlwaysRule(Rule):
 @judges("line", "move")
 def transit(record: Line, now: Situation) -> Iterator[Message]:
     """A robot in transit (a step of several ticks) stays in the region of departure, in transit to
-    the same neighbouring free region until it arrives (T, Time). Live, a step that fails ends in
+    the same neighbouring free region until it arrives; only a step that may take one tick takes one
+    (T, Time). Live, a step that fails ends in
     the region of its ``arrive`` line."""
     bound, robot = now.toward[record.robot], record.robot
+    timing = None if now.live or now.external else now.header.robots[robot].timing
+    one = bound is record.toward is None and record.to != record.from_
+    if one and timing is not None and timing.least > 1:
+        yield f"a step of {robot} takes one tick; it takes at least {timing.least}"
     over = record.toward is None and not now.has_failed(robot)
     if bound is not None and over and record.to != bound:
         yield f"{robot} was in transit to {now.show(bound)}, but is at {now.show(record.to)}"

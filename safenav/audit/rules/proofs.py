@@ -101,7 +101,8 @@ class ProofRule(Rule):
                     return
                 begins = record.tick == 0
                 case = case_of(now, begins=begins, memory=memory)
-                yield from problems_of(proof, case) if case else ()
+                unread = [] if case else [self.not_judged(record, None, UNREAD)]
+                yield from problems_of(proof, case) if case else unread
             except TooManyError as large:
                 yield Finding(self.name, record.tick, None, record.line, str(large), unknown=True)
 
