@@ -70,7 +70,7 @@ class Obstacle(Made):
             how = need.robots or 1, bool(need.together), bool(need.same)
             needs.append(Need(able, frozenset(need.regions), *how, need.action))
         fields = ("name", "region", "blocks", "traversable", "from_", "until", "resolve_within")
-        about = {name: getattr(stated, name) for name in (*fields, "ordered", "type", "sweeps")}
+        about = {name: getattr(stated, name) for name in (*fields, "ordered", "type")}
         return cls(all_needs=tuple(needs), **about)
 
     def opened(self) -> OpenObstacle:
@@ -78,7 +78,7 @@ class Obstacle(Made):
         number = self.name.partition("#")[2]
         order = self.type, self.region, int(number) if number.isdecimal() else 1
         about = self.name, self.region, frozenset(self.blocks), self.all_needs
-        return OpenObstacle(*about, order=order, sweeps=frozenset(self.sweeps or ()))
+        return OpenObstacle(*about, order=order)
 
 
 def proof_of(line: Line) -> Mapping[str, Any] | None:

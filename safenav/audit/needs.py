@@ -26,8 +26,7 @@ class OpenObstacle(NamedTuple):
     """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
     next one first; ``done``: robots that have done their part of the next need; ``barred``: robots
     without a strategy for serving it; ``order``: rank by which robots that can take several loads
-    take them; ``stage``: number of its next need; ``sweeps``: regions where no other robot may be
-    while a robot resolves it."""
+    take them; ``stage``: number of its next need."""
 
     name: str
     region: int
@@ -37,7 +36,6 @@ class OpenObstacle(NamedTuple):
     barred: frozenset[str] = frozenset()
     order: tuple[str, int, int] = ("", 0, 0)
     stage: int = 0
-    sweeps: frozenset[int] = frozenset()
 
     def closes(self, robot: str) -> bool:
         """Return whether a robot must not enter its region: it is stopped, and does not resolve the

@@ -135,13 +135,12 @@ class FleetWorld(FleetSteps):
     def _passed(self, robot: Robot, known: Sequence[Obstacle]) -> list[Obstacle]:
         """Return obstacles unknown to the team that a robot resolves alone by one action where it
         stands, such as a door that it has found and entered."""
-        idle, world = self._idle(None), self._scenario.map
+        idle = self._idle(None)
         return [
             one
             for one in self._sensing.seen()
             if one not in known
             and len(one.needs) == 1
-            and not one.swept(world)
             and self._progress.group(one, robot, idle) == (robot.name,)
         ]
 

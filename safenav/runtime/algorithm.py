@@ -41,7 +41,6 @@ from safenav.runtime.deadline_monitor.refusal import refusal_of
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.intervention.applying import Interventions
 from safenav.runtime.progress import Progress
-from safenav.runtime.sweeping import claimed_beside
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
@@ -87,7 +86,7 @@ class Algorithm(Struct):
             self.stop.check()
             self.deadlines.turn_begins(number)
             if (
-                not claimed_beside(self.team, robot)
+                not self.team.claimed_beside(robot)
                 if robot.transit is None
                 else self.world.may_have_ended(robot.name)
             ):

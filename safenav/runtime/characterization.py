@@ -37,15 +37,6 @@ def characterize(
             return None
         if team.live:  # a sensor may miss it next time; in lockstep all sensors agree
             team.knowledge.sight(obstacle)
-        if not _stops(team, obstacle, robot):
+        if not team.knowledge.closed_to(obstacle, robot):
             return None
     return ForbiddenMove(robot, pose.region, target, obstacle)
-
-
-def _stops(team: TeamState, obstacle: Obstacle, robot: Robot) -> bool:
-    """Whether a robot must not enter an obstacle that it notices. One that sweeps regions must
-    first be known to the team, which reserves them."""
-    if team.knowledge.closed_to(obstacle, robot):
-        return True
-    sweeps = bool(obstacle.swept(team.scenario.map))
-    return sweeps and obstacle.blocks(robot) and not team.knowledge.knows(obstacle)

@@ -386,6 +386,20 @@ class TeamState(Struct):
         found.update([o.transit.pose.region for o in others if o.transit is not None])
         return found if among is None else found.intersection(among)
 
+    def claimed_beside(self, robot: RobotState) -> bool:
+        """Return whether, by a report that has no effect yet, another robot may be in an adjacent
+        region that is still open to this one. Until then, this robot must not set out."""
+        claiming = [o for o in self.robots.values() if o.claims and o is not robot]
+        if not claiming:
+            return False
+        sides = self.scenario.map.neighbours(robot.pose.region)
+        beside = {*sides} - self.had_by_others(robot.robot, sides)
+        return any(
+            region in beside and (not names or robot.name in names)
+            for other in claiming
+            for region, names in other.claims.items()
+        )
+
     def standing(self) -> dict[str, Region]:
         """The region of each robot that can take part in an action; in a live run, not of those in
         transit."""

@@ -133,8 +133,7 @@ class ObstacleType(Struct, frozen=True):
     capabilities; None means every robot.
     ``has_truth``: resolving it may also reveal that the region is not traversable. ``listed``:
     its needs in order, the first with ``action`` at ``resolve_at``; empty if that is its only
-    need. ``resolve_within``: the most ticks from the request to the resolution. ``sweeps``: the
-    regions that its resolution sweeps, as the leaf of a hinged door does.
+    need. ``resolve_within``: the most ticks from the request to the resolution.
     """
 
     name: str
@@ -144,7 +143,6 @@ class ObstacleType(Struct, frozen=True):
     has_truth: bool = False
     listed: tuple[Need, ...] = ()
     resolve_within: Count | None = None
-    sweeps: ResolveAt | frozenset[Region] | None = None
 
     @property
     def needs(self) -> tuple[Need, ...]:
@@ -192,8 +190,7 @@ class Obstacle(Struct, frozen=True):
     has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
     disappears; None: from the beginning, and never. ``resolve_within``: the deadline in ticks from
     the request to the resolution, None for that of its type. ``ordered``: it is requested as soon
-    as it appears. ``number``: its number among orders of the same type and region, from 1.
-    ``sweeps``: overrides that of its type."""
+    as it appears. ``number``: its number among orders of the same type and region, from 1."""
 
     type: ObstacleType
     region: Region
@@ -203,7 +200,6 @@ class Obstacle(Struct, frozen=True):
     resolve_within: Count | None = None
     ordered: bool = False
     number: Positive = 1
-    sweeps: ResolveAt | frozenset[Region] | None = None
 
     @property
     def name(self) -> str:
@@ -248,17 +244,9 @@ class Obstacle(Struct, frozen=True):
         here = self.appears is None and self.region == robot.start.region
         return here and self.closed_to(robot)
 
-    def swept(self, world: RegionMap) -> frozenset[Region]:
-        """Return the free regions beside its own that no other robot may be in while a robot
-        resolves it."""
-        where = self.type.sweeps if self.sweeps is None else self.sweeps
-        return frozenset() if where is None else frozenset(self._at(where, world)) - {self.region}
-
     def resolution_regions(self, world: RegionMap, need: int = 0) -> tuple[Region, ...]:
         """Return S_r of one need without walls, ascending."""
-        return self._at(self.needs[need].at, world)
-
-    def _at(self, where: ResolveAt | frozenset[Region], world: RegionMap) -> tuple[Region, ...]:
+        where = self.needs[need].at
         if where == ResolveAt.SELF:
             return (self.region,)
         if where == ResolveAt.NEIGHBOURS:
@@ -352,12 +340,6 @@ class Scenario(Struct, frozen=True):
         else that of its type, else that of the scenario (None: no limit)."""
         limits = (obstacle.resolve_within, obstacle.type.resolve_within, self.resolve_within)
         return next((limit for limit in limits if limit is not None), None)
-
-    @property
-    def sweeping(self) -> bool:
-        """Whether the resolution of any listed or possible obstacle sweeps regions."""
-        own = any(obstacle.sweeps is not None for obstacle in self.obstacles)
-        return own or any(kind.sweeps is not None for kind in self._types)
 
     def robot(self, name: str) -> Robot:
         """Return the robot of that name. Raises KeyError."""

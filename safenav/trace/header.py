@@ -94,7 +94,6 @@ def obstacle_header(
         until=obstacle.goes,
         ordered=obstacle.ordered or None,
         resolve_within=scenario.limit_of(obstacle),
-        sweeps=tuple(sorted(obstacle.swept(scenario.map))) or None,
     )
 
 

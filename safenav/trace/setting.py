@@ -88,8 +88,7 @@ class ObstacleHeader(Struct, frozen=True):
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
     those of the first). ``from_`` and ``until``: when it appears and disappears.
     ``resolve_within``: the most ticks from its request to its resolution. ``ordered``: the team
-    is to resolve it as soon as it appears. ``sweeps``: regions that no other robot may be in while
-    a robot resolves it."""
+    is to resolve it as soon as it appears."""
 
     type: str
     name: str
@@ -103,7 +102,6 @@ class ObstacleHeader(Struct, frozen=True):
     until: Count | None = None
     resolve_within: Count | None = None
     ordered: bool | None = None
-    sweeps: tuple[Region, ...] | None = None
 
     @property
     def all_needs(self) -> tuple[NeedHeader, ...]:

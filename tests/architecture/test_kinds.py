@@ -32,6 +32,7 @@ EXEMPT = {
     ("once", "stl/parser.py"): "an operator of signal temporal logic",
     ("once", "stl/syntax.py"): "that operator",
     ("patrol", "scenario/beginning.py"): "the text of a scenario",
+    ("patrol", "scenario/yaml/fields.py"): "what replaces a former key",
     ("visit", "scenario/beginning.py"): "the text of a scenario",
 }
 """Words that mean something else there."""

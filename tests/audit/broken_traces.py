@@ -108,7 +108,6 @@ CASES: list[Case] = [
         "never-together shared_floor 1 two",
         scenario("never_together", to=[{"robots": ["one", "two"], "regions": [8, 9]}]),
     ),
-    ("swept door 3 digit 2", scenario("obstacles", 0, "sweeps", to=[8])),
     ("collision slow_steps 3 flyer 3", retell("flyer", (3, 9, 8), (4, 8, 8))),
     ("transit slow_steps 2 slow 2", edit("move", {"tick": 2, "robot": "slow"}, toward=13)),
     ("belief beliefs 2 watcher 2", edit("belief", {"tick": 2}, regions=[9])),

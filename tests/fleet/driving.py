@@ -54,7 +54,6 @@ class Lab:
             obstacles = re.findall(r"^  - (.*)$", listed[1], re.MULTILINE)
             text = text.replace(listed[0], "")
         text = text.replace("map:\n", f"map:\n  resolution: {SIDE}\n")
-        text += "catalogue: {obstacles: {door: {action: push, sweeps: neighbours}}}\n"
         text = re.sub(r"^  (resolved|blocked|helpers):.*\n", "", text, flags=re.MULTILINE)
         if (case, transport) != (THIRD, "simulation"):  # a second round shows nothing new
             text = text.replace("until: {rounds: 2}", "until: {rounds: 1}")

@@ -80,7 +80,6 @@ class Watch:
                 if line["busy"] or name in self.out:
                     self._found(line, f"{name} is to act, and cannot: {dict(line)}")
                 self.acting[name] = line["on"]
-                self._swept(line, name, line["on"])
             case "acted":
                 self.acting.pop(name, None)
             case "shown":
@@ -127,8 +126,6 @@ class Watch:
         if stops is not None and (stops in self.known or self.hidden != (line["t"], name, stops)):
             how = "known" if stops in self.known else "before its sensor"
             self._found(line, f"{name} is sent into {stops}, which is {how}")
-        for other, on in self.acting.items():
-            self._swept(line, other, on, only=name)
 
     def _apart(self, line: Line, name: str) -> None:
         for other in self._rivals(name):
@@ -143,21 +140,6 @@ class Watch:
             for other in {*zone["robots"]} - {name} - self.slid:
                 if self.at[other] & inside:
                     self._found(line, f"{name} enters the zone where {other} is")
-
-    def _swept(self, line: Line, name: str, on: Collection[str], only: str | None = None) -> None:
-        """Check that no other robot is in the swept regions during an action."""
-        grid = "".join(self.data["map"]["grid"])
-        cols = len(self.data["map"]["grid"][0])
-        for entry in self.data["obstacles"]:
-            if f"{entry['type']}@{entry['region']}" not in on or "sweeps" not in entry:
-                continue
-            sides = {entry["region"] + step for step in (-cols, 1, cols, -1)}
-            swept = {r for r in sides if grid[r] != "#"}
-            for other, at in self.at.items():
-                if other in (name, *[n for n, o in self.acting.items() if {*o} & {*on}]):
-                    continue
-                if at & swept and only in (None, other):
-                    self._found(line, f"{other} is where {sorted(on)} sweeps, by {name}")
 
 
 class Charges:

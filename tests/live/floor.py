@@ -133,7 +133,7 @@ class Floor:
         to do, and always covers each obstacle at which the team believes it to be."""
         if name in self.moving:
             self._write("wrong", robot=name, act=True, busy=True)
-        if name in self.dead or not any(self._can(name, one, believed) for one in self.stage):
+        if name in self.dead or not any(self._can(name, one) for one in self.stage):
             return self._acted(name, believed, command, fails=name in self.dead)
         self._begin(name, command, None)
         self._write("act", robot=name, command=command, on=list(believed))
@@ -271,11 +271,9 @@ class Floor:
             self._plan(due + self._dice.uniform(0.0, 5.0), "tell", event)
         return due
 
-    def _can(self, name: str, obstacle: str, on: Sequence[str]) -> bool:
+    def _can(self, name: str, obstacle: str) -> bool:
         """Return whether a robot can fulfil the next need of an obstacle, with the other robots at
-        their poses. Obstacles that sweep regions are skipped unless the command names them."""
-        if self.mission.obstacles[obstacle].sweeps and obstacle not in on:
-            return False
+        their poses."""
         index, done = self.stage[obstacle]
         need = self.mission.obstacles[obstacle].needs[index]
         there = self._there(need.action, need.at)
@@ -294,11 +292,11 @@ class Floor:
     def _acted(self, name: str, believed: Sequence[str], command: int, *, fails: bool) -> Line:
         self.moving.pop(name, None)
         found: dict[str, str] = {}
-        for obstacle in [n for n in self.stage if self._can(name, n, believed)]:
+        for obstacle in [n for n in self.stage if self._can(name, n)]:
             if fails:
                 found[obstacle] = "failed"
                 continue
-            while obstacle in self.stage and self._can(name, obstacle, believed):
+            while obstacle in self.stage and self._can(name, obstacle):
                 self._advance(name, obstacle)
             found[obstacle] = "done" if obstacle not in self.stage else "part"
             if obstacle in self.walls:

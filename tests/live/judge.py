@@ -63,7 +63,6 @@ class Walk:
             case "act":
                 self._begun[name] = line["t"]
                 self._acting[name] = set(line.get("on", ()))
-                self._clear(line)
             case "acted":
                 self._acting.pop(name, None)
                 self.busy[name] += line["t"] - self._begun.pop(name, line["t"])
@@ -104,7 +103,6 @@ class Walk:
         self.way[name] = (line["from"], line["to"])
         self.at[name] = {line["from"], line["to"]}
         self._apart(line, name)
-        self._clear(line)
         stops = line["stops"]
         if stops is None:
             return
@@ -119,27 +117,6 @@ class Walk:
             if shared := self.at[name] & self.at[other]:
                 where = f"{name} and {other} have {sorted(shared)}"
                 self.defects.append(f"{line['t']:.2f} s: {where} at the same time")
-
-    def _clear(self, line: Line) -> None:
-        """Nobody else is where the resolution of an obstacle sweeps when a robot begins to act on
-        it or sets out for its region to resolve it, and nobody sets out for there until that is
-        over. Where a sensor has hidden the obstacle, and none has shown it, no robot can know."""
-        name = line["robot"]
-        for obstacle in self.stages.keys() - (self.hidden - self.known):
-            it = self.mission.obstacles[obstacle]
-            (need, *_) = it.needs
-            able = {n for n, robot in self.robots.items() if need.action in robot.capabilities}
-            entered = {n for n in able if it.region in need.at and it.region in self.at[n]}
-            resolving = entered | {n for n, on in self._acting.items() if obstacle in on}
-            swept = {n for n in self.at if n not in resolving and self.at[n] & it.sweeps}
-            if line["log"] == "start":  # robots that were there before may be there
-                begins = name in entered and line["to"] == it.region
-                swept = swept if begins else swept & {name} if line["to"] in it.sweeps else set()
-            elif obstacle not in self._acting[name]:
-                continue
-            if resolving and swept:
-                said = f"{sorted(swept)} where {obstacle} sweeps, by {sorted(resolving)}"
-                self.defects.append(f"{line['t']:.2f} s: {said}")
 
     def _end(self, line: Line, name: str) -> None:
         self.busy[name] += line["t"] - self._begun.pop(name)

@@ -34,8 +34,7 @@ def timed(seed: int) -> Data:
 
 
 def crowd(seed: int, count: int) -> Data:
-    """A number of robots in rooms with doors one region wide, some closed; every fifth flies. In
-    every third mission the doors sweep what is beside them."""
+    """A number of robots in rooms with doors one region wide, some closed; every fifth flies."""
     random = Random(f"timed crowd {seed} {count}")
     while True:
         down, across = (1, 2) if count < 4 else (2, 2) if count < 10 else (2, 3)
@@ -53,6 +52,4 @@ def crowd(seed: int, count: int) -> Data:
         for region in random.sample(doors, min(len(doors), random.randint(0, 3))):
             draft.obstacle(random.choice(["door", "door", "uncertainty"]), region)
         if len(draft.robots) == count:
-            if seed % 3 == 1:  # doors on hinges
-                draft.types["door"] = {"action": "push", "sweeps": "neighbours"}
             return draft.data(1, 4000, seed)

@@ -11,7 +11,6 @@ import pytest
 
 import warm
 from live.campaign import play, repeated, serially
-from safenav.runtime import sweeping
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.joint_search.execution import Execution
 from safenav.runtime.turns import step_choice
@@ -24,7 +23,6 @@ PARTS = [f"{k}:{k + PART}" for k in range(0, LONG, PART)] or ["0:10"]
 
 FAILED = [
     (4246, True, "a plan lets a robot that is under way wait for another"),
-    (10180, False, "the same, among robots that a door sweeps"),
     (10568, False, "see its file in cases"),
     (11047, True, "a report that comes after a robot was given up as lost"),
     (10163, True, "see its file in cases"),
@@ -92,11 +90,6 @@ def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(step_choice, "characterize", lambda *_: None)
 
 
-def swept_regions_not_reserved(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(sweeping, "swept", lambda *_: set())
-    patch.setattr(sweeping, "clear_of", lambda *_: True)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("mutate", "told", "seeds"),
@@ -104,7 +97,6 @@ def swept_regions_not_reserved(patch: pytest.MonkeyPatch) -> None:
         (destination_not_reserved, "at the same time", (22, 57, 20)),
         (origin_released_at_departure, "at the same time", (22, 57, 25)),
         (orders_of_plans_ignored, "does not wait until", (20, 26, 75, 76, 77)),
-        (swept_regions_not_reserved, "sweeps, by", (16, 22, 46)),
         (nothing_characterized, "before its sensor", (25, 26, 60, 61)),
     ],
 )

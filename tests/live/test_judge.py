@@ -113,42 +113,6 @@ def test_an_obstacle_on_which_its_only_helper_has_failed_stays() -> None:
     assert not verdict(helped, [known, failed, failed], NEEDED)
 
 
-HINGED = {
-    **PAIR,
-    "catalogue": {
-        **PAIR["catalogue"],
-        "obstacles": {"door": {"action": "push", "sweeps": "neighbours"}},
-    },
-    "robots": {**PAIR["robots"], "a": {"model": "digit", "start": 8, "heading": "east"}},
-    "obstacles": [{"type": "door", "region": 10}],
-}
-HINGED["robots"]["a"]["objective"] = {"visit": [9, 10]}
-HIDDEN, SHOWN = ({**shown(2, log), "obstacle": "door@10"} for log in ("hidden", "shown"))
-UNSEEN = [*OUT, HIDDEN, *ON, SHOWN]
-ACTS = {"log": "act", "t": 5, "robot": "a", "command": 3, "on": ["door@10"]}
-LEAVES = [start(3, "b", 11, 12), end(4, "b", 12)]
-BESIDE_A = "['b'] where door@10 sweeps, by ['a']"
-
-
-@pytest.mark.parametrize(
-    ("log", "found"),
-    [
-        ([*OUT, SHOWN, *ON], [BESIDE_A]),
-        ([*OUT, *ON], [BESIDE_A]),
-        (UNSEEN, []),
-        ([*UNSEEN, *LEAVES, ACTS], []),
-        ([*UNSEEN, ACTS], [BESIDE_A]),
-        ([*UNSEEN, *LEAVES, start(4, "b", 12, 11)], [BESIDE_A]),
-    ],
-    ids=["shown", "not looked for", "hidden", "leaves", "acts beside it", "comes back"],
-)
-def test_no_robot_enters_regions_that_it_knows_to_be_swept(
-    log: list[Line], found: list[str]
-) -> None:
-    defects = Walk(Floor(HINGED).mission, log).defects
-    assert [defect.partition(": ")[2] for defect in defects] == found
-
-
 def play(seed: int, floor: Any) -> tuple[list[Line], Line]:
     data = timed(seed)
     scenario = load_scenario_text(yaml.safe_dump(data, sort_keys=False))

@@ -16,7 +16,6 @@ from safenav.motion.check.execution import trackings
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_at
 from safenav.motion.file.records import (
-    Action,
     Flight,
     GoalLine,
     Measured,
@@ -136,27 +135,6 @@ def test_a_robot_that_cuts_a_corner_into_a_neighbours_region_is_found(drive: Dri
 
     changed = measured(drive.motion, "jackal", cut)
     assert {"measured room", "tracking"} <= rules(drive, changed)
-
-
-def test_an_acting_robot_may_reach_into_swept_regions_only(drive: Drive) -> None:
-    """Three measurements of jackal lie in the region of the other row, meanwhile it acts."""
-    middle = drive.motion.outcome.makespan / 2
-    at = [r for r in _rows(drive.motion, "jackal") if r.t > middle][:3]
-    there = measured(
-        drive.motion, "jackal", lambda row: replace(row, y=row.y - 1.0) if row in at else row
-    )
-    act = Action("jackal", 1, "push", "door@12", 12, at[0].t - 0.1, at[-1].t + 0.1)
-    acting = replace(there, lines=(*there.lines, act))
-    door = ObstacleHeader("door", "door@12", 12, "push", (12,), frozenset(), None)
-
-    def room(sweeps: tuple[int, ...] | None) -> list[str]:
-        found = Discovered(0, replace(door, sweeps=sweeps))
-        trace = replace(drive.trace, records=(found, *drive.trace.records))
-        judged = check_motion(acting, trace)
-        return [finding.found for finding in judged if finding.rule == "measured room"]
-
-    assert room(tuple(range(15, 20))) == []
-    assert ["(it acts; 'sweeps'" in found for found in room(None)] == [True]
 
 
 def test_a_region_may_be_entered_before_an_obstacle_is_found_there(drive: Drive) -> None:

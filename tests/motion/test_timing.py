@@ -204,7 +204,6 @@ def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
 
 
 APART = beside(__file__, "scenarios/apart.yaml")
-SWEPT = beside(__file__, "scenarios/swept.yaml")
 
 
 def had(lines: list[Line], robot: str, regions: set[int]) -> list[tuple[float, float]]:
@@ -231,24 +230,12 @@ def test_robots_of_any_pace_are_never_together_where_the_scenario_forbids_it() -
         assert together(had(run, "a", {10, 24}), had(run, "b", {10, 24})) < 1e-6
 
 
-def test_no_robot_of_any_pace_is_where_an_action_sweeps() -> None:
-    trace = read_bytes(played(SWEPT))
-    runs = [[*motion_of(trace).lines], *(strolled(trace, seed) for seed in range(SLOWED))]
-    for run in runs:
-        acts = [(line.t0, line.t1) for line in run if isinstance(line, Action)]
-        assert len(acts) == 1
-        assert together(had(run, "a", {10, 16}), acts) < 1e-6
-
-
-@pytest.mark.parametrize(("text", "rule"), [(APART, "never-together"), (SWEPT, "swept")])
-def test_a_motion_that_ignores_exclusions_or_swept_regions_is_refused(text: str, rule: str) -> None:
-    trace = read_bytes(played(text))
+def test_a_motion_that_ignores_exclusions_is_refused() -> None:
+    trace = read_bytes(played(APART))
     assert check_motion(motion_of(trace), trace) == []
-    scenario = trace.header.scenario
-    careless = tuple(replace(obstacle, sweeps=None) for obstacle in scenario.obstacles)
-    scenario = replace(scenario, never_together=None, obstacles=careless)
+    scenario = replace(trace.header.scenario, never_together=None)
     heedless = replace(trace, header=replace(trace.header, scenario=scenario))
-    assert {found.rule for found in check_motion(motion_of(heedless), trace)} == {rule}
+    assert {found.rule for found in check_motion(motion_of(heedless), trace)} == {"never-together"}
 
 
 def test_a_robot_acts_in_no_time_where_it_set_out_on_a_step_of_several_ticks() -> None:

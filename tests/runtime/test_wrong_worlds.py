@@ -11,7 +11,7 @@ from safenav import Mission
 from safenav.errors import ExitCode
 from safenav.runtime.worlds.adapter import WorldError
 from safenav.runtime.worlds.world import Change, SimulatedWorld
-from safenav.scenario.model import Need, Obstacle, ResolveAt, Scenario
+from safenav.scenario.model import Need, Obstacle, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
@@ -29,7 +29,6 @@ SHUT = replace(DOOR, resolve_at=[8])
 NOBODY = replace(DOOR, listed=(Need("push", robots=0),))
 SAME = replace(DOOR, listed=(Need("push", same=True),))
 TWO = replace(DOOR, listed=(Need("push"), Need("push", robots=2, same=True)))
-SWEPT = replace(DOOR, listed=(Need("push"),), sweeps=ResolveAt.NEIGHBOURS)
 
 
 def broken(*_: Any) -> Any:
@@ -60,7 +59,6 @@ def says(value: Any) -> Callable[..., Any]:
         ("sense", says(Obstacle(FOG, 9, 1.5)), "wrong part: .* <= 1.0"),
         ("sense", says(Obstacle(SAME, 9)), "region 9 has no previous need for 'same'"),
         ("sense", says(Obstacle(TWO, 9)), "other numbers of robots for a 'same' need"),
-        ("sense", says(Obstacle(SWEPT, 9)), "several needs and 'sweeps'"),
         ("inputs", broken, r"World.inputs\(1\) failed: RuntimeError"),
         ("inputs", says(None), r"World.inputs\(1\) failed: AttributeError"),
         ("inputs", says({"alarm": "off"}), r"inputs\(1\) .* alarm is 'off', not True or False"),

@@ -104,7 +104,7 @@ catalogue:
            motion: {kind: walker, height: 0.7, foot: 0.2, clearance: 0.1}}
   obstacles:
     debris: {action: lift, resolve_at: [7, dock], blocks: [rail, digit], resolve_within: 40}
-    gateway: {action: push, resolve_at: self, has_truth: false, sweeps: [8, 9]}
+    gateway: {action: push, resolve_at: self, has_truth: false}
     rock: {needs: [{action: lift, robots: 2, at: neighbours, together: true}, {action: push}]}
     parcel: {needs: [{action: push, at: [7]}, {action: push, at: [8], same: true}], blocks: []}
     emptied: {action: push, blocks: []}
@@ -112,13 +112,6 @@ catalogue:
 """A scenario with every key but those of other forms, which OTHERS has."""
 
 OTHERS: list[tuple[str, Any]] = [
-    (
-        "obstacles",
-        [
-            {"type": "door", "region": 16, "sweeps": "neighbours"},
-            {"type": "gateway", "region": 9, "sweeps": [8, "dock"]},
-        ],
-    ),
     ("requirements", {"apart": "always(distance(ann, bob) >= 0.1)"}),
     ("partition", {"tiles": [2, 3]}),
     ("expect", {"ticks": 9, "rounds": 2}),

@@ -71,18 +71,13 @@ NAMED = beside(__file__, "scenarios/named.yaml")
         (
             {"op": "resize", "left": 1},
             [
-                "sweeps: [[0, 3]]",
                 "at: [7]",
                 "at: [8, 9]",
                 "resolve_at: [9]",
-                "region: 7, sweeps: [8]",
+                "region: 7",
                 "chargers: [[1, 4]]",
                 "resolved: [leaf@7], helpers: {leaf@7: ann, gate@3: [bob]}",
             ],
-        ),
-        (
-            {"op": "set_obstacle", "index": 1, "key": "sweeps", "value": "neighbours"},
-            ["region: 2, sweeps: neighbours", "region: 5, sweeps: [6]"],
         ),
         (
             {"op": "set_obstacle", "index": 1, "key": "resolve_within", "value": 9},

@@ -87,12 +87,8 @@ class Team:
         obstacles: OpenObstacles,
         duties: Mapping[str, Duty],
     ) -> bool:
-        """Return whether a robot in a region would hinder a duty: the resolution sweeps the region,
-        or the robot keeps a helper in conflict with it from every region of its duty, or a group
-        from standing there together."""
-        swept = {o.name: o.sweeps for o in obstacles}
-        if any(name not in d.group and region in swept[d.obstacle] for d in duties.values()):
-            return True
+        """Return whether a robot in a region would hinder a duty: it keeps a helper in conflict
+        with it from every region of its duty, or a group from standing there together."""
         for helper in self.members[name].rivals & {*duties}:
             duty = duties[helper]
             stood = next(o for o in obstacles if o.name == duty.obstacle)

@@ -107,7 +107,7 @@ class _Enumeration:
         self._obstacles = obstacles
         # Cached, because most moves concern no relevant region.
         self._relevant_regions = cache(_relevant_regions)
-        self._after_acting, self._closed = cache(self._performed), cache(self._closed_to)
+        self._after_acting, self._walls = cache(self._performed), cache(self._team.walls)
 
     def reaches(self, is_wanted: Callable[[_State], bool], most: int) -> bool | None:
         """Return whether a wanted state is reachable; None beyond ``most`` states."""
@@ -169,7 +169,7 @@ class _Enumeration:
         return [self._settled(_State(poses, left, self._obstacles)) for left in product(*choices)]
 
     def _successors(self, state: _State) -> Iterator[_State]:
-        at, places = dict(zip(self._robots, state.poses, strict=True)), self._places(state)
+        at = dict(zip(self._robots, state.poses, strict=True))
         for k, name in enumerate(self._robots):
             member = self._team.members[name]
             taken = {at[other][0] for other in member.rivals if other in at}
@@ -177,7 +177,7 @@ class _Enumeration:
                 mates = [other for other in at if other != name and other in group]
                 if name in group and any(at[other][0] in zone for other in mates):
                     taken |= zone
-            taken |= self._closed(name, state.obstacles, places)
+            taken |= self._walls(name, state.obstacles)
             for to in member.steps.get(at[name], ()):
                 if to[0] not in taken:
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
@@ -208,19 +208,6 @@ class _Enumeration:
         concerned = self._relevant_regions(state.obstacles)
         return tuple(r if r in concerned else ELSEWHERE for r, _ in state.poses)
 
-    def _closed_to(
-        self, name: str, obstacles: OpenObstacles, places: tuple[int, ...]
-    ) -> frozenset[int]:
-        """Return the regions that obstacles and their resolution close to a robot."""
-        at, shut = dict(zip(self._robots, places, strict=True)), self._team.walls(name, obstacles)
-        for obstacle in obstacles:
-            resolving = _resolving(obstacle)
-            if name in resolving and not _clear_of(obstacle, name, at):
-                shut |= {obstacle.region}  # it waits for the others to leave
-            if any(at[other] == obstacle.region for other in resolving & at.keys() - {name}):
-                shut |= obstacle.sweeps
-        return shut
-
     def _performed(self, obstacles: OpenObstacles, places: tuple[int, ...]) -> OpenObstacles:
         """Return the obstacles after all actions that the robots can perform where they stand.
         Loads are taken last, in their order, by robots that can carry one more."""
@@ -243,10 +230,10 @@ class _Enumeration:
 
 
 def _relevant_regions(obstacles: OpenObstacles) -> frozenset[int]:
-    """Return the regions where robots resolve an obstacle, or prevent others from doing so."""
+    """Return the regions where robots resolve an obstacle, and those of obstacles."""
     there = frozenset(obstacle.region for obstacle in obstacles)
     needs = (need.regions for obstacle in obstacles for need in obstacle.left)
-    return there.union(*needs, *(obstacle.sweeps for obstacle in obstacles))
+    return there.union(*needs)
 
 
 def _performed(
@@ -261,8 +248,7 @@ def _performed(
         able = (need.able - obstacle.barred - need.cut_off) & at.keys()
         if takes:
             able -= full or frozenset()
-        there = (name for name in able if at[name] in need.regions)
-        group = frozenset(name for name in there if _clear_of(obstacle, name, at))
+        group = frozenset(name for name in able if at[name] in need.regions)
         if takes and not need.together:  # one after the other, in the order of their turns
             missing = need.robots - len(obstacle.done)
             group = frozenset([name for name in at if name in group - obstacle.done][:missing])
@@ -271,17 +257,6 @@ def _performed(
             return obstacle if need.together else obstacle._replace(done=group)
         obstacle = obstacle.advanced(group)
     return obstacle
-
-
-def _resolving(obstacle: OpenObstacle) -> frozenset[str]:
-    """Return the robots that resolve an obstacle by entering."""
-    need = obstacle.left[0]
-    return need.able if obstacle.region in need.regions else frozenset()
-
-
-def _clear_of(obstacle: OpenObstacle, robot: str, at: Mapping[str, int]) -> bool:
-    """Return whether no robot but this one is where the resolution of an obstacle sweeps."""
-    return not any(at[other] in obstacle.sweeps for other in at if other != robot)
 
 
 def _met(own: RemainingGoals, pose: Pose, left: Left) -> Left:

@@ -29,7 +29,7 @@ def violation(record: Line, now: Situation) -> Iterator[Message]:
         faces = f", facing {heading}," if heading else ""
         step = f"{now.show(record.at)}{faces} to {now.show(record.proposed)}"
         yield f"{robot} cannot step from {step}"
-    stopped = now.stopped_by if obstacle.sweeps or acts else now.blocked_by
+    stopped = now.stopped_by if acts else now.blocked_by
     if robot not in stopped(obstacle.name):
         yield f"{obstacle.name} does not block {robot}"
     if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
@@ -217,51 +217,7 @@ def _can_act(robot: str, obstacle: str, now: Situation) -> bool:
     may leave them to others."""
     if now.status[obstacle] is not Status.UNRESOLVED or now.open[obstacle].takes():
         return False
-    sweeps = now.obstacles[obstacle].sweeps and now.must_not_sweep(robot, obstacle)
-    return not sweeps and robot in now.standing(obstacle)
-
-
-@judges("line", "act", "resolved", "move")
-def swept(record: Line, now: Situation) -> Iterator[Message]:
-    """While a robot resolves an obstacle, no other robot is in the regions that the resolution
-    sweeps, or in transit to them (D 4). The resolution lasts while a robot acts on the obstacle;
-    for a robot that resolves it by entering, from its departure until it has left the region.
-    Robots that were in both when the obstacle was encountered, or that ended elsewhere than
-    commanded, may be there until a robot acts."""
-    match record.type:
-        case "act":
-            for name in record.obstacles:
-                if name in now.obstacles:
-                    yield from _free(name, set(record.robots), now)
-        case "resolved":
-            robots = {record.robot, *(record.robots or ())}
-            yield from _free(record.obstacle, robots, now)
-        case "move":
-            ended = now.ended.get(record.robot)
-            if ended is not None and ended.result == "elsewhere":
-                return
-            for name in now.sweeping:
-                # A robot that it stops would have noticed it; other robots pass unaware.
-                noticed = not now.external and record.robot in now.stopped_by(name)
-                known = name in now.discovered or noticed
-                if known and now.status[name] is Status.UNRESOLVED:
-                    yield from _moved(record, now.obstacles[name], now)
-
-
-def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Message]:
-    """Judge the regions that a move enters, not those that the robot occupied before."""
-    robot, name, entered = move.robot, obstacle.name, now.entered(move)
-    if obstacle.region in entered and now.open[name].entered_by(robot):
-        yield from _free(name, {robot}, now)
-    # without a request, a robot in its region is unaware of it and does not resolve it
-    resolving = now.resolving(name) - {robot} if name in now.requests else set()
-    if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
-        yield f"{robot} is in a region that {name} sweeps while {names(resolving)} resolves it"
-
-
-def _free(name: str, robots: set[str], now: Situation) -> Iterator[str]:
-    for other in now.swept_with(name, robots):
-        yield f"{names(robots)} resolves {name}, which sweeps the region of {other}"
+    return robot in now.standing(obstacle)
 
 
 class BlockedRule(Rule):

@@ -26,9 +26,7 @@ class Actions(State):
                 continue  # it may have appeared after the action began
             # Needs of an obstacle that the scenario does not list count from its discovery.
             counted = name in self.introduced or len(obstacle.all_needs) == 1
-            waits = obstacle.sweeps and self.must_not_sweep(robot, name)
-            unmet = self.status[name].unmet
-            if counted and unmet and not waits:
+            if counted and self.status[name].unmet:
                 found.append(name)
         for name in found:
             self.perform_at(robot, name, put_down=True)

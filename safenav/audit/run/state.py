@@ -96,8 +96,6 @@ class State(Robots):
         """The obstacles of each region, present or not."""
         for obstacle in self.obstacles.values():
             self.obstacles_at.setdefault(obstacle.region, []).append(obstacle)
-        self.sweeping = [name for name, obstacle in self.obstacles.items() if obstacle.sweeps]
-        """The obstacles that sweep regions."""
 
     def opened(self, obstacle: str) -> OpenObstacle:
         """Return the open needs of an obstacle that becomes present, at the stage that it had
@@ -159,25 +157,6 @@ class State(Robots):
         the same robots must fulfil."""
         left = self.obstacles[obstacle].all_needs[self.open[obstacle].stage :]
         return [len(need.able) < need.robots for need in left]
-
-    def swept_with(self, obstacle: str, robots: Collection[str]) -> list[str]:
-        """Return the other robots that are, or if lost may be, in a region that the resolution of
-        an obstacle sweeps."""
-        sweeps = {*(self.obstacles[obstacle].sweeps or ())}
-        return [name for name in self.region if name not in robots and sweeps & self.may_have(name)]
-
-    def must_not_sweep(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot that could resolve an obstacle must wait: the team has not
-        discovered it, or another robot is in a region that the resolution sweeps."""
-        return obstacle not in self.discovered or bool(self.swept_with(obstacle, {robot}))
-
-    def resolving(self, obstacle: str) -> set[str]:
-        """Return the robots that act on an obstacle, or have entered its region to resolve it."""
-        acts = [act for act in self.acting.values() if obstacle in act.obstacles]
-        region = self.obstacles[obstacle].region
-        inside = {name for name in self.region if region in self.taken_by(name)}
-        entered = {name for name in inside if self.open[obstacle].entered_by(name)}
-        return entered.union(*(act.robots for act in acts))
 
     def stopped_by(self, obstacle: str) -> set[str]:
         """Return the robots that the obstacle physically stops."""

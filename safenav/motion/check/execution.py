@@ -66,7 +66,6 @@ class TrackingError(Struct, frozen=True):
 def check_execution(case: Examination) -> None:
     """Check every rule for every robot that was driven."""
     paths: dict[str, MeasuredPath] = {}
-    swept = {name: obstacle.sweeps or () for name, obstacle in case.obstacles.items()}
     for name, limits in case.driven.items():
         path = _path(case, name)
         if path is None:
@@ -75,22 +74,17 @@ def check_execution(case: Examination) -> None:
         _rate(case, name, path)
         _clock(case, name, path)
         own: list[Holding] = []
-        # A robot that acts on an obstacle reaches into its region, which blocks all others, and
-        # into those that the resolution sweeps, which are reserved meanwhile.
+        # A robot that acts on an obstacle reaches into its region, which blocks all others.
         acts = _acts(case.trace, name)
         acting = [(one, t0, t1) for act, t0, t1 in acts for one in act.obstacles]
         acting += [(a.obstacle, a.t0, a.t1) for a in case.actions if a.robot == name]
         for obstacle, t0, t1 in acting:
-            room = {*swept.get(obstacle, ())}
-            room |= {case.obstacles[obstacle].region} if obstacle in case.obstacles else set()
-            own += [Holding(name, region, t0, t1) for region in room]
+            if obstacle in case.obstacles:
+                own.append(Holding(name, case.obstacles[obstacle].region, t0, t1))
         own += [held for held in case.held if held.robot == name]
         found = outside(case, name, path.times, path.centres, own, MEASURED_TOUCH)
         if found is not None:
-            t, what = found[0], f"measured at {found[1]}"
-            if any(t0 <= t <= t1 for _, t0, t1 in acting):
-                what += " (it acts; 'sweeps' of the obstacle type reserves the room for that)"
-            case.wrong(t, name, "measured room", what)
+            case.wrong(found[0], name, "measured room", f"measured at {found[1]}")
         if limits["driven"] == SETPOINTS:
             _tracking(case, name, path)
         else:

@@ -67,25 +67,6 @@ def check_never_together(case: Examination) -> None:
                 case.wrong(max(one.begin, other.begin), other.robot, "never-together", what)
 
 
-def check_swept(case: Examination) -> None:
-    """During an action no other robot has reserved a region that the resolution sweeps."""
-    teams: dict[tuple[str, int], set[str]] = {}
-    for action in case.actions:
-        teams.setdefault((action.obstacle, action.tick), set()).add(action.robot)
-    for action in case.actions:
-        obstacle = case.obstacles.get(action.obstacle)
-        sweeps = () if obstacle is None else obstacle.sweeps or ()
-        for held in case.held if sweeps else ():
-            shared = min(held.end, action.t1) - max(held.begin, action.t0)
-            other = held.robot not in teams[action.obstacle, action.tick]
-            if other and held.region in sweeps and shared > NEAR:
-                what = (
-                    f"reserves region {held.region} while {action.robot} resolves {action.obstacle}"
-                )
-                t = max(held.begin, action.t0)
-                case.wrong(t, held.robot, "swept", f"{what}, which sweeps it")
-
-
 def outside(
     case: Examination, robot: str, times: Array, places: Array, spans: list[Holding], touch: float
 ) -> tuple[float, str] | None:

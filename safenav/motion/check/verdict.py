@@ -17,7 +17,6 @@ from safenav.motion.check.room import (
     check_never_together,
     check_overlaps,
     check_room,
-    check_swept,
     holdings,
 )
 from safenav.motion.check.tracking import check_wind
@@ -55,7 +54,6 @@ def _paths(case: Examination) -> None:
             case.wrong(holding.begin, holding.robot, "wall", what)
     check_overlaps(case)
     check_never_together(case)
-    check_swept(case)
     check_room(case)
     check_wind(case)
     steps = passages(case)

@@ -73,10 +73,7 @@ def motion_at_earliest_times(
     with waits and the critical path."""
     ledger = ReservationLedger({name: mover.region for name, mover in movers.items()})
     actions, short = actions_of(trace)
-    sweeping = tuple(o for o in trace.obstacles.values() if o.sweeps)
-    run = _Run(
-        trace, floor, MotionExecution(movers, ledger), ledger, short, trace.obstacles, sweeping
-    )
+    run = _Run(trace, floor, MotionExecution(movers, ledger), ledger, short, trace.obstacles)
     by_index = {action.index: action for action in actions}
     for index, record in enumerate(trace.records):
         run.take(record, by_index.get(index))
@@ -98,8 +95,6 @@ class _Run(Struct):
     """Robot and tick of the steps that stop short of an obstacle, which the robot resolves
     there."""
     obstacles: Mapping[str, ObstacleHeader]
-    sweeping: tuple[ObstacleHeader, ...]
-    """The obstacles whose resolution sweeps regions."""
     done: list[Activity] = field(default_factory=list)
     last: dict[str, Activity] = field(default_factory=dict)
     """The newest activity of each robot."""
@@ -155,11 +150,6 @@ class _Run(Struct):
             return
         before = [*self._own(name, cause), *self._left_before(name, move.from_, move.to)]
         acts = [act for kept, act in self.opened[move.to] if name in kept]
-        acts += [
-            self.acted[obstacle.name]
-            for obstacle in self.sweeping
-            if move.to in (obstacle.sweeps or ()) and obstacle.name in self.acted
-        ]
         acts += [self.charged.pop(name)] if name in self.charged else []
         before += [(act, LinkCause.OBSTACLE) for act in acts]
         heading = self.floor.heading(move.from_, move.to)
@@ -177,8 +167,7 @@ class _Run(Struct):
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[Before]:
         """Yield the steps by which others leave the regions where they must not be while this robot
-        enters one: that region; those of an exclusion; those that an action sweeps.
-        """
+        enters one: that region; those of an exclusion."""
         for other in self.robots:
             if other == name:
                 continue
@@ -187,10 +176,6 @@ class _Run(Struct):
                 entered = to in zone.regions and origin not in zone.regions
                 if entered and name in zone.robots and other in zone.robots:
                     regions |= {*zone.regions}
-            for obstacle in self.sweeping:
-                sweeps = {*(obstacle.sweeps or ())}
-                regions |= sweeps if to == obstacle.region else set()
-                regions |= {obstacle.region} if to in sweeps else set()
             yield from self._left((other,), regions)
 
     def _left(self, robots: Iterable[str], regions: Iterable[int]) -> Iterator[Before]:
@@ -228,8 +213,6 @@ class _Run(Struct):
             before += [(link, LinkCause.TOGETHER) for link, _ in links]
         if self.decided is not None:
             before.append((self.decided, LinkCause.SYNTHESIS))
-        sweeps = self.obstacles[action.obstacle].sweeps or ()
-        before += self._left([n for n in self.robots if n not in team], sweeps)
         self.deciding = False
 
         def acted(start: float) -> float:

@@ -333,11 +333,8 @@ def _made_obstacle(header: setting.ObstacleHeader) -> Obstacle:
         needs if header.needs else (),
     )
     times = header.from_, header.until, header.resolve_within
-    swept = None if header.sweeps is None else frozenset(header.sweeps)
     _, _, number = name_parts(header.name)
-    return Obstacle(
-        kind, header.region, header.traversable, *times, bool(header.ordered), number, sweeps=swept
-    )
+    return Obstacle(kind, header.region, header.traversable, *times, bool(header.ordered), number)
 
 
 def rest_with(lines: Sequence[records.Record], scenario: Scenario, robot: str) -> Scenario:

@@ -22,9 +22,6 @@ from safenav.world.poses import Mask, bits
 def in_the_way(floor: Floor, duties: Mapping[int, Duty], robot: int, region: Region) -> bool:
     """Whether a robot in ``region`` blocks a helper."""
     problem = floor.problem
-    for duty in duties.values():
-        if robot not in duty.group and problem.gates[duty.gate].sweeps >> region & 1:
-            return True
     for helper in problem.conflicts[robot] & duties.keys():
         duty = duties[helper]
         places: dict[int, Mask] = {}

@@ -19,7 +19,6 @@ from safenav.runtime.intervention import kinds
 from safenav.runtime.intervention.inputs import EnvironmentInputs
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
-from safenav.runtime.sweeping import taken
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.turns.turn import Turns
 from safenav.runtime.worlds.world import Change, SimulatedWorld
@@ -359,7 +358,7 @@ class Interventions(Struct):
         if (robot.robot.model.mobility is Mobility.HEADING) is (heading is None):
             reason = "needs a heading" if heading is None else "has no heading"
             raise UsageError(f"{robot.name} {reason}")
-        if region in taken(self.state, robot.robot):
+        if region in self.state.had_by_others(robot.robot):
             raise UsageError(f"another robot is in region {region}")
         for there in self._standing_at(region):
             own = stands_for(there, robot.name)  # it is no longer lost

@@ -55,17 +55,15 @@ class OpenObstacle(Struct, frozen=True, dict=True):
     """An obstacle that is known and not resolved. ``closed_to``: for each need, the robots that
     must not enter while it is the next. ``barred``: robots that do nothing for it although they
     have the action. ``refused``: robots for whose duty no strategy was found; one that gets there
-    still acts. ``sweeps``: the regions where no other robot may be while a robot resolves it.
-    ``order``: robots take loads in this order where they can take several. ``restarts``: rounds
-    restart when it is resolved. ``cut_off``: for each need, the robots that do not
-    take a load by it, since no path leads them to where it is put down."""
+    still acts. ``order``: robots take loads in this order where they can take several.
+    ``restarts``: rounds restart when it is resolved. ``cut_off``: for each need, the robots that do
+    not take a load by it, since no path leads them to where it is put down."""
 
     name: str
     region: int
     closed_to: tuple[frozenset[int], ...]
     needs: tuple[OpenNeed, ...]
     barred: frozenset[int] = frozenset()
-    sweeps: Mask = 0
     order: tuple[str, int, int] = ("", 0, 0)
     refused: frozenset[int] = frozenset()
     restarts: bool = True
@@ -87,9 +85,8 @@ class OpenObstacle(Struct, frozen=True, dict=True):
             parts.append(OpenNeed(need.action, need.robots, regions, need.together, need.same))
             blocked = (i for i, robot in enumerate(robots) if obstacle.closed_to(robot, number))
             closed.append(frozenset(blocked))
-        sweeps, about = region_mask(obstacle.swept(world)), (obstacle.name, obstacle.region)
-        order = obstacle.order
-        return cls(*about, tuple(closed), tuple(parts), barred, sweeps, order, refused)
+        about = obstacle.name, obstacle.region
+        return cls(*about, tuple(closed), tuple(parts), barred, obstacle.order, refused)
 
     @cached_property
     def skills(self) -> tuple[frozenset[str], ...]:
@@ -177,25 +174,13 @@ Zones = tuple[tuple[frozenset[int], Mask], ...]
 """Groups of robots with the regions in which at most one of them may be."""
 
 
-class KeepOut(Struct, frozen=True):
-    """A robot of ``robots`` enters ``zone`` only while no other one of ``others`` is in ``there``
-    (regions); for a sweeping obstacle ``gate``, until it is resolved."""
-
-    robots: frozenset[int]
-    zone: Mask
-    others: frozenset[int]
-    there: Mask
-    gate: int | None = None
-
-
 class Separation(Struct, frozen=True):
     """Rules that separate robots. ``sizes``: number of regions of each robot's map, which gives a
-    pose's region; ``exclusions``: regions that are closed while other robots are in certain
-    regions, besides the occupied ones."""
+    pose's region."""
 
     sizes: Sequence[int]
     conflicts: Sequence[frozenset[int]]
-    exclusions: Sequence[KeepOut] = ()
+    zones: Zones = ()
 
     def closed(self, robot: int, *moments: Sequence[int]) -> Mask:
         """Return the regions that other robots close to one robot at some joint poses."""
@@ -203,10 +188,10 @@ class Separation(Struct, frozen=True):
         for other in self.conflicts[robot]:
             for poses in moments:
                 found |= 1 << poses[other] % self.sizes[other]
-        for each in self.exclusions:
-            others = each.others - {robot} if robot in each.robots else ()
-            if any(each.there >> p[o] % self.sizes[o] & 1 for o in others for p in moments):
-                found |= each.zone
+        for robots, zone in self.zones:
+            others = robots - {robot} if robot in robots else ()
+            if any(zone >> p[o] % self.sizes[o] & 1 for o in others for p in moments):
+                found |= zone
         return found
 
 
@@ -224,48 +209,14 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
     newest_first: bool = False
 
     @cached_property
-    def sweeping(self) -> tuple[int, ...]:
-        """The obstacles that sweep regions."""
-        return tuple(gate for gate, each in enumerate(self.gates) if each.sweeps)
-
-    @property
-    def apart(self) -> bool:
-        """Whether robots must keep out of regions besides occupied ones."""
-        return bool(self.zones or self.sweeping)
-
-    @cached_property
-    def _exclusions(self) -> tuple[KeepOut, ...]:
-        """``zones``; and for each obstacle that sweeps regions, its own region for the robots that
-        resolve it by entering, and the swept ones for all others."""
-        everybody = frozenset(range(len(self.members)))
-        found = [KeepOut(group, zone, group, zone) for group, zone in self.zones]
-        for gate in self.sweeping:
-            each = self.gates[gate]
-            place = 1 << each.region
-            if not each.needs[0].regions & place:
-                continue
-            resolving = frozenset(self.skilled(gate, self.nothing_done))
-            found.append(KeepOut(resolving, place, everybody, each.sweeps, gate))
-            found.append(KeepOut(everybody, each.sweeps, resolving, place, gate))
-        return tuple(found)
-
-    @cached_method
-    def separation(self, stages: Stages) -> Separation:
-        """The rules that separate robots until the stages change."""
-        found = (e for e in self._exclusions if e.gate is None or not self.resolved(e.gate, stages))
+    def separation(self) -> Separation:
+        """The rules that separate robots."""
         sizes = tuple(member.graph.size for member in self.members)
-        return Separation(sizes, self.conflicts, tuple(found))
-
-    def clear_of(self, gate: int, robot: int, regions: Sequence[int]) -> bool:
-        """Return whether no robot other than ``robot`` is in the swept regions of an obstacle."""
-        sweeps = self.gates[gate].sweeps
-        others = (region for i, region in enumerate(regions) if i != robot)
-        return not any(sweeps >> region & 1 for region in others)
+        return Separation(sizes, self.conflicts, self.zones)
 
     def interferes(self, robot: int) -> bool:
         """Whether it may have to wait for another robot."""
-        apart = bool(self.sweeping) or any(robot in group for group, _ in self.zones)
-        return apart or bool(self.conflicts[robot])
+        return bool(self.conflicts[robot]) or any(robot in group for group, _ in self.zones)
 
     def resolved(self, gate: int, stages: Stages) -> bool:
         return self.gates[gate].resolved(stages[gate])

@@ -143,7 +143,7 @@ def free_to_go_on(floor: Floor, robots: Collection[RobotState]) -> frozenset[str
     """Return the robots whose steps can always be undone: those without headings, formulas and
     batteries."""
     problem = floor.problem
-    if remembering(problem) or problem.sweeping:
+    if remembering(problem):
         return frozenset()
     return frozenset(
         robot.name

@@ -13,7 +13,6 @@ from itertools import pairwise
 from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Floor
-from safenav.runtime.sweeping import taken
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.joint_search.formula_memory import StateGraph, plain_poses
@@ -78,7 +77,8 @@ class ContinuationPlans:
     def _returns(self, floor: Floor, index: int, number: int, ahead: Mask = 0) -> bool:
         """Return whether a robot can return from a pose while all others stand."""
         graph = floor.problem.members[index].graph
-        closed = region_mask(taken(self._state, self._state.scenario.robots[index])) | ahead
+        others = self._state.had_by_others(self._state.scenario.robots[index])
+        closed = region_mask(others) | ahead
         allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(closed)
         return graph.returns(number, floor.poses[index], allowed)
 
@@ -187,7 +187,7 @@ def _return(course: Course, start: JointState, poses: tuple[int, ...]) -> list[J
 def _way(course: Course, state: JointState, robot: int, goal: int) -> list[int]:
     """Return a shortest path of one robot while the others stand still; empty if there is none."""
     graph = course.problem.members[robot].graph
-    closed = course.problem.separation(state.stages).closed(robot, state.poses)
+    closed = course.problem.separation.closed(robot, state.poses)
     allowed = course.steps(state.stages)[robot].allowed & ~graph.poses_on(closed)
     return (graph.path(state.poses[robot], goal, allowed) or [])[1:]
 

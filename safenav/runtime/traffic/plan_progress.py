@@ -122,7 +122,7 @@ class PlanProgress:
             return 0
         floor = self.state.last_settled.floor
         index = floor.index(name)
-        return execution.still_needed(floor.problem, self.execution, index, floor.stages)
+        return execution.still_needed(floor.problem, self.execution, index)
 
     def changes_nothing(
         self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count]
@@ -157,7 +157,7 @@ class PlanProgress:
         under_way: Collection[int] = (),
     ) -> None:
         """Begin to follow a plan with these joint poses and states."""
-        apart = floor.problem.separation(states[0].stages)
+        apart = floor.problem.separation
         plan = execution.schedule(apart, poses, under_way)
         self.execution = execution.Execution(plan, execution.required_counts(states, counts))
         self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))

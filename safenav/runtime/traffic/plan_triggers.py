@@ -61,11 +61,6 @@ class PlanTriggers:
             for each in self.state.scenario.never_together:
                 sides |= each.regions if name in each.robots and sides & each.regions else set()
             rivals = self.state.rivals(robot.robot)
-            for work in self.state.knowledge.pending.values():
-                if swept := work.obstacle.swept(self.state.scenario.map):
-                    near = swept | set(work.obstacle.resolution_regions(self.state.scenario.map))
-                    sides |= swept if sides & near else set()
-                    rivals = [other for other in robots.values() if other is not robot]
             waits[name] = [other.name for other in rivals if other.occupied & sides]
         moving = [name for name, robot in robots.items() if robot.transit is not None]
         floor = self._searches.aimed(self._searches.floor())
@@ -154,13 +149,7 @@ class PlanTriggers:
         if not goal or self._awaits_charger(self.state.robots[name]):
             return FAR
         allowed = floor.problem.allowed(index, floor.stages)
-        far = floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]
-        duty = self.state.last_settled.found.duties.get(index)
-        if far == 0 and duty is not None and floor.problem.gates[duty.gate].sweeps:
-            return (
-                1  # it stands where it must act, but others are in regions that the action sweeps
-            )
-        return far
+        return floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]
 
     def _to_each(
         self, floor: Floor, robot: RobotState, goal: Mask, distance: int

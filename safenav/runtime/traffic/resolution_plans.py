@@ -116,5 +116,5 @@ class ResolutionPlans(Struct):
         if not isinstance(answer, Found):
             return None
         states = shortened(course, answer.states, (), search.stopping)
-        apart = problem.floor.problem.separation(start.stages)
+        apart = problem.floor.problem.separation
         return len(timed(schedule(apart, [state.poses for state in states])))

@@ -57,8 +57,7 @@ class Searches:
         self._hopeless: Problem | None = None
         self._in_service: tuple[Floor, Floor] | None = None
         robots = state.scenario.robots
-        sweeps = state.scenario.sweeping and len(robots) > 1
-        self.sharing = frozenset(r.name for r in robots if sweeps or state.rivals(r))
+        self.sharing = frozenset(r.name for r in robots if state.rivals(r))
         """The robots that share their floor with others."""
 
     @property

@@ -11,15 +11,14 @@ from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
 from safenav.runtime.coordination.snapshot import takers
 from safenav.runtime.deadlines.choice import InTime
-from safenav.runtime.sweeping import cleared, leading
-from safenav.runtime.team import RobotState, TeamState
+from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.move_recorder import MoveRecorder
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import Acted, Arrived
 from safenav.runtime.worlds.world import Change, Takers
-from safenav.scenario.model import Obstacle
+from safenav.scenario.model import Obstacle, Robot
 from safenav.trace import records, vocabulary
 from safenav.trace.vocabulary import ActResult, HoldReason
 
@@ -36,9 +35,6 @@ class Actions(Struct):
 
     def act(self, robot: RobotState) -> Iterator[Event]:
         """Let the robot perform its actions where it stands; changes are decided immediately."""
-        told = self._world_reaches(robot) is not None
-        if not told and self._must_not_sweep(robot):
-            return  # a world without ``within_reach`` would do all that it can
         event, robot.acted = robot.acted, None
         event = event or self._done_by(robot)
         robot.asked, robot.acts_on = True, tuple(self._within_reach(robot)[0])
@@ -55,7 +51,7 @@ class Actions(Struct):
         reach = self._world_reaches(robot)
         if reach is not None:
             return reach
-        if not robot.asked and not self._must_not_sweep(robot):
+        if not robot.asked:
             robot.asked = True
             here = self.world.start(robot.robot, robot.pose, robot.pose)  # as before every action
             if not isinstance(here, Arrived):
@@ -74,11 +70,6 @@ class Actions(Struct):
 
     def _world_reaches(self, robot: RobotState) -> bool | None:
         return self.world.within_reach(robot.robot, self._cleared(robot), self._takers())
-
-    def waits_to_sweep(self, robot: RobotState) -> bool:
-        """Whether a helper is in position to act while others are still in the swept regions."""
-        helps = robot.assignment.obstacle
-        return helps is not None and helps in self._must_not_sweep(robot)
 
     def acts(self, robot: RobotState) -> Generator[Event, None, bool]:
         """Live: let an idle robot act before it leaves; return whether that is its turn."""
@@ -145,14 +136,6 @@ class Actions(Struct):
             yield from self.relocation.leave_plan()
             yield ObstacleChanged(Change(obstacle, appeared=False, by_user=by_user))
 
-    def _must_not_sweep(self, robot: RobotState) -> list[str]:
-        """The obstacles that a robot could resolve where it stands if no other robots were in the
-        swept regions."""
-        knowledge, clear = self.state.knowledge, self._cleared(robot)
-        reach = knowledge.within_reach(robot.robot, self.state.standing(), knowledge.pending)
-        swept = [o for o, _ in reach if o.swept(self.state.scenario.map)]
-        return [obstacle.name for obstacle in swept if obstacle not in clear]
-
     def _resolve(
         self,
         robot: RobotState,
@@ -186,7 +169,7 @@ class Actions(Struct):
             yield Unsettled(vocabulary.Reason.REQUEST)
 
     def _cleared(self, robot: RobotState) -> list[Obstacle]:
-        return cleared(self.state, robot.robot, self._chosen())
+        return _loads(self.state, robot.robot, self._chosen())
 
     def _takers(self) -> dict[str, frozenset[str]]:
         chosen, state = self._chosen(), self.state
@@ -282,13 +265,13 @@ class Actions(Struct):
             if other.transit is None and other.acting is None and other.active
         }
         found, left_to_others = [], state.failures.barred
-        names = {o.name for o in cleared(state, robot.robot)}
+        names = {o.name for o in _loads(state, robot.robot)}
         free = {name for name in names if (robot.name, name) not in left_to_others}
         reach = state.knowledge.within_reach(robot.robot, idle, free, self._takers())
         for obstacle, robots in reach:
             if (robot.name, obstacle.name) in left_to_others:
                 continue
-            if state.knowledge.is_being_met(obstacle, leading(state, obstacle)):
+            if state.knowledge.is_being_met(obstacle, _leading(state, obstacle)):
                 busy = True
                 continue
             found.append(obstacle)
@@ -320,3 +303,25 @@ class Actions(Struct):
             told = {obstacle.name for obstacle, _ in done}
             only = told if failed else self.state.knowledge.affected(told)
             yield from self._resolve(robot, replace(event, found=tuple(done)), only, who)
+
+
+def _leading(team: TeamState, obstacle: Obstacle) -> set[str]:
+    """Return the robots that lead an action on an obstacle."""
+    robots = team.robots.items()
+    return {name for name, r in robots if r.acting == name and obstacle in r.acts_on}
+
+
+def _loads(team: TeamState, robot: Robot, chosen: InTime | None = None) -> list[Obstacle]:
+    """Return the known loads that a robot may take now: one that is sent for a load takes no other.
+    ``chosen``: the acts chosen for deadlines."""
+    pending = team.knowledge.pending.values()
+    assignment, here = team.robots[robot.name].assignment, team.robots[robot.name].pose.region
+    sent_for = assignment.obstacle if assignment.role is Role.HELPS else None
+    may = takers(team, {}, (work.obstacle for work in pending if work.takes))
+    left = {name for name, robots in may.items() if robot.name not in robots}
+    loads = team.knowledge.to_take(robot, sent_for, here, left)
+    if chosen is not None:
+        mine = chosen.next_at(team.last_settled.floor, robot.name, here)
+        if mine is not None:
+            loads = [work.obstacle for work in pending if work.obstacle.name in mine]
+    return [work.obstacle for work in pending if work.takes and work.obstacle in loads]

@@ -12,7 +12,6 @@ from safenav.runtime.coordination import events
 from safenav.runtime.coordination.events import Event
 from safenav.runtime.failures import Reaction, lost, unknown
 from safenav.runtime.progress import Progress
-from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import DecidedStep, RobotState, TeamState
 from safenav.runtime.turns.actions import Actions
 from safenav.runtime.turns.move_recorder import MoveRecorder
@@ -80,7 +79,7 @@ class Moves(Struct, frozen=True):
     def _is_closed(self, robot: RobotState, region: Region) -> bool:
         """Whether a robot must not enter the region of its step any longer: another robot has ended
         its own step there, or an obstacle is known or sensed there."""
-        return region in taken(self.state, robot.robot) or bool(
+        return region in self.state.had_by_others(robot.robot) or bool(
             characterize(self.world, self.state, robot.robot, robot.pose, region)
         )
 
@@ -179,9 +178,9 @@ class Moves(Struct, frozen=True):
         as encountered."""
         region, obstacle = pose.region, None
         match event:
-            case Elsewhere() if robot.pose.region in taken(self.state, robot.robot) - {
-                start.region
-            }:
+            case Elsewhere() if robot.pose.region != start.region and (
+                robot.pose.region in self.state.had_by_others(robot.robot)
+            ):
                 return Reaction.OUT_OF_SERVICE, None  # it slid into another robot's region
             case Arrived() | Elsewhere():
                 return None, None
@@ -257,8 +256,7 @@ class Moves(Struct, frozen=True):
         """Close the regions that a lost robot claims and in which no other robot is."""
         occupied = {n: each.occupied for n, each in self.state.robots.items() if each is not robot}
         for region, names in sorted(robot.claims.items()):
-            there = any(region in occupied[name] for name in names)
-            if there or region in swept(self.state, robot.robot):
+            if any(region in occupied[name] for name in names):
                 continue
             robot.claims = {r: them for r, them in robot.claims.items() if r != region}
             obstacle = lost(robot.robot, names, region)

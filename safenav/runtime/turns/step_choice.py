@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from safenav.runtime.characterization import ForbiddenMove, characterize
 from safenav.runtime.coordination.assignable_goals import signal
 from safenav.runtime.navigation import Proposal
-from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.move_recorder import MoveRecorder
@@ -65,14 +64,12 @@ class StepChoice(Struct, frozen=True):
             return None
         sides = self.state.scenario.map.neighbours(robot.pose.region)
         busy = self.state.had_by_others(robot.robot, sides)
-        closed = swept(self.state, robot.robot).intersection(sides)
         ahead = self.traffic.plan.ahead(robot.name)
         return (
             planner.strategy,
             planner.node,
             planner.behind,
             frozenset(busy),
-            frozenset(closed),
             frozenset(side for side in sides if ahead >> side & 1),
             tuple(self.state.inputs.values()),
             self.traffic.holds(robot.name),
@@ -122,7 +119,7 @@ class StepChoice(Struct, frozen=True):
             if (
                 answer is not None
                 and answer.pose.region != proposal.pose.region
-                and answer.pose.region not in taken(self.state, robot.robot)
+                and answer.pose.region not in self.state.had_by_others(robot.robot)
                 and self.violation(robot, answer.pose) is None
                 and self._may_move(robot, answer.pose)
             ):
@@ -138,7 +135,7 @@ class StepChoice(Struct, frozen=True):
         if pose == robot.pose:
             return True
         state, graph, safe = self.state, self.state.graph(robot), robot.assignment.safe_poses
-        closed = taken(state, robot.robot) if state.live else swept(state, robot.robot)
+        closed = state.had_by_others(robot.robot) if state.live else set[Region]()
         if state.live and self.traffic.plan.ahead(robot.name) >> pose.region & 1:
             return False
         number = graph.number(pose)

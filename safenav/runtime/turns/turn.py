@@ -11,7 +11,6 @@ from safenav.runtime.coordination import events
 from safenav.runtime.coordination.events import Event
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.navigation import Proposal
-from safenav.runtime.sweeping import swept, taken
 from safenav.runtime.team import DecidedStep, RobotState, Role, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.actions import Actions
@@ -65,9 +64,7 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.ACTING)
         elif self.traffic.plan.active and not self._released(robot):
             yield from self._follow_plan(robot)
-        elif self.state.live and (
-            self.actions.waits_to_sweep(robot) or self._awaits_action(robot.name)
-        ):
+        elif self.state.live and self._awaits_action(robot.name):
             yield from self._stand_still(robot, HoldReason.HELD)
         else:
             yield from self._follow_strategy(robot)
@@ -190,8 +187,8 @@ class Turns:
         as in any other turn, so that its beliefs stay true."""
         self.choice.look_around(robot)
         pose = self.traffic.plan.next_pose(robot.name)
-        closed = taken if self.state.live else swept
-        if pose is not None and (pose.region in closed(self.state, robot.robot) or robot.too_flat):
+        closed = self.state.had_by_others(robot.robot) if self.state.live else ()
+        if pose is not None and (pose.region in closed or robot.too_flat):
             pose = None
         if pose is not None and not self.monitors.allows_planned(robot, pose):
             yield from self.relocation.leave_plan(settling=False)
@@ -207,7 +204,9 @@ class Turns:
             by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
             yield from self._stay(robot, why, by)
         else:
-            assert pose.region not in taken(self.state, robot.robot), "plans keep robots apart"
+            assert pose.region not in self.state.had_by_others(robot.robot), (
+                "plans keep robots apart"
+            )
             robot.planner.node = None
             yield from self.moves.begin(robot, DecidedStep(pose, MovedBy.PLAN))
         if violation is not None:

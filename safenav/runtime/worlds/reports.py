@@ -46,8 +46,6 @@ def misfit(obstacle: Obstacle) -> str | None:
         return f"{where} has no previous need for 'same'"
     if any(need.same and need.robots != last.robots for last, need in pairwise(listed)):
         return f"{where} needs other numbers of robots for a 'same' need"
-    if listed and (obstacle.type.sweeps or obstacle.sweeps) is not None:
-        return f"{where} has several needs and 'sweeps'"
     return None
 
 

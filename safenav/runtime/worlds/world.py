@@ -103,9 +103,8 @@ class Works(Struct):
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[Work]:
         """Let ``robot`` do all that it can where it stands, with the others in their ``regions``;
-        return the obstacles that this resolves. ``cleared``: names of obstacles that sweep regions
-        or are loads to be taken, and on which it may act. It takes loads last, in the order of
-        ``taking``, as many as it can carry."""
+        return the obstacles that this resolves. ``cleared``: names of the loads that it may
+        take. It takes loads last, in the order of ``taking``, as many as it can carry."""
         before = self._here(robot, regions)
         for work in before:
             while not work.takes and self._advance(work, robot, regions, cleared):
@@ -133,8 +132,7 @@ class Works(Struct):
         return not work.finished
 
     def _waits(self, work: Work, cleared: Collection[str]) -> bool:
-        asks = work.takes or bool(work.obstacle.swept(self.scenario.map))
-        return asks and work.obstacle.name not in cleared
+        return work.takes and work.obstacle.name not in cleared
 
     def _here(self, robot: Robot, regions: Mapping[str, Region]) -> list[Work]:
         """The obstacles whose next need is fulfilled in a robot's region."""

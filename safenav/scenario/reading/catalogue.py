@@ -155,11 +155,6 @@ VISION = Shape(
 )
 TIMING = Shape(shapes.either(shapes.whole(1, MOST_TICKS), TimingKeys), _timing)
 WHERE = Shape(shapes.either({"enum": tuple(ResolveAt)}, shapes.many(REGION, 1)), _places)
-SWEEPS = shapes.form(
-    shapes.either({"const": ResolveAt.NEIGHBOURS}, shapes.many(REGION, 1)),
-    "sweeps",
-    "Regions where no other robot may be meanwhile. Default: none.",
-)
 
 
 class ModelKeys(Table):
@@ -222,7 +217,6 @@ class TypeKeys(Table):
     resolve_within = Key(
         shapes.whole(), "Maximum number of ticks from the request to the resolution."
     )
-    sweeps = Key(SWEEPS)
 
 
 class CatalogueKeys(Table):
@@ -328,7 +322,6 @@ def _type(known: Catalogue, key: Scalar, node: Node, reading: Reading) -> Obstac
     if last and last.same and last.at is ResolveAt.SELF and blocks != frozenset():
         found = f"the 'same' robots fulfil the last need of {what} inside it, but may not enter"
         reading.add(node, found, "say 'at: neighbours', or 'blocks: []'")
-    given["sweeps"] = swept(item.sweeps, what, item.needs is not None, reading)
     if len(reading) > before or "action" not in given:
         return None
     return ObstacleType(key.text, **given)
@@ -358,18 +351,6 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
         if "action" in given:
             found.append(Need(**given))
     return tuple(found)
-
-
-def swept(
-    node: Node | None, what: str, several: bool, reading: Reading
-) -> ResolveAt | frozenset[Region] | None:
-    """Return the regions that a resolution sweeps. ``several``: the obstacle lists its needs."""
-    found = _places(node, f"'sweeps' of {what}", reading)
-    if found is ResolveAt.SELF or (found is not None and several):
-        message = "it has several needs" if several else "its own region is always included"
-        hint = "'sweeps' lists regions beside an obstacle of one 'action', or is 'neighbours'"
-        reading.add(node, f"'sweeps' of {what}: {message}", hint)
-    return found
 
 
 def _blocks(of: TypeKeys, what: str, known: Catalogue, reading: Reading) -> frozenset[str] | None:

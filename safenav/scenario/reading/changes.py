@@ -129,6 +129,7 @@ def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]
 
 
 class InputKeys(Table):
+    definition = "input"
     example = "{at: 12-30}; {} for one that a program sets"
     at = Key(
         Shape(shapes.either(_TICKS, shapes.many(_TICKS)), _spans),

@@ -53,7 +53,7 @@ def check_assignable(
 
 
 def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
-    """Report deadlines, batteries and sweeps that no run supports, and deadlines that no run can
+    """Report deadlines and batteries that no run supports, and deadlines that no run can
     meet. The scenario has no other error."""
 
     def report(found: str, hint: str, *keys: str) -> None:
@@ -83,10 +83,6 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
             report(found, "place a charger in a region that it can reach", "chargers")
     items = (*items_of(below(item, "obstacles")), *items_of(below(item, "orders")))
     listed = [*zip(scenario.obstacles, items or repeat(item), strict=False)]
-    swept = next(((o, node) for o, node in listed if o.swept(scenario.map)), None)
-    if swept is not None and scenario.sets_deadlines:
-        found = f"{swept[0].name} sweeps regions, and the scenario has deadlines"
-        findings.add(swept[1], found, "leave out 'sweeps', or the deadlines")
     for obstacle, node in listed:
         limit = scenario.limit_of(obstacle)
         for number, need in enumerate(obstacle.needs if limit is not None else ()):

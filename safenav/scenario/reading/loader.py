@@ -61,6 +61,7 @@ class UntilKeys(Table):
 
 class LimitKeys(Table):
     about = "Limits of the run and of each synthesis."
+    definition = "limits"
     example = "{ticks: 500}"
     made = settings.Limits
     ticks = Key(shapes.whole(1), "Ticks of a run.")
@@ -96,6 +97,7 @@ class ScenarioKeys(Table):
         "A map, robots with objectives, and hidden obstacles (format version 1). "
         "See docs/scenario.md."
     )
+    definition = "scenario"
     made = Scenario
     safenav = Key(
         shapes.form({"const": VERSION}),

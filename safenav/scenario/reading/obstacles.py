@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.scenario.model import Obstacle, ObstacleType
-from safenav.scenario.reading.catalogue import SWEEPS, TYPE, swept
+from safenav.scenario.reading.catalogue import TYPE
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
@@ -33,7 +33,6 @@ class ObstacleKeys(SuspectKeys):
     from_ = Key(TICK, "The tick at which it appears. Default: the first.", name="from")
     until = Key(TICK, "The tick at which it disappears. Default: never.")
     resolve_within = LIMIT
-    sweeps = Key(SWEEPS)
 
 
 class OrderKeys(Table):
@@ -89,14 +88,12 @@ def _read_obstacle(item: ObstacleKeys, reading: Reading) -> Obstacle | None:
     before = len(reading)
     truth = _truth(item.traversable, kind, reading)
     appears, goes, limit = item.from_, item.until, item.resolve_within
-    several = kind is not None and bool(kind.listed)
-    sweeps = swept(item.sweeps, label, several, reading)
     if appears is not None and goes is not None and appears >= goes:
         hint = "'from' is the tick at which it appears, 'until' that at which it disappears"
         reading.add(item.where(ObstacleKeys.until), f"{label} disappears before it appears", hint)
     if kind is None or region is None or len(reading) > before:
         return None
-    return Obstacle(kind, region, truth, appears, goes, limit, sweeps=sweeps)
+    return Obstacle(kind, region, truth, appears, goes, limit)
 
 
 def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:

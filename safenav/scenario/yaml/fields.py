@@ -146,6 +146,24 @@ _ALSO_CALLED = {
 }
 """Keys of other tools, and the scenario's keys that may be meant."""
 
+REPLACED = {
+    "scenario.order": "the newest request is served first, earlier due times before that",
+    "scenario.deadlock": "joint plans always resolve deadlocks",
+    "scenario.controllers": "every strategy is listed",
+    "scenario.suspects": "the bound of a deadline needs no list of possible obstacles",
+    "scenario.failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults",
+    "limits.states": "limit a synthesis by 'synthesis_seconds' and 'synthesis_memory'",
+    "model.carries": "each robot carries one load",
+    "obstacleType.sweeps": "keep robots apart by 'never_together'",
+    "obstacle.sweeps": "keep robots apart by 'never_together'",
+    "input.probability": "list the ticks: at: [12, 20-30]",
+    "objective.circuit": "use 'patrol', with two targets or more",
+    "map.threshold": "adapt the image: darker than half is wall",
+    "expect.order": "state the order as a formula of 'requirements'",
+    "expect.never": "state what must not happen as a formula of 'requirements'",
+}
+"""Former keys, by the definition of their table, and what to write instead."""
+
 
 def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
     """Return the items of a list."""

@@ -178,7 +178,10 @@ class Table:
         messages, such as ``of until``; ``elsewhere``: hints for keys that belong in another
         mapping."""
         required = {key.name: key.hint for key in cls.needed}
-        found = read.mapping(node, what, findings, cls.known, required, elsewhere, cls.example)
+        replaced = ((path.rpartition("."), hint) for path, hint in read.REPLACED.items())
+        hints = {key: hint for (table, _, key), hint in replaced if table == cls.definition}
+        hints |= elsewhere or {}
+        found = read.mapping(node, what, findings, cls.known, required, hints, cls.example)
         return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
 
     @classmethod

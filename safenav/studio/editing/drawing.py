@@ -166,7 +166,7 @@ def _obstacles(root: Node, placing: _Placing, key: str) -> list[dict[str, Any]]:
         region = placing.region(below(node, "region"))
         if region is None or not isinstance(node, Mapping):
             continue
-        truth, sweeps = below(node, "traversable"), below(node, "sweeps")
+        truth = below(node, "traversable")
         found.append(
             {
                 "list": key,
@@ -178,7 +178,6 @@ def _obstacles(root: Node, placing: _Placing, key: str) -> list[dict[str, Any]]:
                 "until": _number(below(node, "until"), None),
                 "traversable": truth.value if isinstance(truth, Scalar) else None,
                 "within": _number(below(node, "resolve_within"), None),
-                "sweeps": "listed" if isinstance(sweeps, Sequence) else _text(sweeps) or None,
                 "line": node.place.line,
             }
         )

@@ -108,7 +108,7 @@ def move_obstacle(data: Any, edit: Operation) -> None:
     obstacle["region"] = places.written(edit["region"], obstacle.get("region"))
 
 
-SETTINGS = ("traversable", "from", "until", "type", "resolve_within", "sweeps", "at")
+SETTINGS = ("traversable", "from", "until", "type", "resolve_within", "at")
 """The keys of an obstacle or an order that can be set."""
 
 

@@ -293,27 +293,6 @@ def test_a_team_that_can_complete_is_not_deadlocked() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("at", "where", "swept", "served"),
-    [
-        (5, 2, {4}, True),
-        (5, 2, {1}, False),  # the other one leaves it only by way of the place to act
-        (5, 2, {1, 3}, False),
-        (3, 3, {1}, False),  # as is one that is opened by entering
-        (3, 3, {4}, True),
-    ],
-)
-def test_an_action_that_sweeps_waits_until_the_others_have_left(
-    at: int, where: int, swept: set[int], served: bool
-) -> None:
-    robots = [robot("a", 2, 2, can="push"), robot("b", 1, 1)]
-    door = obstacle("door", at, need("push", where), blocks="a b")
-    about = moment(robots, door, together=True)
-    sweeping = (about.obstacles[0]._replace(sweeps=frozenset(swept)),)
-    about = replace(about, obstacles=sweeping)
-    assert can_be_served({"door"}, about, 1000) is served
-
-
 @pytest.mark.parametrize("flat", [None, "empty"])
 def test_the_resolution_of_a_battery_resets_no_rounds(flat: str | None) -> None:
     """a has met its target behind v, and could not get there again."""

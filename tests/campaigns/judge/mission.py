@@ -80,8 +80,7 @@ class Need:
 @dataclass(frozen=True)
 class Obstacle:
     """``blocks``: names of the robots that it physically stops, capable or not. ``since``,
-    ``until``: ticks at which it appears and disappears. ``sweeps``: regions where no other robot
-    may be while one resolves it."""
+    ``until``: ticks at which it appears and disappears."""
 
     name: str
     region: int
@@ -90,7 +89,6 @@ class Obstacle:
     has_truth: bool
     since: int | None
     until: int | None
-    sweeps: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -278,14 +276,7 @@ def _obstacle(
         bool(kind.get("has_truth")),
         entry.get("from"),
         entry.get("until"),
-        _swept(entry.get("sweeps", kind.get("sweeps")), region, free, place),
     )
-
-
-def _swept(told: Any, region: int, free: frozenset[int], place: _Places) -> frozenset[int]:
-    if told == "neighbours":
-        return place.around(region, free)
-    return frozenset(map(place.one, told or ())) - {region}
 
 
 def _need(need: Mapping[str, Any], region: int, free: frozenset[int], place: _Places) -> Need:

@@ -27,13 +27,11 @@ class Bot:
 
 @dataclass(frozen=True)
 class Block:
-    """An obstacle: its region, its needs as (action, robots, regions, together), and the regions
-    that it sweeps."""
+    """An obstacle: its region, and its needs as (action, robots, regions, together)."""
 
     region: int
     needs: Sequence[tuple[str, int, Sequence[int], bool]]
     blocks: Iterable[int] | None = None
-    sweeps: Sequence[int] = ()
 
 
 class Floor:
@@ -72,8 +70,7 @@ class Floor:
                 blocked = [i for i, yes in enumerate(able) if not yes]
             needs = tuple(OpenNeed(a, n, region_mask(at), t) for a, n, at, t in block.needs)
             barred = (frozenset(blocked),) * len(needs)
-            sweeps = region_mask(block.sweeps)
-            gates.append(OpenObstacle(f"o{number}", block.region, barred, needs, sweeps=sweeps))
+            gates.append(OpenObstacle(f"o{number}", block.region, barred, needs))
         layers = [bot.layer for _, bot in listed]
         conflicts = tuple(
             frozenset(j for j, other in enumerate(layers) if other == layer and j != i)

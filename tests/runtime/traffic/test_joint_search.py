@@ -128,41 +128,6 @@ def test_one_robot_pushes_others_aside(grid: list[str], bots: dict[str, Bot], ex
         play(floor, found, random.Random(0))
 
 
-HALVES = ["#########", "#...#...#", "#...#...#", "#.......#", "#...#...#", "#########"]
-DOOR = 31
-
-
-def halves(starts: str) -> Floor:
-    """Two rooms with a hinged door that pushers open by entering; the targets are beyond it."""
-    bots = {}
-    for number, at in enumerate(starts.split()):
-        row, col = divmod(int(at.rstrip("nesw")), 9)
-        bots[f"r{number}"] = Bot(at, [9 * row + 8 - col], "push")
-    return Floor(HALVES, bots, [Block(DOOR, [("push", 1, [DOOR], False)], sweeps=[30, 32])])
-
-
-@pytest.mark.parametrize(
-    "starts",
-    ["30 32 21 23 11", "30 32 21 39 20 12", "30 32w 21 39 29 20", "30 32w 21 39 29 20 28 11"],
-)
-def test_robots_leave_the_regions_that_a_door_sweeps(starts: str) -> None:
-    """Two stand where the door sweeps; one with a heading to the west can only go through it."""
-    assert isinstance(search(halves(starts)).by(Variant.ONE, 300), Found)
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_plans_about_swept_regions_hold_in_every_order(seed: int) -> None:
-    rng = random.Random(seed)
-    places = rng.sample([p for p in range(10, 44) if p % 9 in (1, 2, 3, 5, 6, 7)], 6)
-    starts = " ".join(f"{place}{rng.choice(['', '', *'nesw'])}" for place in places)
-    floor = halves(starts)
-    answer = search(floor).run(2)
-    if isinstance(answer, Found):
-        first = answer.states[0].stages
-        opened = next(k for k, state in enumerate(answer.states) if state.stages != first)
-        play(floor, Found(answer.states[: opened + 1]), rng)
-
-
 def test_a_plan_leads_around_a_robot_that_cannot_move() -> None:
     """As one out of service: it stands on the shortest path."""
     grid = ["###########", *["#....#....#"] * 2, "#.........#", *["#....#....#"] * 5]

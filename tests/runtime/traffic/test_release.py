@@ -80,7 +80,7 @@ def released(
                     steps = (*taken[:robot], taken[robot] + 1, *taken[robot + 1 :])
                     after.append((course.after(state, robot, pose), steps))
                 continue
-            closed = still_needed(problem, run, robot, state.stages)
+            closed = still_needed(problem, run, robot)
             others = {state.poses[o] % graph.size for o in problem.conflicts[robot]}
             around = closed | sum(1 << region for region in others)
             free = graph.everywhere & ~graph.poses_on(around)

@@ -57,7 +57,7 @@ def counted(states: list[JointState], robot: int) -> list[int]:
 
 def crowd(seed: int) -> Floor:
     """Two to five robots in rooms, some with headings, at times with an obstacle in a doorway,
-    which may sweep regions, or with a room for one robot at a time."""
+    or with a room for one robot at a time."""
     rng = random.Random(seed)
     free = [i for i, c in enumerate("".join(ROOMS)) if c == "."]
     turning = ["", *"nesw"] if seed % 3 == 0 else [""]
@@ -66,8 +66,7 @@ def crowd(seed: int) -> Floor:
         f"r{k}": Bot(f"{at}{rng.choice(turning)}", rng.sample(free, 2), can="push" if k else "")
         for k, at in enumerate(starts)
     }
-    sweeps = [23, 24] if seed % 8 == 0 else []
-    door = Block(22, [("push", 1, [21, 22, 23], False)], blocks=range(len(bots)), sweeps=sweeps)
+    door = Block(22, [("push", 1, [21, 22, 23], False)], blocks=range(len(bots)))
     floor = Floor(ROOMS, bots, [door] if seed % 4 == 0 else [])
     zone = region_mask([37, *range(46, 53), *range(55, 62)])
     if seed % 5 == 0 and sum(zone >> start & 1 for start in starts) < 2:

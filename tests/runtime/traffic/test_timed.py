@@ -127,19 +127,3 @@ def test_two_lifters_do_not_push_each_other_through_the_warehouse() -> None:
     outcome = play(text).outcome
     assert outcome["outcome"] == "completed"
     assert outcome["ticks"] < 120
-
-
-@pytest.mark.parametrize(("sweeps", "ticks"), [((), 1), ((8,), 2), ((8, 10), 2)])
-def test_no_plan_enters_a_door_that_sweeps_where_another_is(
-    sweeps: tuple[int, ...], ticks: int
-) -> None:
-    """The helper stands beside the door at 9, the other robot on its other side."""
-    graph = PoseGraph(RegionMap.from_grid(["######", "#....#", "######"]), Mobility.FREE)
-    other = Member("a", graph, graph.everywhere, (), True, False, frozenset())
-    helper = Member("b", graph, graph.everywhere, (), True, False, frozenset({"push"}))
-    need, closed = OpenNeed("push", 1, 1 << 9), (frozenset({1}),)
-    door = OpenObstacle("door@9", 9, closed, (need,), sweeps=region_mask(sweeps))
-    problem = Problem((helper, other), (door,), (frozenset({1}), frozenset({0})))
-    found = Quickest(problem, (Stage(),), (10, 8), 0).plan()
-    assert found is not None and len(found) - 1 == ticks
-    assert found[-1] == (9, 8 if ticks == 1 else 7)

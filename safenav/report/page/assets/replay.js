@@ -1,4 +1,4 @@
-/* sources e1ad8df6172b4b957c0da4b76183f2f2c80a1c7022df33ced1bb791d76bb4fd1 */
+/* sources 66c69f886e7a10b8249f0f16ba69240326a25899ff71af1a3cdff9687358c92b */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 
 from safenav.begun import PlanLeft
 from safenav.components import explored
-from safenav.runtime.resolution.problem import Floor, Problem, Separation, Stages
+from safenav.runtime.resolution.problem import Floor, Problem, Separation
 from safenav.runtime.traffic.joint_search.states import Count, JointState
 from safenav.trace import records
 from safenav.world.moves import Pose
@@ -64,10 +64,10 @@ def schedule(
         for i in moving:
             step, region = len(paths[i]) - 1, joint[i] % apart.sizes[i]
             latest = {r: left for r, left in stays[region] if r in apart.conflicts[i]}
-            for each in apart.exclusions:
-                if i in each.robots and each.zone >> region & 1:
-                    for robot, left in chain(*(stays[r] for r in bits(each.there))):
-                        if robot in each.others and robot != i:
+            for robots, zone in apart.zones:
+                if i in robots and zone >> region & 1:
+                    for robot, left in chain(*(stays[r] for r in bits(zone))):
+                        if robot in robots and robot != i:
                             latest[robot] = max(left, latest.get(robot, left))
             if step or i not in under_way:
                 orders += [Order(i, step, robot, left) for robot, left in latest.items()]
@@ -177,16 +177,16 @@ def still(waits: Mapping[str, Collection[str]], busy: Collection[str]) -> set[st
     return waits.keys() - moving.keys()
 
 
-def still_needed(problem: Problem, plan: Execution, robot: int, stages: Stages) -> Mask:
+def still_needed(problem: Problem, plan: Execution, robot: int) -> Mask:
     """Return the regions that the others need for the rest of a plan, which are closed to a robot
     that has completed its own path. If it enters none of them, and can return without entering
     them, the rest of the plan stays valid (docs/coordination.md, A live run)."""
     size = problem.members[robot].graph.size
     found = reduce(or_, (plan.ahead(other, size) for other in problem.conflicts[robot]), 0)
-    for each in problem.separation(stages).exclusions:
-        others = each.others - {robot}
-        if robot in each.robots and any(each.there & plan.ahead(i, size) for i in others):
-            found |= each.zone
+    for robots, zone in problem.zones:
+        others = robots - {robot}
+        if robot in robots and any(zone & plan.ahead(i, size) for i in others):
+            found |= zone
     return found
 
 

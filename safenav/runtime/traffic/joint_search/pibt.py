@@ -6,7 +6,7 @@ instead of places. Each robot takes the pose nearest to its goal poses; a robot 
 steps first, and if it cannot, the next best pose is tried. Robots move one after the other within a
 tick, so a robot may enter a region that is left in the same step, but closed cycles do not rotate:
 no robot moves into the region of a robot that waits for it to move. If the first robot waits for
-regions that it does not enter itself (``KeepOut``), the robots there leave first.
+other regions of a zone (``Zones``), the robots there leave first.
 """
 
 from __future__ import annotations
@@ -15,9 +15,6 @@ import random
 from collections.abc import Sequence
 from itertools import pairwise
 
-from msgspec.structs import replace
-
-from safenav.runtime.resolution.problem import KeepOut
 from safenav.runtime.traffic.joint_search.states import Course, JointState
 from safenav.world.poses import Mask
 
@@ -70,11 +67,11 @@ class Generator:
         for robot, region in enumerate(self._regions):
             self._now.setdefault(region, []).append(robot)
         self._steps = self._course.hopeful(state.stages)
-        self._exclusions = self._course.problem.separation(state.stages).exclusions
+        self._zones = self._course.problem.zones
         self._ranked: dict[int, tuple[list[Rank], list[int] | None]] = {}
         self._evicted: dict[int, Mask] = {}
-        self._claimed: list[KeepOut] = []
-        if self._exclusions:
+        self._claimed: list[tuple[frozenset[int], Mask]] = []
+        if self._zones:
             self._make_way(order)
 
     def _make_way(self, order: Sequence[int]) -> None:
@@ -88,12 +85,12 @@ class Generator:
         region = self._candidates(first)[0] % self._sizes[first]
         if region == self._regions[first]:
             return
-        for each in self._exclusions:
-            if first in each.robots and each.zone >> region & 1:
-                self._claimed.append(replace(each, others=each.others - {first}))
-                for other in each.others - {first}:
-                    if each.there >> self._regions[other] & 1:
-                        self._evicted[other] = each.there
+        for robots, zone in self._zones:
+            if first in robots and zone >> region & 1:
+                self._claimed.append((robots - {first}, zone))
+                for other in robots - {first}:
+                    if zone >> self._regions[other] & 1:
+                        self._evicted[other] = zone
 
     def _place(
         self, robot: int, waiting: frozenset[int], only: Sequence[int] | None = None
@@ -111,7 +108,7 @@ class Generator:
 
     def _take(self, robot: int, pose: int, waiting: frozenset[int]) -> bool:
         region = pose % self._sizes[robot]
-        if self._exclusions and self._kept_out(robot, region):
+        if self._zones and self._kept_out(robot, region):
             return False
         conflicts, following = self._conflicts[robot], self._next
         entered = self._entered.get(region)
@@ -152,17 +149,16 @@ class Generator:
         is, will be or may be."""
         if region == self._regions[robot]:
             return False
-        for each in self._claimed:
-            inside = each.there >> region & ~(each.there >> self._regions[robot]) & 1
-            if inside and robot in each.others:
+        for others, zone in self._claimed:
+            if robot in others and zone >> region & ~(zone >> self._regions[robot]) & 1:
                 return True
-        for each in self._exclusions:
-            if robot not in each.robots or not each.zone >> region & 1:
+        for robots, zone in self._zones:
+            if robot not in robots or not zone >> region & 1:
                 continue
-            for other in each.others:
+            for other in robots:
                 here, after = self._regions[other], self._next.get(other)
                 there = here if after is None else after % self._sizes[other]
-                if other != robot and (each.there >> here | each.there >> there) & 1:
+                if other != robot and (zone >> here | zone >> there) & 1:
                     return True
         return False
 

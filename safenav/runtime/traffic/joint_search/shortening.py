@@ -36,7 +36,7 @@ def shortened(
     problem, first, last = course.problem, states[0], states[-1]
     if len(states) < 3:
         return states
-    apart = problem.separation(first.stages)
+    apart = problem.separation
     plan = schedule(apart, [state.poses for state in states])
     joint = timed(plan)
     if last.stages != first.stages:
@@ -260,7 +260,7 @@ def following(course: Course, states: Sequence[JointState], robot: int) -> list[
     completed its path, may stand behind the helper instead of where it let the helper pass.
     """
     problem, first, last = course.problem, states[0], states[-1]
-    apart = problem.separation(first.stages)
+    apart = problem.separation
     graph = problem.members[robot].graph
     joint = timed(schedule(apart, [s.poses for s in states]))
     goal = course.awaited(robot, last.counts[robot])

@@ -156,7 +156,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
     def singles(self, state: JointState) -> Iterator[tuple[int, int]]:
         """Yield (robot, pose) for every step that one robot can take while the others stand
         still."""
-        apart, poses = self.problem.separation(state.stages), state.poses
+        apart, poses = self.problem.separation, state.poses
         for robot, steps in enumerate(self.steps(state.stages)):
             closed, size = apart.closed(robot, poses), apart.sizes[robot]
             for pose in steps[poses[robot]]:
@@ -271,9 +271,6 @@ def performed(
                 for i in problem.acting(gate, stages)
                 if need.regions >> (poses[i] % problem.members[i].graph.size) & 1
             ]
-            if problem.gates[gate].sweeps:
-                regions = [p % m.graph.size for p, m in zip(poses, problem.members, strict=True)]
-                here = [i for i in here if problem.clear_of(gate, i, regions)]
             takes = problem.takes(gate, stages)
             if takes and sent:
                 here = [i for i in here if not _keeps_room(problem, i, gate, stages, sent)]

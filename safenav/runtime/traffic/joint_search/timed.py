@@ -164,7 +164,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
             there = option[0] if option[2] == 0 else pose
             after, part = (*robots[:at], option, *robots[at + 1 :]), done
             if not self._need.together and robot in self._able and self._is_there(robot, there):
-                part = done | {robot} if self._clear(after, robot) else done
+                part = done | {robot}
             yield after, part
 
     def _closed(self, robots: tuple[Robot, ...], robot: int) -> Mask:
@@ -172,19 +172,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         now, then = list(self.poses), list(self.poses)
         for other, (pose, to, _) in zip(self.movers, robots, strict=True):
             now[other], then[other] = pose, to
-        return self.problem.separation(self.stages).closed(robot, now, then)
-
-    def _regions_of(self, robots: tuple[Robot, ...]) -> list[int]:
-        at = [self._region(i, pose) for i, pose in enumerate(self.poses)]
-        for robot, (pose, _, _) in zip(self.movers, robots, strict=True):
-            at[robot] = self._region(robot, pose)
-        return at
-
-    def _clear(self, robots: tuple[Robot, ...], robot: int) -> bool:
-        """Return whether no other robot is in a region that the obstacle sweeps."""
-        if not self.problem.gates[self.gate].sweeps:
-            return True
-        return self.problem.clear_of(self.gate, robot, self._regions_of(robots))
+        return self.problem.separation.closed(robot, now, then)
 
     def _is_there(self, robot: int, pose: int) -> bool:
         return bool(self._need.regions >> self._region(robot, pose) & 1)
@@ -194,10 +182,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         if not self._need.together:
             return len(done) >= self._missing
         here = dict(zip(self.movers, (pose for pose, _, _ in robots), strict=True))
-        there = sum(
-            self._is_there(i, here.get(i, self.poses[i])) and self._clear(robots, i)
-            for i in self._able
-        )
+        there = sum(self._is_there(i, here.get(i, self.poses[i])) for i in self._able)
         return there >= self._missing
 
     def _bound(self, state: State, turn: int) -> int:
@@ -252,7 +237,7 @@ def beside(floor: Floor, plan: Sequence[Poses], goals: Sequence[Mask]) -> list[P
     problem = floor.problem
     paths = [list(path) for path in zip(*plan, strict=True)]
     still = [i for i, path in enumerate(paths) if len(set(path)) == 1 and goals[i]]
-    for robot in still if not problem.apart else ():
+    for robot in still if not problem.zones else ():
         member = problem.members[robot]
         if member.ticks > 1 or (member.turns and problem.interferes(robot)):
             continue  # it might not be able to return

@@ -28,8 +28,6 @@ export interface DrawnObstacle {
   traversable: boolean | null;
   /** The most ticks from its request to its resolution. */
   within: number | null;
-  /** The regions that its resolution sweeps: its neighbours, or listed ones. */
-  sweeps: "neighbours" | "listed" | null;
   line: number;
 }
 

@@ -155,7 +155,6 @@ const EXAMPLES: Record<string, string> = {
   within: "40",
   avoid: "[28, store]",
   always: "region = 16 -> region' != 17",
-  sweeps: "[46]",
   battery: "{capacity: 60, charge: 5}",
   carries: "2",
   capabilities: "[push, lift]",

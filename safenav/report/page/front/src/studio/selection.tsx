@@ -174,20 +174,6 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
           value={obstacle.within === null ? "" : String(obstacle.within)}
           onChange={(value) => set("resolve_within", value === "" ? null : Number(value))}
         />
-        {!ordered && (
-          <label>
-            sweeps
-            <select value={obstacle.sweeps ?? ""} onChange={(event) => set("sweeps", event.currentTarget.value || null)}>
-              <option value="">as its type</option>
-              <option value="neighbours">all adjacent regions</option>
-              {obstacle.sweeps === "listed" && (
-                <option value="listed" disabled>
-                  listed regions
-                </option>
-              )}
-            </select>
-          </label>
-        )}
         <Parts
           doc={doc}
           say={say}
