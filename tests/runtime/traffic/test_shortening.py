@@ -29,7 +29,7 @@ ROOMS = [
 def ticks(floor: Floor, states: list[JointState]) -> int:
     """Ticks of a plan, by its order between the robots alone."""
     sizes = [member.graph.size for member in floor.problem.members]
-    apart = floor.problem.separation(states[0].stages).exclusions
+    apart = floor.problem.zones
     plan = schedule(Separation(sizes, floor.problem.conflicts, apart), [s.poses for s in states])
     waits: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for order in plan.orders:
