@@ -1,27 +1,60 @@
-"""Kinds of files that commands read, recognized by how they begin."""
+"""Kinds of files that commands read, recognized by how they begin or by lines in them."""
 
 import re
 
 _SECTION = r"\[(?:INPUT|OUTPUT|(?:ENV|SYS)_(?:INIT|TRANS|LIVENESS))\]"
-_KINDS = {
+_DRAW = "draw it with: safenav draw {0}; begin a scenario on it: safenav new FILE --map {0}"
+ROS_MAP = "map of ROS map_server"
+_KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     "specification": (
-        rf"\A(?:\s|#[^\n]*\n)*{_SECTION}",
+        (rf"\A(?:\s|#[^\n]*\n)*{_SECTION}",),
         "its strategy: safenav synth {0}; why not: safenav explain",
     ),
     "motion file": (
-        r'\A\s*\{"type"\s*:\s*"header"\s*,\s*"motion"',
+        (r'\A\s*\{"type"\s*:\s*"header"\s*,\s*"motion"',),
         "check it with: safenav check-motion {0} TRACE",
     ),
-    "trace": (r'\A\s*\{"type"\s*:\s*"header"', "show it with: safenav replay {0}"),
-    "scenario": (r"(?m)^safenav[ \t]*:", "run it with: safenav run {0} --trace run.jsonl"),
-    "fleet file": (r"(?m)^safenav-fleet[ \t]*:", "use it with: safenav drive SCENARIO --fleet {0}"),
+    "trace": ((r'\A\s*\{"type"\s*:\s*"header"',), "show it with: safenav replay {0}"),
+    "scenario": ((r"(?m)^safenav[ \t]*:",), "run it with: safenav run {0} --trace run.jsonl"),
+    "fleet file": (
+        (r"(?m)^safenav-fleet[ \t]*:",),
+        "use it with: safenav drive SCENARIO --fleet {0}",
+    ),
+    "map of the MovingAI benchmarks": (
+        (r"\Atype[ \t]+\w+[ \t]*\r?\n", r"(?m)^height[ \t]", r"(?m)^map[ \t]*\r?$"),
+        _DRAW,
+    ),
+    ROS_MAP: (
+        (
+            r"(?m)^[ \t]*image[ \t]*:",
+            r"(?m)^[ \t]*(?:negate|occupied_thresh|free_thresh)[ \t]*:",
+        ),
+        _DRAW,
+    ),
+    "building file of RMF": (
+        (r"(?m)^levels[ \t]*:", r"(?m)^[ \t]+(?:vertices|drawing|walls)[ \t]*:"),
+        "save its floor as an occupancy map (ROS map_server): safenav new FILE --map MAP.yaml",
+    ),
+    "specification in TLSF": (
+        (r"(?m)^[ \t]*INFO[ \t]*\{", r"(?m)^[ \t]*MAIN[ \t]*\{"),
+        "convert it to structured slugs: syfco -f slugs {0}",
+    ),
+    "specification of gr1c": (
+        (r"(?m)^[ \t]*(?:ENV|SYS)[ \t]*:", r"(?m)^[ \t]*(?:ENV|SYS)(?:INIT|TRANS|GOAL)[ \t]*:"),
+        "write it as structured slugs: [INPUT], [OUTPUT], [SYS_TRANS], ... "
+        "(docs/specifications.md)",
+    ),
 }
-_PATTERNS = {kind: re.compile(pattern) for kind, (pattern, _) in _KINDS.items()}
+"""For each kind, the patterns of which a text contains all, and what to do with such a file."""
+_PATTERNS = {kind: tuple(map(re.compile, patterns)) for kind, (patterns, _) in _KINDS.items()}
 
 
 def kind_of(text: str) -> str | None:
-    """Return the kind of a file with this text; None if it begins like none of them."""
-    return next((kind for kind, begins in _PATTERNS.items() if begins.search(text)), None)
+    """Return the kind of a file with this text; None if it looks like none of them."""
+    for kind, patterns in _PATTERNS.items():
+        if all(pattern.search(text) for pattern in patterns):
+            return kind
+    return None
 
 
 def another_kind(text: str, expected: str, file: str) -> tuple[str, str] | None:

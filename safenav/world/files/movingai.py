@@ -1,7 +1,8 @@
 """Maps of the MovingAI benchmarks (Sturtevant 2012, "Benchmarks for grid-based pathfinding").
 
 The file gives ``type octile``, ``height`` and ``width``, then ``map`` and the rows. A robot walks
-on ground (``.`` and ``G``) and through swamp (``S``). Trees (``T``), cells out of bounds (``@`` and
+on ground (``.`` and ``G``) and through swamp (``S``). In maps of the League of Robot Runners ``E``
+(emitter) and ``S`` (service point) are free, too. Trees (``T``), cells out of bounds (``@`` and
 ``O``) and water (``W``, which cannot be entered from land) are walls.
 """
 
@@ -11,7 +12,7 @@ import re
 
 from safenav.world.files.flaws import Flaw, MapFileError
 
-FREE = frozenset(".GS")
+FREE = frozenset(".GSE")
 WALLS = frozenset("@OTW")
 
 _KINDS = ("octile", "tile")

@@ -10,7 +10,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
+from safenav.file_kind import ROS_MAP, kind_of
 from safenav.scenario.reading.maps.map import read_map
+from safenav.scenario.reading.maps.ros_map import NO_SIZE
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.source import FOREIGN, parsed, read_source
@@ -19,7 +21,6 @@ from safenav.world.map import RegionMap
 _IMAGES = (".png", ".pgm")
 _ASK = "give the size of the regions: --rows 20 --cols 30, or --side 0.5 (metres)"
 _AS_OPTIONS = re.compile(r"'(rows|cols|share): ([\d.]+)'( and)?")
-_LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
 
 
 class Division(Struct, frozen=True):
@@ -54,8 +55,7 @@ def form_of(path: Path) -> str | None:
     if suffix not in (".yaml", ".yml"):
         return None
     text = read_source(path, Findings(str(path)))
-    ros = text is not None and "safenav:" not in text and len(_LINES.findall(text)) >= 2
-    return "ros" if ros else None
+    return "ros" if text is not None and kind_of(text) == ROS_MAP else None
 
 
 def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
@@ -99,6 +99,6 @@ def _tell_whole_file(findings: Findings, division: Division) -> None:
             for d in error.diagnostics
         ]
         if division == Division() and form_of(Path(findings.file)) != "image":
-            made = [replace(d, hint=_ASK) for d in made]
+            made = [replace(d, hint=_ASK) if d.found == NO_SIZE else d for d in made]
         made = [replace(d, hint=_AS_OPTIONS.sub(r"--\1 \2", d.hint)) for d in made]
         raise InputError(made) from None

@@ -9,7 +9,7 @@ from typing import ClassVar
 from safenav.scenario.reading.regions import PLACE
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml import shapes
-from safenav.scenario.yaml.document import Node, Sequence
+from safenav.scenario.yaml.document import Node, Scalar, Sequence
 from safenav.scenario.yaml.fields import NAME
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.shapes import Key, Table
@@ -101,6 +101,11 @@ def read_origin(
     if not isinstance(node, Sequence) or len(node.items) not in (2, 3):
         read.wrong_type(node, what, "[x, y] or [x, y, yaw]", findings)
         return None
+    for item in node.items:
+        if isinstance(item, Scalar) and str(item.value).lower().strip("+-.") == "nan":
+            hint = "write 0: map_saver writes nan or -nan where SLAM gave no valid rotation"
+            findings.add(item, f"an item of {what}: found '{item.value}', expected a number", hint)
+            return None
     numbers = [read.finite(item, f"an item of {what}", findings) for item in node.items]
     x, y, yaw = (*numbers, 0.0)[:3]
     return None if x is None or y is None or yaw is None else (x, y, yaw)

@@ -1,8 +1,8 @@
 """``ros: map.yaml`` in the map of a scenario: an occupancy map of ROS map_server.
 
 An unknown pixel is a wall: a strategy must not rely on it. A pixel is free only if map_server reads
-it as free: occupancy (darkness, or brightness if ``negate``) below ``free_thresh`` and not above
-``occupied_thresh``. The modes trinary and scale agree on that.
+it as free: occupancy (darkness, or brightness if ``negate``) at most ``free_thresh`` and below
+``occupied_thresh``. The modes trinary and scale agree on that (``map_io.cpp`` of Nav2).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.file_kind import ROS_MAP
 from safenav.scenario.reading.maps.grid import too_large
 from safenav.scenario.reading.maps.keys import MapKeys, read_origin
 from safenav.scenario.reading.maps.map_file import named_path, read_count, read_pixels, with_walls
@@ -45,7 +46,7 @@ def occupied(image: Image, settings: RosMap) -> Blocked:
     """Return the pixels that are occupied or unknown; transparent ones are unknown."""
     values = np.arange(image.white + 1)
     occupancy = (values if settings.negate else image.white - values) / image.white
-    free = (occupancy < settings.free_thresh) & ~(occupancy > settings.occupied_thresh)
+    free = (occupancy <= settings.free_thresh) & ~(occupancy >= settings.occupied_thresh)
     found = image.where(~free)
     return found if image.transparent is None else found | image.transparent
 
@@ -68,6 +69,7 @@ def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
     )
 
 
+NO_SIZE = "map: region size missing"
 REQUIRED = {
     "image": "the path of the image, relative to this file",
     "resolution": "metres per pixel, for example 'resolution: 0.05'",
@@ -110,7 +112,7 @@ def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None
             f"the map measures {width:g} x {height:g} m: give the size of a region, for example "
             "'resolution: 0.5' (metres), or give 'rows' and 'cols'"
         )
-        findings.add(node, "map: region size missing", hint)
+        findings.add(node, NO_SIZE, hint)
     if len(findings) > before:
         return None
     if side is not None:
@@ -142,7 +144,7 @@ def read_ros_file(
 ) -> tuple[RosMap | None, Image | None, Blocked | None]:
     """Return the settings, their image, and its pixels that are not free; three times None after
     an error was reported."""
-    item = read.mapping(parsed(text, findings), "a ROS map", findings, None, REQUIRED)
+    item = read.mapping(parsed(text, findings, ROS_MAP), "a ROS map", findings, None, REQUIRED)
     if item is None:
         return None, None, None
     settings = _settings(item, findings)
