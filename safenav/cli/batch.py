@@ -32,7 +32,7 @@ Examples:
   safenav batch suite --results now.json --baseline before.json
 \b
 A PATH is a scenario, a folder (searched for *.yaml, but not in folders named
-'invalid'), a quoted pattern, or a matrix file ('batch: 1'; see docs/batch.md).
+'invalid' or 'unrealizable'), a quoted pattern, or a matrix file ('batch: 1'; see docs/batch.md).
 FILE may be '-' for standard output; the table then goes to standard error.
 \b
 Exit codes:

@@ -135,7 +135,7 @@ show_all = click.option("--all", "show_all", is_flag=True, help="Print every bro
 _DIVISION = (
     click.option("--rows", type=click.IntRange(min=1), help="Number of rows of a map file."),
     click.option("--cols", type=click.IntRange(min=1), help="Number of columns of a map file."),
-    click.option("--side", type=SECONDS, metavar="M", help="Side of a square region, in metres."),
+    click.option("--side", type=METRES, metavar="M", help="Side of a square region, in metres."),
     click.option(
         "--share",
         type=FiniteRange(0, 1),

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from safenav.cli import options
-from safenav.errors import ExitCode
+from safenav.errors import ExitCode, UsageError
 from safenav.extras import install_command
 from safenav.installation import Installation, examine
 from safenav.outfile import write_out
@@ -56,6 +56,8 @@ Exit codes:
 @click.option("--fleet", "of_fleet", is_flag=True, help="The schema of a fleet file.")
 def schema(output: Path | None, of_trace: bool, of_fleet: bool) -> int:
     """Print the JSON Schema (draft 2020-12) of scenario files, trace lines or fleet files."""
+    if of_trace and of_fleet:
+        raise UsageError("--trace and --fleet are two schemas: give one of them")
     if of_trace:
         from safenav.trace.schema import schema_text
     elif of_fleet:

@@ -113,7 +113,7 @@ class Outputs(Struct, frozen=True):
     type=click.Choice(["live", "lockstep"]),
     help="Override the scenario's clock: seconds (live) or ticks (lockstep).",
 )
-@click.option("--lockstep", "clock", flag_value="lockstep", help="Short for --clock lockstep.")
+@click.option("--lockstep", is_flag=True, help="Short for --clock lockstep.")
 @options.operator
 @options.verify
 @options.live
@@ -134,6 +134,7 @@ def command(
     max_ticks: int | None,
     time_limit: float | None,
     clock: str | None,
+    lockstep: bool,
     operator: str | None,
     verify: bool,
     live: bool,
@@ -141,6 +142,9 @@ def command(
 ) -> int:
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
+    if lockstep and clock == "live":
+        raise UsageError("--clock live and --lockstep contradict each other: give one of them")
+    clock = "lockstep" if lockstep else clock
     if live:
         from safenav.studio.starting import start_live
 
@@ -171,7 +175,15 @@ def command(
 
 def _refuse_beside_live(context: click.Context) -> None:
     """Raises UsageError for options that a run in the browser does not read."""
-    unread = options.given(context) - {"scenario", "live", "trace", "seed", "clock", "maps"}
+    unread = options.given(context) - {
+        "scenario",
+        "live",
+        "trace",
+        "seed",
+        "clock",
+        "lockstep",
+        "maps",
+    }
     for option in context.command.params:
         if option.name in unread:
             off = context.params[option.name] is False

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -30,14 +32,14 @@ def objective_of(traced: TracedObjective) -> Objective | None:
 
 
 def _ltl(spelled: str) -> Ltl:
-    """The formulas that a header spells; none if it omits them."""
-    try:
-        parts = json.loads(spelled)
-        init, safety, live = (
-            tuple(map(str, parts.get(key, ()))) for key in ("init", "safety", "liveness")
-        )
-        memory = parts.get("memory", {}).items()
-        ranges = {str(k): None if v == "bool" else (int(v[0]), int(v[1])) for k, v in memory}
-        return Ltl(init, safety, live, ranges, tuple(map(str, parts.get("inputs", ()))))
-    except (ValueError, TypeError, AttributeError, IndexError, KeyError):
-        return Ltl()
+    """The formulas that a header spells, which its reader has checked; a single one may be a
+    string."""
+    parts: Mapping[str, Any] = json.loads(spelled) or {}
+
+    def listed(key: str) -> tuple[str, ...]:
+        found = parts.get(key) or ()
+        return (found,) if isinstance(found, str) else tuple(found)
+
+    memory = (parts.get("memory") or {}).items()
+    ranges = {name: None if kind == "bool" else (kind[0], kind[1]) for name, kind in memory}
+    return Ltl(listed("init"), listed("safety"), listed("liveness"), ranges, listed("inputs"))

@@ -7,12 +7,11 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
 from safenav.scenario.reading.objective import (
-    OWN_VARIABLES,
     VARIABLE,
     ObjectiveKeys,
+    is_reserved,
     read_objective,
     read_within,
 )
@@ -92,9 +91,6 @@ def _objective(node: Node | None, name: str | None, reading: Reading) -> Objecti
     return found
 
 
-TAKEN = {"move", "scout", "goal", "request", "wait", "assigned"}
-"""Variables that specifications declare themselves, with those of the following prefixes."""
-_PREFIXES = ("busy_", "at_")
 _SPAN = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")
 _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
 _TICKS = shapes.either(TICK, shapes.matching(_SPAN))
@@ -145,19 +141,17 @@ class InputKeys(Table):
     )
 
 
-_RESERVED = shapes.either({"enum": sorted(TAKEN)}, {"pattern": f"^({'|'.join(_PREFIXES)})"})
-INPUTS = shapes.form(shapes.named(InputKeys, {"allOf": [VARIABLE, {"not": _RESERVED}]}))
+INPUTS = shapes.form(shapes.named(InputKeys, VARIABLE))
 
 
 def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:
     """Return the named inputs; errors are reported."""
     item, found = read.mapping(node, "inputs", reading, example="{alarm: {at: 12-30}}"), []
-    taken = RESERVED_WORDS | OWN_VARIABLES | TAKEN | {*reading.named}
     for key, value in item.entries if item else ():
         name = clipped(key.text)
         what = f"input {name}"
-        reserved = key.text in taken or key.text.startswith(_PREFIXES)
-        if well_named(key, "an input", reading, IDENTIFIER) and reserved:
+        taken = is_reserved(key.text) or key.text in reading.named
+        if well_named(key, "an input", reading, IDENTIFIER) and taken:
             reading.add(key, f"'{name}' is reserved", "use another name")
         fields = InputKeys.read(value, what, reading)
         if fields is None:

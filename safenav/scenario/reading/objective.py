@@ -39,8 +39,24 @@ WITHIN = "within"
 TIMED = kinds_that(lambda kind: kind.timed())
 STRICT = kinds_that(lambda kind: kind.strict)
 
-VARIABLE = {**shapes.matching(IDENTIFIER), "not": {"enum": sorted(RESERVED_WORDS | OWN_VARIABLES)}}
+RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "request", "wait", "assigned"}
+"""Words of formulas, and variables that specifications declare themselves, with those of the
+following prefixes."""
+_PREFIXES = ("busy_", "at_")
+_TAKEN = shapes.either({"enum": sorted(RESERVED)}, {"pattern": f"^({'|'.join(_PREFIXES)})"})
+VARIABLE = {**shapes.matching(IDENTIFIER), "not": _TAKEN}
 """Names of variables that a scenario declares."""
+NAME_OF_ROBOT = {
+    **shapes.matching(IDENTIFIER),
+    "not": {"enum": sorted(RESERVED_WORDS | OWN_VARIABLES)},
+}
+"""Names of robots, which formulas contain."""
+
+
+def is_reserved(name: str) -> bool:
+    """Return whether specifications declare a variable of that name themselves, or may do so."""
+    return name in RESERVED or name.startswith(_PREFIXES)
+
 
 FORMULAS = shapes.form(shapes.either(shapes.TEXT, shapes.many(shapes.TEXT)), "formulas")
 
@@ -256,7 +272,7 @@ def _memory(node: Node | None, what: str, reading: Reading) -> Declared:
         name = clipped(key.text)
         if not well_named(key, "a variable", reading, IDENTIFIER):
             pass
-        elif key.text in RESERVED_WORDS | OWN_VARIABLES:
+        elif is_reserved(key.text):
             reading.add(key, f"'{name}' is reserved", "use another name")
         elif key.text in (*reading.named, *reading.inputs):
             kind = "a robot" if key.text in reading.named else "an input"

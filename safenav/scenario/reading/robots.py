@@ -23,9 +23,9 @@ from safenav.scenario.objective import (
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import MODEL, VISION
 from safenav.scenario.reading.objective import (
+    NAME_OF_ROBOT,
     OWN_VARIABLES,
     TIMED,
-    VARIABLE,
     ObjectiveKeys,
     read_objective,
     read_within,
@@ -71,7 +71,7 @@ class RobotKeys(Table):
     when = Key(form(named(ObjectiveKeys)), "Objectives while inputs are on; the first counts.")
 
 
-ROBOTS = form({**named(RobotKeys, VARIABLE), "minProperties": 1})
+ROBOTS = form({**named(RobotKeys, NAME_OF_ROBOT), "minProperties": 1})
 
 
 Standing = tuple[Robot, Node | None, Node | None]
