@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import base64
-import json
 import zlib
-from collections.abc import Mapping
 from contextlib import suppress
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.extras import install_command
 from safenav.report.picture.scenario import scene_of
 from safenav.report.picture.scene import svg_of
 from safenav.scenario.beginning import TEMPLATES
@@ -30,14 +26,9 @@ from safenav.studio.editing.drawing import drawing_of, palette
 from safenav.studio.editing.operations import edited
 from safenav.studio.editing.played import played
 from safenav.studio.editing.realizability import RealizabilityQueue
-from safenav.studio.editing.round_trip import changed
-from safenav.studio.editing.walls import embed
 from safenav.studio.run.orders import RunOrder
 from safenav.studio.scenario_folder import ScenarioFolder, read_text, save_text
 from safenav.studio.session import Made, Message, Studio
-
-if TYPE_CHECKING:
-    from safenav.studio.editing.importing import FloorPlan
 
 
 class Editor(Studio):
@@ -54,8 +45,6 @@ class Editor(Studio):
         self.document = OpenDocument(text, origin)
         self._drawn: TextOrigin | None = None
         self._realizability = RealizabilityQueue(self.tell)
-        self._companions: dict[str, bytes] = {}
-        self._plan: FloorPlan | None = None
         self._drawing: dict[str, Any] | None = None
         self._checking: asyncio.Task[None] | None = None
         self._checked = True
@@ -64,7 +53,6 @@ class Editor(Studio):
         self._does |= {
             "text": self._type,
             "edit": self._edit,
-            "embed": self._embed,
             "undo": self._undo,
             "redo": self._redo,
             "open": self._open,
@@ -121,43 +109,13 @@ class Editor(Studio):
             return f"{stem}.svg", await asyncio.to_thread(self._picture), "image/svg+xml"
         return await super().made(name)
 
-    async def uploaded(
-        self, name: str, content: bytes, about: Mapping[str, str]
-    ) -> dict[str, Any] | None:
-        """Handle an upload by its ``kind``: a ``scenario``, a ``map`` (MovingAI), a ``companion``
-        file that a ROS map names, a ``plan`` (image or ROS map), or a division of the plan: its
-        ``preview``, or a new scenario on the ``divided`` map. Return the reply to the page."""
-        kind = about.get("kind")
-        if kind in ("plan", "preview", "divided") and find_spec("numpy") is None:
-            raise UsageError(f"reading images needs numpy: {install_command('maps')}")
-        if kind == "companion":
-            self._companions = {name: content}
-        elif kind == "scenario":
-            try:
-                text = content.decode("utf-8-sig")
-            except UnicodeDecodeError as error:
-                raise UsageError(f"{name} is not a text file") from error
-            self._begin_with(text, foreign=True)
-        elif kind == "map":
-            self._begin_with(await asyncio.to_thread(beginnings.movingai, name, content))
-        elif kind == "plan":
-            from safenav.studio.editing import importing  # it needs numpy
-
-            files = {**self._companions, name: content}
-            self._companions = {}
-            self._plan = await asyncio.to_thread(importing.opened_plan, name, files)
-            return await asyncio.to_thread(self._plan.message)
-        elif self._plan is None or kind not in ("preview", "divided"):
-            raise UsageError("the image is no longer available: choose it again")
-        else:
-            from safenav.studio.editing import importing
-
-            cut = importing.Cut.read(json.loads(content))
-            if kind == "preview":
-                return await asyncio.to_thread(importing.preview, self._plan, cut)
-            world = await asyncio.to_thread(importing.divided, self._plan, cut)
-            self._begin_with(beginnings.drawn(world, self._plan.name))  # a preview may follow
-        return None
+    async def uploaded(self, name: str, content: bytes) -> None:
+        """Open an uploaded scenario."""
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise UsageError(f"{name} is not a text file") from error
+        self._begin_with(text, foreign=True)
 
     def _everything(self) -> list[dict[str, Any]]:
         sent = super()._everything()
@@ -256,14 +214,6 @@ class Editor(Studio):
 
     async def _edit(self, data: Message) -> None:
         if self.document.change(edited(self.document.text, data)):
-            self._changed()
-
-    async def _embed(self, _: Message) -> None:
-        """Copy the map of a file into the text."""
-        world = self._draft.world
-        if world is None:
-            raise UsageError("the map is not valid yet: fix the listed problems first")
-        if self.document.change(changed(self.document.text, lambda data: embed(data, world))):
             self._changed()
 
     async def _undo(self, _: Message) -> None:

@@ -206,11 +206,8 @@ class Server:
     async def _upload(self, request: web.Request) -> web.StreamResponse:
         name = PurePath(request.query.get("name", "upload")).name
         content = await request.read()
-        try:
-            made = await self.studio.uploaded(name, content, dict(request.query))
-        except ValueError as error:
-            raise UsageError(f"not valid JSON: {error}") from error
-        return web.json_response(made)
+        await self.studio.uploaded(name, content)
+        return web.Response()
 
     async def _socket_of(self, request: web.Request) -> web.StreamResponse:
         if len(self.studio.pages) >= PAGES:

@@ -154,11 +154,9 @@ class Studio:
         content = await asyncio.to_thread(make, self.run.trace, f"{stem}.jsonl")
         return f"{stem}{ending}", content, kind
 
-    async def uploaded(
-        self, name: str, content: bytes, about: Mapping[str, str]
-    ) -> dict[str, Any] | None:
+    async def uploaded(self, name: str, content: bytes) -> None:
         """Handle an uploaded file. Raises UsageError: only ``Editor`` opens files."""
-        del name, content, about
+        del name, content
         raise UsageError("this studio only shows a run and opens no files")
 
     async def close(self) -> None:

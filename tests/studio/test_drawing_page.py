@@ -7,11 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from PIL import Image
 
-from report.browser import Browser, Keys, Select
+from report.browser import Browser, Keys
 from safenav.audit.check import audit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
@@ -72,9 +70,6 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
         (r.name, r.model, r.start, r.objective) for r in SHIPPED.robots
     ]
     assert [(o.name, o.appears) for o in drawn.obstacles] == [("door@47", None)]
-    board.choose("Select")
-    board.click(47)
-    browser.wait(lambda: browser.all('[aria-label="The chosen obstacle"]'))
     browser.press(Keys.ESCAPE)
     browser.wait(lambda: len(browser.all('[data-verdict="realizable"]')) == 2)
     browser.press(Keys.CONTROL, "s")
@@ -200,86 +195,6 @@ def test_a_link_carries_the_scenario(board: Board) -> None:
     assert link not in browser.driver.current_url
 
 
-def test_maps_are_divided_over_their_picture(board: Board, tmp_path: Path) -> None:
-    """An image with a sealed room and a coloured ward, a ROS and a MovingAI map."""
-    browser = board.browser
-    plan = np.full((60, 90, 3), 255, dtype=np.uint8)
-    plan[:2], plan[-2:], plan[:, :2], plan[:, -2:] = 0, 0, 0, 0
-    plan[:, 30:32] = 0
-    plan[20:26, 30:32] = 255  # a door of six pixels
-    plan[4:16, 50:80] = (255, 204, 0)
-    Image.fromarray(plan).save(tmp_path / "plan.png")
-    Image.fromarray(plan[..., 0]).save(tmp_path / "lab.pgm")
-    (tmp_path / "lab.yaml").write_text(
-        "image: lab.pgm\nresolution: 0.25\norigin: [0, 0, 0]\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
-    )
-    (tmp_path / "arena.map").write_text(
-        "type octile\nheight 4\nwidth 5\nmap\n@@@@@\n@...@\n@.@.@\n@@@@@\n"
-    )
-
-    def send(*names: str) -> None:
-        files = "\n".join(str(tmp_path / name) for name in names)
-        browser.one('[data-menu="New"] input[type="file"]').send_keys(files)
-
-    def slide(label: str, value: int) -> None:
-        browser.run(
-            """
-            const slider = document.querySelector(`dialog input[aria-label="${arguments[0]}"]`);
-            slider.value = arguments[1];
-            slider.dispatchEvent(new Event("input", {bubbles: true}));
-            """,
-            label,
-            value,
-        )
-
-    def told(words: str) -> None:
-        script = "return document.querySelector('.division')?.innerText ?? ''"
-        browser.wait(lambda: words in browser.run(script))
-
-    def colour(x: int, y: int) -> list[int]:
-        """The pixel of the preview over a pixel of the image."""
-        script = """
-            const canvas = document.querySelector("dialog canvas");
-            return [...canvas.getContext("2d").getImageData(
-                arguments[0] * canvas.width / 90, arguments[1] * canvas.height / 60, 1, 1).data];
-        """
-        return list(browser.run(script, x, y))[:3]
-
-    send("plan.png")
-    told("regions")
-    slide("side", 10)
-    told("6 x 9 regions")
-    told("1 sealed room (")
-    red, green, blue = colour(15, 35)
-    assert red > green > blue, "the sealed room is marked"
-    slide("share", 30)
-    slide("side", 6)
-    told("10 x 15 regions")
-    browser.wait(lambda: "sealed" not in browser.one(".division").text)
-    slide("origin x", 2)
-    slide("origin y", 2)
-    told("10 x 15 regions")
-    field = browser.one('input[aria-label="meaning of #ffcc00"]')
-    field.send_keys("ward", Keys.TAB)
-    browser.wait(lambda: colour(65, 10)[1] > colour(65, 10)[0])
-    board.choose("Create")
-    board.until("name: plan\n")
-    assert "areas:\n  ward: {rows: " in board.text
-
-    send("lab.yaml", "lab.pgm")
-    told(" m")
-    slide("side", 4)
-    told("regions of 1 m")
-    board.choose("Create")
-    board.until("name: lab\n")
-    assert "resolution: 1" in board.text
-    send("arena.map")
-    board.until("name: arena\n")
-    assert "    #...#\n    #.#.#\n" in board.text
-    assert [told for told in browser.errors() if "getImageData" not in told] == []
-
-
 def json_tick(board: Board) -> int:
     """The last tick of the run."""
     try:
@@ -287,43 +202,3 @@ def json_tick(board: Board) -> int:
     except urllib.error.HTTPError:  # nothing has happened yet
         return -1
     return int(json.loads(lines[-1]).get("tick", 0))
-
-
-def test_a_key_is_written_with_its_errors_beside_it(board: Board) -> None:
-    browser, board.cols = board.browser, 15
-    board.write((SCENARIOS / "warehouse_orders.yaml").read_text(encoding="utf-8"))
-    browser.wait(lambda: browser.all('[data-robot="truck"]'))
-    board.click(16)
-    board.choose("Change its battery, loads, speed ...")
-    board.until("forklift:\n      mobility: free")
-    adding = '[aria-label="Add a key of the model ..."]'
-    browser.wait(lambda: browser.all(adding))
-    Select(browser.one(adding)).select_by_visible_text("battery")
-    field = '[data-key="battery"]'
-    browser.wait(lambda: browser.all(field))
-    browser.one(f"{field} textarea").send_keys("{capacity: 20}")
-    browser.press(Keys.CONTROL, Keys.ENTER)
-    board.until("battery: {capacity: 20}")
-    browser.wait(lambda: browser.all(f"{field} .wrong-part"))
-    assert "charge" in browser.one(f"{field} .wrong-part").text
-    assert len(browser.all('[aria-label="The chosen robot"] .wrong-part')) == 1
-    browser.one(f"{field} textarea").send_keys(Keys.END, Keys.BACKSPACE, ", charge: 5}")
-    browser.press(Keys.CONTROL, Keys.ENTER)
-    browser.wait(lambda: not browser.all(".wrong-part"))
-    board.choose("Charger")
-    board.click(17)
-    board.until("chargers: [[1, 2]]")
-    browser.wait(lambda: browser.all(".charger"))
-    board.choose("Delivery")
-    board.click(106)
-    board.click(118)
-    board.until("- {at: 5, type: parcel, region: yard}")
-    browser.wait(lambda: "Order: parcel" in browser.one(".palette").text)
-    board.choose("Select")
-    board.click(106)
-    browser.wait(lambda: browser.all('[aria-label="The chosen robot"]'))
-    board.click(106)
-    browser.wait(lambda: browser.all('[aria-label="The chosen obstacle"]'))
-    board.drag(106, 107, 108)
-    board.until("type: parcel, region: [7, 3]}")
-    assert browser.errors() == []

@@ -40,7 +40,6 @@ def message(chance: random.Random) -> dict[str, Any]:
         {"op": "remove_robot", "robot": "digit_2"},
         {"op": "add_obstacle", "type": "door", "region": region},
         {"op": "move_obstacle", "index": 0, "region": region},
-        {"op": "resize", "right": chance.choice((-1, 1))},
         {"op": None},
         {"op": "paint", "regions": "all", "wall": 3},
     ]

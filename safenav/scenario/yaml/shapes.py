@@ -229,16 +229,6 @@ def values_of(sought: Collection[object], root: object, data: Any) -> Iterator[t
     yield from _below(sought, root, {"": data}, "")
 
 
-def table_at(root: object, path: Collection[object]) -> type[Table] | None:
-    """Return the table of the item at a path of keys and indices; None if it has none."""
-    parts = [root]
-    for step in path:
-        inner = (_inner(form, step) for part in parts for form in forms(part))
-        parts = [part for part in inner if part is not None]
-    found = (form for part in parts for form in forms(part))
-    return next((f for f in found if isinstance(f, type) and issubclass(f, Table)), None)
-
-
 def forms(part: object, sought: Collection[object] = ()) -> Iterator[object]:
     """Yield the forms that a value may have: tables, schemas, and sought shapes."""
     if any(part is each for each in sought):

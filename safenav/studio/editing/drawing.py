@@ -37,7 +37,6 @@ from safenav.scenario.yaml.document import (
     items_of,
     read_document,
 )
-from safenav.studio.editing.keys import known_keys, parts_of
 from safenav.world.map import HEADINGS, Region, RegionMap
 from safenav.world.moves import Mobility
 
@@ -76,34 +75,26 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
         return None
     placing = _Placing(world, entries_of(below(root, "map", "names")))
     robots = [r for r in _robots(root, placing) if r["start"] is not None]
-    obstacles = [*_obstacles(root, placing, "obstacles"), *_obstacles(root, placing, "orders")]
+    obstacles = list(_obstacles(root, placing, "obstacles"))
+    orders = list(_obstacles(root, placing, "orders"))
     chargers = [r for item in items_of(below(root, "chargers")) for r in placing.target(item)]
     title = _text(below(root, "name")) or "new scenario"
     exclusions = tuple(_exclusions(root, placing))
     marks = (chargers, exclusions)
-    still = _still(title, world, robots, obstacles, *marks, catalogue)
+    still = _still(title, world, robots, obstacles, orders, *marks, catalogue)
     return {
+        "name": title,
         "run": encoded(still, "scenario"),
         "robots": robots,
         "obstacles": obstacles,
-        "names": placing.names,
         "areas": {name: sorted(area) for name, area in world.areas.items()},
-        "chargers": chargers,
-        "parts": parts_of(root),
         "grid": isinstance(below(root, "map", "grid"), Scalar | Sequence),
-        "settings": {
-            "name": title,
-            "rounds": _number(below(root, "until", "rounds"), 2),
-            "ticks": _number(below(root, "limits", "ticks"), 1000),
-            "seed": _number(below(root, "seed"), 0),
-        },
     }
 
 
 def palette(catalogue: Catalogue) -> dict[str, Any]:
     """Return the kinds of items that can be placed on the map or given to a robot."""
     return {
-        "keys": known_keys(),
         "robots": [
             {
                 "name": model.name,
@@ -133,7 +124,6 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
                 "least": kind.least,
                 "most": kind.most,
                 "one": kind.one,
-                "strict": kind.strict,
             }
             for key, kind in KINDS.items()
         ],
@@ -153,35 +143,18 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
             "kind": kind or None,
             "targets": [placing.target(target) for target in nodes],
             "areas": [area if area in placing.world.areas else None for area in map(_text, nodes)],
-            "literal": below(objective, "form") is not None,
             "avoid": sorted(placing.zone(below(objective, "avoid"))),
             "line": key.place.line,
         }
 
 
-def _obstacles(root: Node, placing: _Placing, key: str) -> list[dict[str, Any]]:
-    """Return the entries of ``obstacles`` or ``orders`` whose region is on the map."""
-    found = []
+def _obstacles(root: Node, placing: _Placing, key: str) -> Iterable[dict[str, Any]]:
+    """Yield the entries of ``obstacles`` or ``orders`` whose region is on the map."""
     for index, node in enumerate(items_of(below(root, key))):
         region = placing.region(below(node, "region"))
-        if region is None or not isinstance(node, Mapping):
-            continue
-        truth = below(node, "traversable")
-        found.append(
-            {
-                "list": key,
-                "index": index,
-                "at": _number(below(node, "at"), None),
-                "type": _text(below(node, "type")),
-                "region": region,
-                "from": _number(below(node, "from"), None),
-                "until": _number(below(node, "until"), None),
-                "traversable": truth.value if isinstance(truth, Scalar) else None,
-                "within": _number(below(node, "resolve_within"), None),
-                "line": node.place.line,
-            }
-        )
-    return found
+        if region is not None and isinstance(node, Mapping):
+            kind = _text(below(node, "type"))
+            yield {"index": index, "type": kind, "region": region, "line": node.place.line}
 
 
 def _exclusions(root: Node, placing: _Placing) -> Iterable[Exclusion]:
@@ -195,6 +168,7 @@ def _still(
     world: RegionMap,
     robots: list[dict[str, Any]],
     obstacles: list[dict[str, Any]],
+    orders: list[dict[str, Any]],
     chargers: list[Region],
     exclusions: tuple[Exclusion, ...],
     catalogue: Catalogue,
@@ -212,14 +186,13 @@ def _still(
             )
         )
     hidden = {}
-    for obstacle in obstacles:
+    for key, obstacle in [*(("", o) for o in obstacles), *(("order ", o) for o in orders)]:
         kind = catalogue.obstacles.get(obstacle["type"])
         actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
-        name = f"{obstacle['type']}@{obstacle['region']} {obstacle['list']} {obstacle['index']}"
+        name = f"{obstacle['type']}@{obstacle['region']} {key}{obstacle['index']}"
         place = obstacle["region"]
-        ordered = obstacle["list"] == "orders"
         kept = (name, obstacle["type"], place, actions, (place,), ())
-        hidden[name] = Hidden(*kept, ordered=ordered)
+        hidden[name] = Hidden(*kept, ordered=bool(key))
     objectives = {robot["name"]: _objective(robot) for robot in robots}
     return Replay(
         name=title,
@@ -246,8 +219,3 @@ def _objective(robot: dict[str, Any]) -> Objective | None:
 
 def _text(node: Node | None) -> str:
     return str(node.value) if isinstance(node, Scalar) else ""
-
-
-def _number(node: Node | None, default: int | None) -> int | None:
-    value = node.value if isinstance(node, Scalar) else None
-    return value if isinstance(value, int) and not isinstance(value, bool) else default

@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import partial
-from operator import setitem
 from typing import Any
 
 from safenav.errors import UsageError
 from safenav.scenario.objective import kinds_that
-from safenav.scenario.reading.areas import SPAN
-from safenav.scenario.reading.catalogue import TypeKeys
-from safenav.scenario.reading.loader import ScenarioKeys
-from safenav.scenario.reading.objective import FORMULAS
-from safenav.scenario.reading.regions import PLACE, REGION, place_of
-from safenav.scenario.yaml.shapes import values_of
+from safenav.scenario.reading.regions import place_of
 from safenav.studio.editing.round_trip import inline
 
 OBJECTIVES = kinds_that()
@@ -52,34 +44,6 @@ class MapPlaces:
         if isinstance(like, int):
             return region
         return inline([region // self.cols, region % self.cols])
-
-    def each(self) -> Iterator[tuple[Any, Callable[[Any], None]]]:
-        """Yield every value that names a region, with the function that replaces it."""
-        for holder, key in values_of((REGION, PLACE), ScenarioKeys, self.data):
-            yield holder[key], partial(setitem, holder, key)
-
-    def move_rectangles(self, down: int, aside: int) -> None:
-        """Move the rectangles of areas by new rows at the top and columns at the left."""
-        moves = {"rows": (down, self.rows), "columns": (aside, self.cols)}
-        for item, key in values_of((SPAN,), ScenarioKeys, self.data):
-            by, most = moves[key]
-            ends = [int(end) + by for end in str(item[key]).split("-")]
-            ends = [min(max(end, 0), most - 1) for end in ends]
-            item[key] = f"{ends[0]}-{ends[-1]}" if len(ends) > 1 else ends[0]
-
-
-def formulas_of(data: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield the container, and the key or index, of each formula of objectives."""
-    for holder, key in values_of((FORMULAS,), ScenarioKeys, data):
-        if isinstance(holder[key], list):
-            yield from ((holder[key], index) for index in range(len(holder[key])))
-        elif isinstance(holder[key], str):
-            yield holder, key
-
-
-def obstacle_types(data: Any) -> list[Any]:
-    """Return the obstacle types of a catalogue in the scenario."""
-    return [holder[key] for holder, key in values_of((TypeKeys,), ScenarioKeys, data)]
 
 
 def any_of(target: Any) -> Any:

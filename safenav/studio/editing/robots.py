@@ -9,9 +9,9 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap
 
 from safenav.errors import UsageError
-from safenav.scenario.objective import KINDS, STAYING, one_of
+from safenav.scenario.objective import KINDS, STAYING
 from safenav.scenario.reading.objective import FORM, RULES, STRICT, TIMED, WITHIN
-from safenav.studio.editing.places import OBJECTIVES, MapPlaces, any_of, obstacle_types
+from safenav.studio.editing.places import OBJECTIVES, MapPlaces, any_of
 from safenav.studio.editing.round_trip import Operation, inline, put
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -54,13 +54,6 @@ def set_heading(data: Any, edit: Operation) -> None:
     put(_robot(data, edit), "heading", edit["heading"], after="start")
 
 
-def set_model(data: Any, edit: Operation) -> None:
-    robot = _robot(data, edit)
-    robot["model"] = edit["model"]
-    if edit.get("turns") and "heading" not in robot:
-        put(robot, "heading", "north", after="start")
-
-
 def set_objective(data: Any, edit: Operation) -> None:
     """Set the objective ``kind`` with ``regions`` in order: numbers, lists of numbers of which any
     counts, or names of areas."""
@@ -89,68 +82,11 @@ def _target(target: Any, places: MapPlaces, like: Any) -> Any:
     return name if isinstance(name, str) else places.written(target, like)
 
 
-def set_form(data: Any, edit: Operation) -> None:
-    """Make a strict objective ``literal``, or not."""
-    objective = _robot(data, edit).get("objective")
-    if not isinstance(objective, dict) or objective.keys().isdisjoint(STRICT):
-        raise UsageError(f"only {one_of(STRICT)} has a literal form")
-    if edit["literal"]:
-        objective[FORM] = "literal"
-    else:
-        objective.pop(FORM, None)
-
-
-def rename_robot(data: Any, edit: Operation) -> None:
-    robots, old, new = data["robots"], str(edit["robot"]), str(edit["name"])
-    _robot(data, edit)
-    if old == new:
-        return
-    _check_name(new, robots)
-    index = list(robots).index(old)
-    robot = robots.pop(old)
-    robots.insert(index, new, robot)
-    for change in _changes_of(data, old):
-        change["robot"] = new
-    for listed in _mentions(data):
-        if old in listed:
-            listed[listed.index(old)] = new
-    for table in _expected(data):
-        for key, value in list(table.items()):
-            if key == old:
-                table[new] = table.pop(old)
-            elif value == old:
-                table[key] = new
-    formulas = data.get("requirements")
-    for index, formula in enumerate(formulas if isinstance(formulas, list) else ()):
-        if isinstance(formula, dict):
-            for key, text in formula.items():
-                formula[key] = _said_of(old, new, text)
-        else:
-            formulas[index] = _said_of(old, new, formula)
-
-
 def remove_robot(data: Any, edit: Operation) -> None:
     _robot(data, edit)
-    gone = edit["robot"]
-    del data["robots"][gone]
+    del data["robots"][edit["robot"]]
     if not data["robots"]:
         data["robots"] = CommentedMap()
-    for change in _changes_of(data, gone):
-        data["changes"].remove(change)
-    apart = [entry for entry in _apart(data) if gone in entry["robots"]]
-    for listed in _mentions(data):
-        if gone in listed:
-            listed.remove(gone)
-    for entry in apart:
-        if len(entry["robots"]) < 2:
-            data["never_together"].remove(entry)
-    for key in ("changes", "never_together"):
-        if data.get(key) == []:
-            del data[key]
-    for table in _expected(data):
-        for key, value in list(table.items()):
-            if gone in (key, value):
-                del table[key]
 
 
 def _robot(data: Any, edit: Operation) -> Any:
@@ -158,46 +94,6 @@ def _robot(data: Any, edit: Operation) -> Any:
     if not isinstance(robots, dict) or not isinstance(robots.get(edit.get("robot")), dict):
         raise UsageError(f"there is no robot '{str(edit.get('robot'))[:40]}'")
     return robots[edit["robot"]]
-
-
-def _apart(data: Any) -> list[Any]:
-    """Return the entries of ``never_together``."""
-    listed = data.get("never_together")
-    entries = listed if isinstance(listed, list) else ()
-    return [e for e in entries if isinstance(e, dict) and isinstance(e.get("robots"), list)]
-
-
-def _mentions(data: Any) -> list[Any]:
-    """Return the lists that may name robots."""
-    expect = data.get("expect")
-    others = [robot for robot in data["robots"].values() if isinstance(robot, dict)]
-    found = [other.get(key) for other in others for key in ("avoids", "tracks")]
-    found += [entry["robots"] for entry in _apart(data)]
-    found += [kind.get("blocks") for kind in obstacle_types(data)]
-    if isinstance(expect, dict):
-        helpers = expect.get("helpers")
-        found += [expect.get("late"), *(helpers.values() if isinstance(helpers, dict) else ())]
-    return [listed for listed in found if isinstance(listed, list)]
-
-
-def _expected(data: Any) -> list[Any]:
-    """Return the tables of ``expect`` that name robots."""
-    expect = data.get("expect")
-    tables = [expect.get(key) for key in ("helpers", "rounds")] if isinstance(expect, dict) else []
-    return [table for table in tables if isinstance(table, dict)]
-
-
-def _said_of(old: str, new: str, formula: Any) -> Any:
-    """Return a requirement with a robot's new name; robots are named in parentheses."""
-    pattern = rf"(?<=[(,])(\s*){re.escape(old)}(?=\s*[,)])"
-    return re.sub(pattern, rf"\g<1>{new}", formula) if isinstance(formula, str) else formula
-
-
-def _changes_of(data: Any, robot: str) -> list[Any]:
-    """Return the changes for a robot during the run."""
-    listed = data.get("changes")
-    entries = listed if isinstance(listed, list) else ()
-    return [entry for entry in entries if isinstance(entry, dict) and entry.get("robot") == robot]
 
 
 def _check_name(name: str, robots: Any) -> None:

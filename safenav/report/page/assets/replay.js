@@ -1,4 +1,4 @@
-/* sources 66c69f886e7a10b8249f0f16ba69240326a25899ff71af1a3cdff9687358c92b */
+/* sources 4382b59ce9f0175a92ec1f90286c9e2e37402d0811ead79ca841cad6e2bb76ce */
 /* Contains Preact:
 The MIT License (MIT)
 

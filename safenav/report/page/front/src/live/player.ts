@@ -78,7 +78,8 @@ export class LivePlayer extends Player {
   }
 
   override step(by: number): void {
-    if (by > 0 && this.tick >= this.last) {
+    // A page that follows the run may not have drawn its newest tick yet.
+    if (by > 0 && (this.following || this.tick >= this.last)) {
       this.following = true;
       this.say("step");
     } else this.seek(this.tick + by);

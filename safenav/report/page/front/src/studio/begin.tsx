@@ -3,7 +3,6 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
 import { notice } from "../panels/notice";
-import { Import, uploaded } from "./import";
 import { linkOf, packedIn } from "./links";
 import { RunDownloads } from "./live";
 import { Dialog, Menu } from "./menus";
@@ -13,12 +12,11 @@ import type { Doc } from "./model";
 export type Asking =
   | { what: "open" }
   | { what: "save" }
-  | { what: "import"; files: File[] }
   | { what: "replace"; name: string | undefined; message: string };
 
 export type Ask = (asking: Asking | null) => void;
 
-export function NewMenu({ templates, say, ask }: { templates: Record<string, string>; say: Say; ask: Ask }) {
+export function NewMenu({ templates, say }: { templates: Record<string, string>; say: Say }) {
   const [rows, setRows] = useState(7);
   const [cols, setCols] = useState(13);
   return (
@@ -35,41 +33,33 @@ export function NewMenu({ templates, say, ask }: { templates: Record<string, str
           Template: {name}
         </button>
       ))}
-      <Files
-        words="Map: image, ROS, MovingAI …"
-        title="PNG, PGM or .map; for ROS, select the YAML file and its image together"
-        accept=".png,.pgm,.map,.yaml,.yml"
-        chosen={(files) => ask({ what: "import", files })}
-      />
     </Menu>
   );
 }
 
-interface FilesProps {
-  words: string;
-  title?: string;
-  accept: string;
-  chosen(files: File[]): void;
+/** Send a scenario to the studio, and show errors. */
+async function uploaded(file: File): Promise<void> {
+  const response = await fetch(`upload?${new URLSearchParams({ name: file.name })}`, { method: "POST", body: file });
+  if (!response.ok) notice(await response.text());
 }
 
-/** A button that opens files of this computer. */
-function Files({ words, title, accept, chosen }: FilesProps) {
+/** A button that opens a scenario of this computer. */
+function FileButton({ words, chosen }: { words: string; chosen(file: File): void }) {
   const input = useRef<HTMLInputElement>(null);
   return (
     <>
-      <button type="button" title={title} onClick={() => input.current!.click()}>
+      <button type="button" onClick={() => input.current!.click()}>
         {words}
       </button>
       <input
         ref={input}
         type="file"
         hidden
-        multiple
-        accept={accept}
+        accept=".yaml,.yml"
         onChange={(event) => {
-          const files = [...(event.currentTarget.files ?? [])];
-          event.currentTarget.value = ""; // the same files can be chosen again
-          if (files.length > 0) chosen(files);
+          const file = event.currentTarget.files?.[0];
+          event.currentTarget.value = ""; // the same file can be chosen again
+          if (file) chosen(file);
         }}
       />
     </>
@@ -148,7 +138,6 @@ export function Asked({ asking, ...props }: AskedProps) {
   const { say, ask } = props;
   if (asking.what === "open") return <Open {...props} />;
   if (asking.what === "save") return <SaveAs {...props} />;
-  if (asking.what === "import") return <Import files={asking.files} close={() => ask(null)} />;
   return (
     <Dialog title="Replace the file" close={() => ask(null)}>
       <p>{asking.message}. Its content would be lost.</p>
@@ -192,11 +181,10 @@ function Open({ folder, files, say, ask }: Omit<AskedProps, "asking">) {
         </p>
       )}
       <div class="group">
-        <Files
+        <FileButton
           words="From this computer …"
-          accept=".yaml,.yml"
-          chosen={([file]) => {
-            void uploaded(file!, { kind: "scenario" });
+          chosen={(file) => {
+            void uploaded(file);
             ask(null);
           }}
         />
@@ -221,7 +209,7 @@ function Open({ folder, files, say, ask }: Omit<AskedProps, "asking">) {
 }
 
 function SaveAs({ doc, folder, say, ask }: Omit<AskedProps, "asking">) {
-  const title = doc.drawing?.settings.name ?? "";
+  const title = doc.drawing?.name ?? "";
   const stem = title.toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_+|_+$/g, "");
   const [name, setName] = useState(doc.file ?? `${stem || "scenario"}.yaml`);
   return (

@@ -12,10 +12,10 @@ import { Zoom } from "../map/tools";
 import { Player } from "../run/player";
 import { applyTheme, nextTheme, storedTheme } from "../settings";
 import { useDrawingHand } from "./hand";
-import { idOf, type Chosen, type Doc, type Drawing, type Pen, type Verdict } from "./model";
+import type { Chosen, Doc, Drawing, Pen, Verdict } from "./model";
 import { Selection } from "./selection";
 import { Text } from "./text";
-import { NEW_AREA, Tools, type Drawn } from "./tools";
+import { Tools, type Drawn } from "./tools";
 import { Problems } from "./verdicts";
 
 interface DrawProps {
@@ -32,7 +32,6 @@ const SHOWN = { numbers: true, names: true, trails: false, targets: true, hidden
 const KEYS: Keys = [
   ["V", "select and drag"],
   ["1 2", "paint walls, or floor"],
-  ["3 4", "name regions, or draw areas"],
   ["Esc", "close a menu; deselect the tool"],
   ["Delete", "remove what is selected"],
   ["Tab", "focus the map, then the next control; in the text: indent while you write (Esc ends that)"],
@@ -62,18 +61,12 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
       else if (control && !typing && event.key.toLowerCase() === "y") say("redo");
       else if (typing || control || event.altKey) return;
       else if (event.key === "v" || event.key === "Escape") setPen({ does: "select" });
-      else if (event.key === "1") setPen({ does: "wall" });
-      else if (event.key === "2") setPen({ does: "floor" });
-      else if (event.key === "3") setPen({ does: "name" });
-      else if (event.key === "4") setPen(NEW_AREA);
+      else if (event.key === "1" && drawing?.grid) setPen({ does: "wall" });
+      else if (event.key === "2" && drawing?.grid) setPen({ does: "floor" });
       else if (event.key === "?") help.current!.showModal();
       else if (event.key === "Delete" || event.key === "Backspace") {
         if (chosen && "robot" in chosen) say("edit", { op: "remove_robot", robot: chosen.robot });
-        else if (chosen && "obstacle" in chosen) {
-          const item = drawing?.obstacles.find((one) => idOf(one) === chosen.obstacle);
-          if (item) say("edit", { op: "remove_obstacle", list: item.list, index: item.index });
-        }
-        else if (chosen && "area" in chosen) say("edit", { op: "remove_area", area: chosen.area });
+        else if (chosen) say("edit", { op: "remove_obstacle", index: chosen.obstacle });
         choose(null);
       } else return;
       event.preventDefault();
@@ -89,7 +82,7 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
     <>
       <header>
         <div>
-          <h1>{drawing?.settings.name ?? doc.file ?? "scenario"}</h1>
+          <h1>{drawing?.name ?? doc.file ?? "scenario"}</h1>
           <span class="quiet">{doc.file ?? "not saved yet"}</span>
         </div>
         <div class="group">
@@ -199,20 +192,10 @@ function hintOf(pen: Pen, drawing: Drawing): string {
       return "Drag over the map to paint walls.";
     case "floor":
       return "Drag over the map to paint floor.";
-    case "name":
-      return "Click a region, then type its name.";
-    case "area":
-      return pen.corner === null ? "Drag over the regions of an area, or click two corners." : "Click the opposite corner.";
     case "robot":
       return `Click where a ${pen.model} starts; click a robot to select it.`;
     case "obstacle":
       return `Click a free region: a hidden ${pen.type} closes it.`;
-    case "order":
-      return `Click a region: the team receives the order ${pen.type} there at its tick.`;
-    case "delivery":
-      return pen.from === null ? "Click the origin of the load." : "Click its destination.";
-    case "charger":
-      return "Click regions where batteries are charged; click a charger to remove it.";
     case "objective": {
       const { robot, kind, targets } = pen;
       const some = `click them${targets.length > 0 ? `, ${targets.length} so far` : ""}`;

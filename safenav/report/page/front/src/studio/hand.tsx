@@ -6,7 +6,7 @@ import { isWall } from "../map/floor";
 import type { Hand } from "../map/hand";
 import { notice } from "../panels/notice";
 import { label } from "../run/run";
-import { idOf, type DrawnObstacle, type DrawnRobot, type Drawing, type Problem, type Target, type Verdict } from "./model";
+import type { DrawnObstacle, DrawnRobot, Drawing, Problem, Target, Verdict } from "./model";
 import { choose as chooseTarget, targetsOf } from "./objective";
 import type { Drawn } from "./tools";
 
@@ -22,16 +22,12 @@ const HEADINGS: Record<string, [dx: number, dy: number]> = {
   west: [-1, 0],
 };
 
-/** The tick of an order that is put down. */
-const FIRST_ORDER = 5;
-
 /** The item held between a press and its release. */
 type Held =
   | { what: "paint"; wall: boolean; regions: Set<number>; last: [number, number] }
   /** `again`: it was chosen before; a click then chooses the next item in its region. */
   | { what: "item"; item: DrawnRobot | DrawnObstacle; from: number; again: boolean }
   | { what: "target"; robot: string; place: number }
-  | { what: "area"; from: number; to: number }
   | { what: "heading"; robot: string; at: number; to: string };
 
 export function useDrawingHand(args: HandArgs): Hand {
@@ -43,9 +39,6 @@ export function useDrawingHand(args: HandArgs): Hand {
   const regionAt = (x: number, y: number): number =>
     x >= 0 && y >= 0 && x < cols && y < rows ? Math.floor(y) * cols + Math.floor(x) : -1;
   const edit = (op: string, data: object): void => say("edit", { op, ...data });
-  // The robot to carry it: one that can lift, or else has any capability.
-  const can = drawing.run.robots.flatMap((robot) => robot.can);
-  const lifting = can.includes("lift") ? "lift" : (can[0] ?? "lift");
   const robotAt = (region: number) => drawing.robots.find((robot) => robot.start === region);
   const obstacleAt = (region: number) => drawing.obstacles.find((obstacle) => obstacle.region === region);
   const itemsAt = (region: number): (DrawnRobot | DrawnObstacle)[] => [
@@ -54,7 +47,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   ];
   const isChosen = (item: DrawnRobot | DrawnObstacle): boolean =>
     chosen !== null &&
-    ("name" in item ? "robot" in chosen && chosen.robot === item.name : "obstacle" in chosen && chosen.obstacle === idOf(item));
+    ("name" in item ? "robot" in chosen && chosen.robot === item.name : "obstacle" in chosen && chosen.obstacle === item.index);
   const picked = chosen && "robot" in chosen ? drawing.robots.find((r) => r.name === chosen.robot) : undefined;
 
   // A robot or an obstacle that was just put down is selected as soon as the text has it.
@@ -62,7 +55,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   useEffect(() => {
     const [robot, obstacle] = [robotAt(awaited.current), obstacleAt(awaited.current)];
     if (pen.does === "robot" && robot) choose({ robot: robot.name });
-    else if ((pen.does === "obstacle" || pen.does === "order" || pen.does === "delivery") && obstacle) choose({ obstacle: idOf(obstacle) });
+    else if (pen.does === "obstacle" && obstacle) choose({ obstacle: obstacle.index });
     else return;
     awaited.current = -1;
   }, [drawing]);
@@ -81,7 +74,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     const again = there.findIndex(isChosen);
     const item = there[Math.max(0, again)];
     if (item) {
-      choose("name" in item ? { robot: item.name } : { obstacle: idOf(item) });
+      choose("name" in item ? { robot: item.name } : { obstacle: item.index });
       held.current = { what: "item", item, from: region, again: again >= 0 };
       return true;
     }
@@ -90,7 +83,7 @@ export function useDrawingHand(args: HandArgs): Hand {
       held.current = { what: "target", robot: picked.name, place };
       return true;
     }
-    choose(region >= 0 ? { region } : null);
+    choose(null);
     return false; // a drag moves a map that is not shown whole
   };
 
@@ -122,24 +115,7 @@ export function useDrawingHand(args: HandArgs): Hand {
         awaited.current = region;
         edit("add_obstacle", { type: pen.type, region });
       }
-    } else if (pen.does === "order") {
-      if (free(region, "an order")) {
-        awaited.current = region;
-        edit("add_order", { type: pen.type, region, at: FIRST_ORDER });
-      }
-    } else if (pen.does === "delivery") {
-      if (!free(region, "a delivery")) return true;
-      if (pen.from === null) setPen({ does: "delivery", from: region });
-      else if (pen.from === region) notice("The destination of a delivery must differ from its origin.");
-      else {
-        awaited.current = pen.from;
-        edit("add_delivery", { action: lifting, from: pen.from, to: region, at: FIRST_ORDER });
-        setPen({ does: "delivery", from: null });
-      }
-    } else if (pen.does === "charger") {
-      if (free(region, "a charger")) edit("set_charger", { region, on: !drawing.chargers.includes(region) });
-    } else if (pen.does === "name") choose({ region, naming: true });
-    else if (pen.does === "area") held.current = { what: "area", from: pen.corner ?? region, to: region };
+    }
     else if (free(region, "a target")) chooseTarget(pen, region, setPen, say);
     return true;
   };
@@ -151,9 +127,6 @@ export function useDrawingHand(args: HandArgs): Hand {
     if (now?.what === "paint") {
       for (const passed of line(now.last, [x, y], regionAt)) now.regions.add(passed);
       now.last = [x, y];
-      redraw((n) => n + 1);
-    } else if (now?.what === "area" && region >= 0) {
-      now.to = region;
       redraw((n) => n + 1);
     } else if (now?.what === "heading") {
       const dx = x - ((now.at % cols) + 0.5);
@@ -171,23 +144,14 @@ export function useDrawingHand(args: HandArgs): Hand {
     if (now === null) return;
     if (now.what === "paint") edit("paint", { regions: [...now.regions], wall: now.wall });
     else if (now.what === "heading") edit("set_heading", { robot: now.robot, heading: now.to });
-    else if (now.what === "area" && pen.does === "area") {
-      if (now.from === now.to && pen.corner === null) return setPen({ ...pen, corner: now.from });
-      const taken = (name: string): boolean => name in drawing.areas || name in drawing.names;
-      let number = 1;
-      while (taken(`area_${number}`)) number++;
-      const area = pen.area ?? `area_${number}`;
-      edit("add_area", { area, ...spanOf(now.from, now.to, cols) });
-      setPen({ does: "select" });
-      choose({ area, naming: pen.area === null });
-    } else if (region < 0) return;
+    else if (region < 0) return;
     else if (now.what === "item" && region !== now.from) {
       if ("name" in now.item) edit("move_robot", { robot: now.item.name, region });
-      else edit("move_obstacle", { list: now.item.list, index: now.item.index, region });
+      else edit("move_obstacle", { index: now.item.index, region });
     } else if (now.what === "item" && now.again) {
       const there = itemsAt(region);
       const next = there[(there.findIndex(isChosen) + 1) % there.length];
-      if (next) choose("name" in next ? { robot: next.name } : { obstacle: idOf(next) });
+      if (next) choose("name" in next ? { robot: next.name } : { obstacle: next.index });
     }
     else if (now.what === "target" && picked && picked.kind) {
       const regions = targetsOf(picked).map((target, i) => (i === now.place ? region : target));
@@ -208,12 +172,9 @@ export function useDrawingHand(args: HandArgs): Hand {
     return regions[0]!;
   };
   const order = pen.does === "objective" ? pen.targets.map(firstOf) : (picked?.targets.map((target) => target[0]!) ?? []);
-  const marking = held.current?.what === "area" ? held.current : null;
-  const corner = pen.does === "area" ? pen.corner : null;
-  const outlined = marking ?? (corner !== null ? { from: corner, to: hovered >= 0 ? hovered : corner } : null);
   const turning = held.current?.what === "heading" ? held.current : null;
   const faced = turning ? turning.to : picked?.heading;
-  const picture = chosen && "obstacle" in chosen ? drawing.obstacles.find((one) => idOf(one) === chosen.obstacle) : undefined;
+  const picture = chosen && "obstacle" in chosen ? drawing.obstacles.find(({ index }) => index === chosen.obstacle) : undefined;
   const dragged = held.current !== null && held.current.what !== "paint" && held.current.what !== "heading";
   return {
     cursor: pen.does === "select" ? "default" : "crosshair",
@@ -233,12 +194,8 @@ export function useDrawingHand(args: HandArgs): Hand {
         {verdict?.lost?.map((region) => square(region, "lost", `l${region}`))}
         {painting &&
           [...painting.regions].map((region) => square(region, painting.wall ? "wall" : "floor", `p${region}`))}
-        {outlined && <Outline {...spanOf(outlined.from, outlined.to, cols)} />}
-        {chosen && "area" in chosen && drawing.areas[chosen.area]?.map((region) => square(region, "area", `a${region}`))}
         {picked && square(picked.start, "picked", "picked")}
         {picture && square(picture.region, "picked", "picked")}
-        {pen.does === "delivery" && pen.from !== null && square(pen.from, "picked", "from")}
-        {chosen && "region" in chosen && chosen.region < rows * cols && square(chosen.region, "picked", "picked")}
         {(order.length > 1 || pen.does === "objective") &&
           order.map((region, i) => {
             const { x, y } = at(region);
@@ -270,22 +227,6 @@ export function useDrawingHand(args: HandArgs): Hand {
       </>
     ),
   };
-}
-
-interface Span {
-  rows: [first: number, last: number];
-  columns: [first: number, last: number];
-}
-
-/** The rectangle between two regions. */
-function spanOf(one: number, other: number, cols: number): Span {
-  const span = (a: number, b: number): [number, number] => [Math.min(a, b), Math.max(a, b)];
-  return { rows: span(Math.floor(one / cols), Math.floor(other / cols)), columns: span(one % cols, other % cols) };
-}
-
-function Outline({ rows, columns }: Span) {
-  const [width, height] = [columns[1] - columns[0] + 1, rows[1] - rows[0] + 1];
-  return <rect class="mark-hover" x={columns[0] * CELL} y={rows[0] * CELL} width={width * CELL} height={height * CELL} rx={4} />;
 }
 
 /** The regions of the items on whose lines something is wrong. */

@@ -45,17 +45,16 @@ export function useClosingMenus(): void {
 
 interface DialogProps {
   title: string;
-  wide?: boolean;
   close(): void;
   children: ComponentChildren;
 }
 
 /** A dialog as long as it is rendered; `close` is called when the reader closes it. */
-export function Dialog({ title, wide, close, children }: DialogProps) {
+export function Dialog({ title, close, children }: DialogProps) {
   const dialog = useRef<HTMLDialogElement>(null);
   useLayoutEffect(() => dialog.current!.showModal(), []); // before a key can be pressed
   return (
-    <dialog ref={dialog} class={wide ? "wide" : ""} aria-label={title} onClose={close}>
+    <dialog ref={dialog} aria-label={title} onClose={close}>
       <div>
         <h2>{title}</h2>
         {children}

@@ -11,38 +11,25 @@ export interface DrawnRobot {
   targets: number[][];
   /** The area that a target names, or null. */
   areas: (string | null)[];
-  literal: boolean;
   line: number;
 }
 
-/** A hidden obstacle or an order, with its list and its index there. */
+/** A hidden obstacle, with its index in the list of the scenario. */
 export interface DrawnObstacle {
-  list: "obstacles" | "orders";
   index: number;
-  /** The tick of an order. */
-  at: number | null;
   type: string;
   region: number;
-  from: number | null;
-  until: number | null;
-  traversable: boolean | null;
-  /** The most ticks from its request to its resolution. */
-  within: number | null;
   line: number;
 }
 
 export interface Drawing {
+  name: string;
   run: Run;
   robots: DrawnRobot[];
   obstacles: DrawnObstacle[];
-  names: Record<string, number>;
   areas: Record<string, number[]>;
-  chargers: number[];
-  /** By the path of their item and their key: text, line and column of the key, last line. */
-  parts: Record<string, Record<string, [text: string, line: number, column: number, last: number]>>;
   /** Whether the map is drawn in the scenario itself. */
   grid: boolean;
-  settings: { name: string; rounds: number; ticks: number; seed: number };
 }
 
 export interface Problem {
@@ -80,8 +67,6 @@ export interface ObjectiveKind {
   most: number | null;
   /** Whether its target is written without a list. */
   one: boolean;
-  /** Whether it has a literal form and a weaker one. */
-  strict: boolean;
 }
 
 export interface Palette {
@@ -89,13 +74,6 @@ export interface Palette {
   robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
   /** Return whether a type blocks no robot: it can also be ordered in a robot's region. */
   obstacles: Kind[];
-  keys: Record<"scenario" | "robot" | "objective" | "obstacle" | "order" | "model" | "type", KeyAbout[]>;
-}
-
-/** A key that has a field of text. */
-export interface KeyAbout {
-  key: string;
-  about: string;
 }
 
 export interface Repair {
@@ -134,21 +112,10 @@ export type Pen =
   | { does: "floor" }
   | { does: "robot"; model: string; turns: boolean }
   | { does: "obstacle"; type: string }
-  | { does: "order"; type: string }
-  /** Order a delivery from region `from`, once it was clicked. */
-  | { does: "delivery"; from: number | null }
-  | { does: "charger" }
-  | { does: "name" }
-  /** Draws `area`, from `corner` if that was clicked. */
-  | { does: "area"; area: string | null; corner: number | null }
   | { does: "objective"; robot: string; kind: ObjectiveKind; targets: Target[] };
 
 /** A region, several alternative regions, or the name of an area. */
 export type Target = number | number[] | string;
 
-export type Chosen = { robot: string } | { obstacle: string } | { region: number; naming?: boolean } | { area: string; naming?: boolean } | null;
-
-/** The path of an obstacle or an order in the document, valid until the text changes. */
-export function idOf(obstacle: DrawnObstacle): string {
-  return `${obstacle.list}/${obstacle.index}`;
-}
+/** What is selected: a robot by its name, or an obstacle by its index. */
+export type Chosen = { robot: string } | { obstacle: number } | null;

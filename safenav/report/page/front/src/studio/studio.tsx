@@ -126,7 +126,7 @@ export function Studio() {
                   To the run
                 </button>
               )}
-              <NewMenu templates={hello.templates} say={wire.say} ask={ask} />
+              <NewMenu templates={hello.templates} say={wire.say} />
               <button type="button" onClick={() => ask({ what: "open" })}>
                 Open
               </button>
