@@ -103,9 +103,9 @@ def test_the_palette_stays_when_a_robot_is_selected(house: Board) -> None:
     assert rectangles(browser, ".tools-of-map .pen") == before
     objectives = rectangles(browser, ".chosen .pens button")
     assert list(objectives) == ["Circuit", "Cover", "Hold", "Once", "Patrol", "Visit"]
-    top = browser.run("return document.querySelector('.chosen').getBoundingClientRect().top")
-    for box in before.values():
-        assert box[1] >= 0 and box[3] <= top, "no tool is below the selection"
+    place = "return document.querySelector(arguments[0]).getBoundingClientRect().toJSON()"
+    tools, selection = (browser.run(place, each) for each in (".tools-of-map", ".chosen"))
+    assert tools["top"] >= 0 and tools["bottom"] <= selection["top"]
     assert all(box[3] <= 900 for box in objectives.values())
 
 

@@ -101,7 +101,7 @@ def repair(data: Any, edit: Operation) -> None:
             told_obstacle = parsed(value)
             place = {"region": MapPlaces(data).read(told_obstacle["region"])}
             add_obstacle(data, {**told_obstacle, **place})
-        elif item != "partition":  # the loader reports new floor that is in no cell
+        elif item != "partition":  # ``paint`` has changed it
             holder = data
             *way, last = str(item).split(".")
             for key in way:

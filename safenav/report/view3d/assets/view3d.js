@@ -1,4 +1,4 @@
-/* sources 4382b59ce9f0175a92ec1f90286c9e2e37402d0811ead79ca841cad6e2bb76ce */
+/* sources dc16e27b705b83028e81ed19a80d74bda05b4d7debbce89b9899644b307da7bc */
 /* Contains Preact:
 The MIT License (MIT)
 
