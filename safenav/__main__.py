@@ -1,10 +1,12 @@
-"""Entry point of the command and of ``python -m safenav``. Ctrl-C ends it while modules load."""
+"""Entry point of the command and of ``python -m safenav``. Ctrl-C and SIGTERM end it also while
+modules load."""
 
 from __future__ import annotations
 
 import atexit
 import gc
 import os
+import signal
 import sys
 from contextlib import suppress
 
@@ -14,6 +16,9 @@ def main() -> None:
     # Modules, strategies and searches are millions of objects with hardly a cycle: collect
     # rarely, from the first import on.
     gc.set_threshold(200_000, 20, 100)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
     ended: list[int] = []
     atexit.register(_leave, ended)  # registered first, so called last
     try:

@@ -1,0 +1,197 @@
+"""Ctrl-C and SIGTERM at random moments: each command ends with 130 or has finished; it prints
+nothing that it would not have printed, writes no half file, and leaves no process."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from faults.conftest import CASE_STUDY, ROOT
+from warm import safenav
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 22
+INTERRUPTED = 130
+PATIENCE = 60
+"""Seconds; a command that swallows the signal takes longer, or ends with another status."""
+
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "run": ("run", "big.yaml", "--trace", "out.jsonl"),
+    "run with pages": ("run", "s.yaml", "-o", "out"),
+    "run live": ("run", "s.yaml", "--clock", "live", "--trace", "out.jsonl"),
+    "resume": ("resume", "cut.jsonl", "--trace", "out.jsonl"),
+    "synth": ("synth", "big.yaml", "-o", "out"),
+    "verify": ("verify", "quad.structuredslugs", "quad.json"),
+    "check": ("check", "big.yaml"),
+    "check with batteries": ("check", "batteries.yaml"),
+    "check with three carts": ("check", "three_carts.yaml"),
+    "explain": ("explain", "unrealizable.yaml"),
+    "batch": ("batch", "suite", "--jobs", "2", "--results", "out.json"),
+    "certify": ("certify", "s.yaml", "-o", "out"),
+    "check-trace": ("check-trace", "t.jsonl"),
+    "check-bundle": ("check-bundle", "bundle"),
+    "draw": ("draw", "big.yaml", "-o", "out.svg"),
+    "replay": ("replay", "t.jsonl", "-o", "out.html"),
+    "motion": ("motion", "t.jsonl", "-o", "out.jsonl"),
+    "check-motion": ("check-motion", "m.jsonl", "t.jsonl"),
+    "export": ("export", "t.jsonl", "-o", "out.csv"),
+    "new": ("new", "out.yaml"),
+    "schema": ("schema", "-o", "out.json"),
+    "doctor": ("doctor",),
+}
+_TIMES = re.compile(r"\d[\d.,]* ?(?:ms|s|MB)\b")
+_AT_THE_END = re.compile(r"interrupted|--resume|^\d+ ticks, \d+ synthes|█")
+"""An interrupted run says so, with what it has done so far and where the robots are."""
+_LINE = "every line of an interrupted command is one of the finished command's"
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the inputs of all commands."""
+    folder = tmp_path_factory.mktemp("inputs")
+    scenarios = ROOT / "scenarios"
+    (folder / "s.yaml").write_text(CASE_STUDY.read_text())
+    (folder / "big.yaml").write_text((scenarios / "team_of_six.yaml").read_text())
+    (folder / "batteries.yaml").write_text((scenarios / "battery_delivery.yaml").read_text())
+    carts = (Path(__file__).parent / "three_carts.yaml").read_text()
+    (folder / "three_carts.yaml").write_text(carts)
+    dead_end = (scenarios / "unrealizable" / "dead_end.yaml").read_text()
+    (folder / "unrealizable.yaml").write_text(dead_end)
+    (folder / "suite").mkdir()
+    for number in (1, 2, 3):
+        source = scenarios / f"case_study_{number}.yaml"
+        (folder / "suite" / source.name).write_text(source.read_text())
+    environment = {**os.environ, "SAFENAV_CACHE": "off", "NO_COLOR": "1"}
+    for command in (
+        ("run", "s.yaml", "--trace", "t.jsonl", "--motion", "m.jsonl"),
+        ("synth", "s.yaml", "-o", "."),
+        ("certify", "s.yaml", "-o", "bundle"),
+    ):
+        done = safenav(*command, cwd=folder, env=environment)
+        assert done.returncode == 0, done.stderr
+    lines = (folder / "t.jsonl").read_text().splitlines(keepends=True)
+    (folder / "cut.jsonl").write_text("".join(lines[: len(lines) // 2]))
+    return folder
+
+
+class Finished:
+    """A command that ran to its end: its status, its lines and the files that it wrote."""
+
+    def __init__(self, arguments: tuple[str, ...], folder: Path) -> None:
+        before = {*files(folder)}
+        begun = time.monotonic()
+        done = subprocess.run(
+            process(arguments), cwd=folder, env=environment(), capture_output=True, text=True
+        )
+        self.seconds = time.monotonic() - begun
+        self.status = done.returncode
+        self.lines = {*normal(done.stdout + done.stderr)}
+        self.files = {*files(folder)} - before
+
+
+def environment() -> dict[str, str]:
+    return {**os.environ, "SAFENAV_CACHE": "off", "NO_COLOR": "1", "COLUMNS": "200"}
+
+
+def process(arguments: tuple[str, ...]) -> list[str]:
+    return [sys.executable, "-m", "safenav", *arguments]
+
+
+def normal(text: str) -> list[str]:
+    """The lines of an output, without measured times."""
+    return [_TIMES.sub("N", line.strip()) for line in text.splitlines() if line.strip()]
+
+
+def files(folder: Path) -> list[str]:
+    return [str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()]
+
+
+@pytest.fixture(scope="module")
+def finished(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Finished]:
+    known: dict[str, Finished] = {}
+
+    def of(name: str) -> Finished:
+        if name not in known:
+            folder = copied(inputs, tmp_path_factory.mktemp("finished"))
+            known[name] = Finished(COMMANDS[name], folder)
+        return known[name]
+
+    return of
+
+
+def copied(inputs: Path, folder: Path) -> Path:
+    for name in files(inputs):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes((inputs / name).read_bytes())
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_an_interrupted_command_says_nothing_false(
+    seed: int, inputs: Path, finished: Callable[[str], Finished], tmp_path: Path
+) -> None:
+    random = Random(seed)
+    name = [*COMMANDS][seed % len(COMMANDS)]
+    whole, folder = finished(name), copied(inputs, tmp_path)
+    before = {*files(folder)}
+    number = random.choice([signal.SIGINT, signal.SIGTERM])
+    child = subprocess.Popen(
+        process(COMMANDS[name]),
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    time.sleep(random.uniform(0.02, max(0.3, whole.seconds)))
+    sent = time.monotonic()
+    child.send_signal(number)
+    try:
+        out, err = child.communicate(timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        os.killpg(child.pid, signal.SIGKILL)
+        raise AssertionError(f"{name}: {number.name} was swallowed") from None
+    print(f"{name}: {number.name}, {child.returncode} after {time.monotonic() - sent:.2f} s")
+    with pytest.raises(ProcessLookupError):
+        os.killpg(child.pid, 0)
+    written = {*files(folder)} - before
+    if child.returncode == whole.status:
+        assert written == whole.files
+        return
+    killed = child.returncode in (-signal.SIGINT, -signal.SIGTERM)
+    begun = not killed and "init_import_site" not in err  # else Python itself had not begun
+    assert child.returncode == INTERRUPTED or not begun, out + err
+    strange = [
+        line
+        for line in normal(out + err)
+        if line not in whole.lines and not _AT_THE_END.search(line)
+    ]
+    assert strange == [] or not begun, _LINE
+    for path in written:
+        assert path in whole.files, f"{path} is left behind"
+        check_whole(folder / path)
+
+
+def check_whole(path: Path) -> None:
+    """An output is complete, or a trace of complete lines that says how it ended."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".jsonl":
+        lines = [json.loads(line) for line in text.splitlines()]
+        assert text.endswith("\n")
+        assert lines[-1].get("outcome", "interrupted") in ("interrupted", "completed")
+    elif path.suffix == ".json":
+        json.loads(text)
+    elif path.suffix == ".html":
+        assert text.rstrip().endswith("</html>")
+    with suppress(UnicodeDecodeError):
+        assert text, f"{path} is empty"
