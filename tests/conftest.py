@@ -13,7 +13,7 @@ import signal
 import tempfile
 from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -39,6 +39,31 @@ def pytest_configure(config: pytest.Config) -> None:
     gc.set_threshold(100_000, 20, 100)
     # The workers keep the processors busy; threads of a library would only spin.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    return _promised((yield))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    return _promised((yield))
+
+
+Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
+
+
+def _promised(report: Report) -> Report:
+    """Fail instead of skipping for want of a tool that the environment promises: SAFENAV_TOOLS
+    lists words of skip reasons."""
+    tools = os.environ.get("SAFENAV_TOOLS", "").lower().split()
+    if report.skipped and isinstance(report.longrepr, tuple):
+        reason = report.longrepr[2]
+        if missing := [tool for tool in tools if tool in reason.lower()]:
+            report.outcome = "failed"
+            report.longrepr = f"{reason}; this environment promises {', '.join(missing)}"
+    return report
 
 
 @pytest.hookimpl(wrapper=True)

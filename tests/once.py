@@ -20,8 +20,8 @@ FOLDER = "SAFENAV_TEST_FOLDER"
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENARIOS = ROOT / "scenarios"
-CORPUS = Path(os.environ.get("SAFENAV_CORPUS") or ROOT.parent / "shared" / "corpus")
-"""Published specifications, if they are on this machine."""
+CORPUS = Path(os.environ.get("SAFENAV_CORPUS") or ROOT / "tests" / "corpus")
+"""Published specifications; `SAFENAV_CORPUS` names more of them."""
 
 
 def beside(module: str, file: str) -> str:
