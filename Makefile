@@ -58,7 +58,7 @@ install: $(VENV)/.installed
 # needs no tools of developers; in a full environment there is nothing to add. For developers, a
 # warning of the optimizing compiler is an error, unless they say WERROR=OFF. The pip that Python 3.11
 # brings takes twice the time of a new one to choose packages; where there is none, it does as well.
-INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*) $(wildcard slugs/include/*)
+INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*)
 $(VENV)/.runs: EXTRAS := motion,studio
 $(VENV)/.runs: WERROR := OFF
 $(VENV)/.installed: EXTRAS := dev
@@ -132,7 +132,7 @@ fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang 
 	@if command -v clang++ >/dev/null; then \
 	  $(CMAKE) -S slugs -B slugs/build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DSLUGS_FUZZ=ON -DSLUGS_SANITIZE=ON && \
 	  $(CMAKE) --build slugs/build-fuzz --parallel $(JOBS) && \
-	  for target in slugsin structured strategy; do \
+	  for target in slugsin structured; do \
 	    ./slugs/build-fuzz/fuzz_$$target -max_total_time=$(FUZZ_SECONDS) || exit 1; done; \
 	else echo "no clang++: the readers' fuzzers run for some seconds in 'make test' only"; fi
 

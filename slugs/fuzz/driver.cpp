@@ -32,10 +32,6 @@ const char *const seeds[] = {
     "[SYS_LIVENESS]\nz' = 9 ^ X(b)\n",
     "# comment\n[OUTPUT]\none:4...4\n[SYS_LIVENESS]\none = 4 --> FALSE\n",
     "[SYS_TRANS]\nG F a U b\nx == 3 - 2\n(((\n",
-    "{\"version\": 0, \"slugs\": \"0.0.1\", \"variables\": [\"r\", \"s\", \"level@0.0.2\", \"level@1\"],\n"
-    "\"nodes\": {\"0\": {\"rank\": 0, \"state\": [0, 0, 0, 0], \"trans\": [1, 0]},\n"
-    "\"1\": {\"rank\": 0, \"state\": [1, 0, 0, 0], \"trans\": [2]},\n"
-    "\"2\": {\"rank\": 1, \"state\": [0, 1, 0, 0], \"trans\": [0, 1]}}}\n",
 };
 
 // Words that random bytes would hardly ever form.

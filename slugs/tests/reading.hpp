@@ -3,13 +3,13 @@
 
 #pragma once
 
-#include "certificate/moves/evaluation.hpp"
 #include "read/reader.hpp"
 
 #include <cstdint>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace reading {
 
@@ -26,35 +26,36 @@ inline slugs::Specification read(const std::string &text) {
   return specification;
 }
 
-// A formula to be evaluated on successive valuations.
-class Value {
-public:
-  Value(const slugs::Specification &specification, slugs::FormulaId formula)
-      : formula_(formula), evaluation_(specification.formulas, {formula}),
-        assignment_(specification.variables.size()) {}
-
-  // Bit i of `current` and `next` is the value of variable i.
-  bool operator()(std::uint64_t current, std::uint64_t next) {
-    for (std::size_t i = 0; i < assignment_.current.size(); ++i) {
-      assignment_.current[i] = slugs::known((current >> i) & 1 ? ~slugs::LaneBits{0} : 0);
-      assignment_.next[i] = slugs::known((next >> i) & 1 ? ~slugs::LaneBits{0} : 0);
-    }
-    evaluation_.run(assignment_);
-    const slugs::Truth truth = evaluation_[formula_];
-    if (truth.yes != ~truth.no)
-      throw std::logic_error("a formula has no value on a complete assignment");
-    return truth.yes != 0;
-  }
-
-private:
-  slugs::FormulaId formula_;
-  slugs::Evaluation evaluation_;
-  slugs::Assignment assignment_;
-};
-
+// The value of a formula if bit i of `current` and `next` is the value of variable i.
 inline bool holds(const slugs::Specification &specification, slugs::FormulaId formula, std::uint64_t current,
                   std::uint64_t next = 0) {
-  return Value(specification, formula)(current, next);
+  const slugs::FormulaPool &pool = specification.formulas;
+  std::vector<bool> value(formula + 1); // operands have smaller ids
+  for (slugs::FormulaId id = 0; id <= formula; ++id) {
+    const slugs::FormulaNode &node = pool[id];
+    switch (node.op) {
+    case slugs::Op::False:
+    case slugs::Op::True:
+      value[id] = node.op == slugs::Op::True;
+      break;
+    case slugs::Op::Variable:
+      value[id] = ((node.right ? next : current) >> node.left) & 1;
+      break;
+    case slugs::Op::Not:
+      value[id] = !value[node.left];
+      break;
+    case slugs::Op::And:
+      value[id] = value[node.left] && value[node.right];
+      break;
+    case slugs::Op::Or:
+      value[id] = value[node.left] || value[node.right];
+      break;
+    case slugs::Op::Xor:
+      value[id] = value[node.left] != value[node.right];
+      break;
+    }
+  }
+  return value[formula];
 }
 
 // The only constraint of a section.

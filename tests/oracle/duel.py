@@ -42,7 +42,6 @@ class Answer:
 class Abilities:
     """Which commands beyond upstream's the binary has."""
 
-    check: bool = True
     counterstrategy: bool = True
     translate: bool = True
 
@@ -150,9 +149,6 @@ class Duel:
             plain = self.run("--explicitStrategy", *told, name).output
             if plain != to_text(specification, expected):
                 yield f"wrong text form\n{plain}"
-        if self.abilities.check and (source.random() < 0.3 or not told):
-            (self.folder / "strategy.json").write_text(output)
-            yield from self._checked(name, told, [])
 
     def _counterstrategy(self, game: Game, name: str, told: list[str]) -> Iterator[str]:
         self.counterstrategies += 1
@@ -164,15 +160,6 @@ class Duel:
         complaints = check_counterstrategy(game, found, ROBOTICS in told)
         if complaints:
             yield f"unsound counterstrategy: {complaints}\n{answer.output}"
-        if self.abilities.check:
-            (self.folder / "strategy.json").write_text(answer.output)
-            yield from self._checked(name, told, ["--counterStrategy"])
-
-    def _checked(self, name: str, told: list[str], kind: list[str]) -> Iterator[str]:
-        answer = self.run(*kind, *told, "--check", "strategy.json", name)
-        if answer.status != 0:
-            strategy = (self.folder / "strategy.json").read_text()
-            yield f"rejected by --check:\n{answer.output}{answer.errors}\n{strategy}"
 
     def _translation(self, game: Game, name: str) -> Iterator[str]:
         answer = self.run("--translate", name)

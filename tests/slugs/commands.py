@@ -5,6 +5,9 @@ from pathlib import Path
 
 from children import ran
 from once import beside
+from safenav.synthesis.specification_file import load_specification
+from safenav.synthesis.strategy import Strategy
+from safenav.verify.verification import first_failure
 
 # The robot follows a light that returns infinitely often.
 FOLLOW = beside(__file__, "specifications/follow.structuredslugs")
@@ -27,3 +30,10 @@ def run(
 ) -> subprocess.CompletedProcess[str]:
     """Run the command in the folder."""
     return ran([binary, *arguments], cwd=folder, input=text)
+
+
+def failure(file: Path, automaton: Path, *, counter: bool = False) -> str | None:
+    """What safenav's verifier, which shares no code with slugs, finds wrong with an automaton."""
+    specification = load_specification(file)
+    strategy = Strategy.parse(automaton.read_bytes(), specification)
+    return first_failure(specification, strategy, counter, lambda: None)

@@ -16,7 +16,6 @@ from slugs.commands import FOLLOW, STRATEGY, run
         (("--explicitStrategy", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
         (("--explicitStrategy", "follow.structuredslugs", "/"), "cannot write '/': Is a directory"),
         (("--translate", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
-        (("--stats", "no/x", "follow.structuredslugs"), "cannot write 'no/x'"),
     ],
 )
 def test_an_output_that_cannot_be_opened_costs_no_solution(

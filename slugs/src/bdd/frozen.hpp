@@ -16,15 +16,6 @@ public:
   FrozenBdd(BddStore &store, const Bdd &f);
   Bdd thaw(BddStore &store) const;
   std::size_t size() const { return nodes_.size(); }
-  // Evaluate the function; value_of(variable) returns the value of a variable.
-  template <typename Values> bool evaluate(const Values &value_of) const {
-    Edge e = root_;
-    while (e > 1) {
-      const Node &node = nodes_[(e >> 1) - 1];
-      e = (value_of(node.var) ? node.high : node.low) ^ (e & 1);
-    }
-    return e == bdd_true;
-  }
 
 private:
   struct Node {

@@ -41,7 +41,6 @@ public:
   Edge ite(Edge f, Edge g, Edge h); // if f then g else h
 
   VarSet make_set(const std::vector<Var> &members);
-  bool is_set(VarSet set) const { return set < sets_.size(); }
   bool is_empty(VarSet set) const { return sets_[set].empty; }
   Edge exists(Edge f, VarSet set);
   Edge and_exists(Edge f, Edge g, VarSet set); // exists set. f & g

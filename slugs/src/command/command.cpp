@@ -1,16 +1,13 @@
 // The runs of the command, one function for each kind.
 //
-// Standard output holds the strategy, translation or result of a check and
-// nothing else; all messages go to standard error.
+// Standard output holds the strategy or translation and nothing else; all messages go to
+// standard error.
 
 #include "command/command.hpp"
 
-#include "certificate/check.hpp"
-#include "certificate/graph/json_reader.hpp"
 #include "command/input_file.hpp"
 #include "command/options.hpp"
 #include "command/outfile.hpp"
-#include "command/serve.hpp"
 #include "command/signals.hpp"
 #include "core/version.hpp"
 #include "game/solver.hpp"
@@ -61,30 +58,21 @@ void die_with_parent() {
 #endif
 }
 
-// From here on the end of the requests ends the program.  It no longer dies with
-// the thread that started it, which may end long before the last request.
-void outlive_parent_thread() {
-#ifdef __linux__
-  ::prctl(PR_SET_PDEATHSIG, 0);
-#endif
-}
-
 // Thrown after all errors of the input have been printed.
 struct InputRejected : Error {
   InputRejected() : Error(ExitStatus::BadInput, "the input has mistakes") {}
   std::string message() const override { return ""; }
 };
 
-Budget budget_of(const Options &options, const std::atomic<bool> &interrupted, Heap &heap) {
+Budget budget_of(const Options &options, const std::atomic<bool> &interrupted) {
   Budget budget;
-  budget.also_used = &heap.used;
   budget.interrupted = &interrupted;
   constexpr double longest = 1e9; // seconds; keeps the deadline representable
   if (options.timeout_seconds && *options.timeout_seconds < longest)
     budget.deadline = Budget::Clock::now() + std::chrono::duration_cast<Budget::Clock::duration>(
                                                  std::chrono::duration<double>(*options.timeout_seconds));
   if (options.memory_megabytes && *options.memory_megabytes < (static_cast<std::size_t>(-1) >> 20))
-    heap.limit = budget.memory_bytes = *options.memory_megabytes << 20;
+    budget.memory_bytes = *options.memory_megabytes << 20;
   return budget;
 }
 
@@ -117,34 +105,10 @@ std::unique_ptr<StrategySink> sink_for(const Options &options, const Specificati
   return std::make_unique<TextStrategy>(specification, out);
 }
 
-// Writes statistics however the run ends.
-class StatsFile {
-public:
-  explicit StatsFile(const std::optional<std::string> &path) {
-    if (path && *path == "-")
-      to_standard_error_ = true;
-    else if (path)
-      file_.emplace(*path);
-  }
-  void write(const Solver &solver, const char *verdict) {
-    if (to_standard_error_)
-      std::cerr << to_json(solver.statistics(), verdict);
-    if (!file_)
-      return;
-    file_->stream() << to_json(solver.statistics(), verdict);
-    file_->commit();
-  }
-
-private:
-  bool to_standard_error_ = false;
-  std::optional<OutFile> file_;
-};
-
 ExitStatus solve(const Options &options, const Budget &budget) {
   report("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
   const Specification specification = read(options.file, budget);
   // Opened first, so that an unwritable file fails before the game is solved.
-  StatsFile stats(options.stats_file);
   std::optional<OutFile> out;
   if (options.explicit_strategy || options.counter_strategy)
     out.emplace(options.outfile);
@@ -156,11 +120,9 @@ ExitStatus solve(const Options &options, const Budget &budget) {
   if (options.most_nodes)
     solver_options.most_nodes = *options.most_nodes;
   Solver solver(specification, solver_options, budget);
-  const char *word = "unknown";
   try {
     const bool realizable = solver.verdict() == Verdict::Realizable;
-    word = realizable ? "realizable" : "unrealizable";
-    report(std::string("RESULT: Specification is ") + word + ".\n");
+    report(std::string("RESULT: Specification is ") + (realizable ? "realizable" : "unrealizable") + ".\n");
     if (realizable ? options.explicit_strategy : options.counter_strategy) {
       const std::unique_ptr<StrategySink> sink = sink_for(options, specification, out->stream());
       if (realizable)
@@ -169,48 +131,13 @@ ExitStatus solve(const Options &options, const Budget &budget) {
         solver.counterstrategy(*sink);
       out->commit();
     }
-    stats.write(solver, word);
     return realizable ? ExitStatus::Realizable : ExitStatus::Unrealizable;
   } catch (const LimitReached &limit) {
     std::cerr << "slugs: " << limit.what() << ' ' << solver.progress() << '\n';
   } catch (const std::bad_alloc &) {
     std::cerr << "slugs: memory limit reached " << solver.progress() << '\n';
   }
-  stats.write(solver, word);
   return ExitStatus::Limit;
-}
-
-ExitStatus serve_moves(const Options &options, const Budget &budget) {
-  report("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
-  const Specification specification = read(options.file, budget);
-  StatsFile stats(options.stats_file);
-  OutFile out("");
-  SolverOptions solver_options;
-  solver_options.robotics_init = options.robotics_init;
-  solver_options.bias_for_action = options.bias_for_action;
-  Solver solver(specification, solver_options, budget);
-  const char *word = "unknown";
-  OnDemandStrategy *strategy = nullptr;
-  try {
-    const bool realizable = solver.verdict() == Verdict::Realizable;
-    word = realizable ? "realizable" : "unrealizable";
-    report(std::string("RESULT: Specification is ") + word + ".\n");
-    strategy = realizable ? &solver.on_demand() : nullptr;
-  } catch (const LimitReached &limit) {
-    stats.write(solver, word);
-    throw LimitReached(limit.kind, limit.what() + (' ' + solver.progress()));
-  }
-  stats.write(solver, word);
-  if (!strategy)
-    return ExitStatus::Unrealizable;
-  // The time limit applies only until the program is ready to serve.
-  Budget serving = budget;
-  serving.deadline = Budget::Clock::time_point::max();
-  InputLines requests(serving);
-  outlive_parent_thread();
-  serve(specification, *strategy, requests, out.stream());
-  out.commit();
-  return ExitStatus::Realizable;
 }
 
 ExitStatus print_translation(const Options &options, const Budget &budget) {
@@ -221,25 +148,7 @@ ExitStatus print_translation(const Options &options, const Budget &budget) {
   return ExitStatus::Realizable;
 }
 
-ExitStatus check_certificate(const Options &options, const Budget &budget) {
-  const Specification specification = read(options.file, budget);
-  const ExplicitStrategy strategy = read_strategy(*options.check, read_file(*options.check, budget), budget);
-  const bool counter = options.counter_strategy;
-  const CheckResult result =
-      check(specification, strategy, counter ? CertificateKind::Counterstrategy : CertificateKind::Strategy,
-            options.robotics_init, budget);
-  OutFile out("");
-  out.stream() << (counter ? "counterstrategy " : "strategy ");
-  if (result.accepted)
-    out.stream() << "accepted: " << strategy.size() << " nodes, " << strategy.successors.size() << " edges\n";
-  else
-    out.stream() << "rejected: " << result.reason << '\n';
-  out.commit();
-  return result.accepted ? ExitStatus::Realizable : ExitStatus::Rejected;
-}
-
-ExitStatus dispatch(const std::vector<std::string> &arguments, const std::atomic<bool> &interrupted,
-                    Heap &heap) {
+ExitStatus dispatch(const std::vector<std::string> &arguments, const std::atomic<bool> &interrupted) {
   const Options options = parse_options(arguments);
   if (options.help || options.version) {
     OutFile out("");
@@ -250,19 +159,15 @@ ExitStatus dispatch(const std::vector<std::string> &arguments, const std::atomic
     out.commit();
     return ExitStatus::Realizable;
   }
-  const Budget budget = budget_of(options, interrupted, heap);
-  if (options.serve)
-    return serve_moves(options, budget);
+  const Budget budget = budget_of(options, interrupted);
   if (options.translate)
     return print_translation(options, budget);
-  if (options.check)
-    return check_certificate(options, budget);
   return solve(options, budget);
 }
 
 } // namespace
 
-ExitStatus run_command(const std::vector<std::string> &arguments, Heap &heap) {
+ExitStatus run_command(const std::vector<std::string> &arguments) {
   die_with_parent();
   reserve_standard_descriptors();
   const std::atomic<bool> &interrupted = catch_signals();
@@ -271,7 +176,7 @@ ExitStatus run_command(const std::vector<std::string> &arguments, Heap &heap) {
     return status;
   };
   try {
-    return dispatch(arguments, interrupted, heap);
+    return dispatch(arguments, interrupted);
   } catch (const InputOutputError &error) {
     // A read or write that a signal cut short is an interrupt, not a failure.
     return interrupted.load() ? end(ExitStatus::Limit, "slugs: interrupted\n")
@@ -279,7 +184,6 @@ ExitStatus run_command(const std::vector<std::string> &arguments, Heap &heap) {
   } catch (const Error &error) {
     return end(error.status, error.message());
   } catch (const std::bad_alloc &) {
-    heap.limit = static_cast<std::size_t>(-1);
     return end(ExitStatus::Limit, "slugs: memory limit reached\n");
   } catch (const std::exception &error) {
     return end(ExitStatus::Internal,

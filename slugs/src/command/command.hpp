@@ -2,7 +2,6 @@
 
 #pragma once
 
-#include "command/heap.hpp"
 #include "core/exit_status.hpp"
 
 #include <string>
@@ -10,8 +9,7 @@
 
 namespace slugs {
 
-// `arguments` without the program's name.  Catches everything.  `heap` counts
-// what the program allocates, and gets the limit of --memory.
-ExitStatus run_command(const std::vector<std::string> &arguments, Heap &heap);
+// `arguments` without the program's name.  Catches everything.
+ExitStatus run_command(const std::vector<std::string> &arguments);
 
 } // namespace slugs

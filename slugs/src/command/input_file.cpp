@@ -76,28 +76,9 @@ std::string read_file(const std::string &path, const Budget &budget) {
   std::string text;
   text.reserve(input.size() + (std::size_t{1} << 18));
   while (input.read_some(text, budget))
-    continue;
+    if (text.size() > budget.memory_bytes)
+      throw LimitReached(LimitKind::Memory, "memory limit reached");
   return text;
-}
-
-bool InputLines::next(std::string &line) {
-  Input input(STDIN_FILENO, standard_input);
-  for (std::size_t searched = at_;;) {
-    const std::size_t end = text_.find('\n', searched);
-    if (end != std::string::npos) {
-      line.assign(text_, at_, end - at_);
-      at_ = end + 1;
-      return true;
-    }
-    text_.erase(0, at_);
-    at_ = 0;
-    searched = text_.size();
-    if (input.read_some(text_, budget_))
-      continue;
-    if (text_.empty())
-      return false;
-    text_ += '\n'; // the last line may lack it
-  }
 }
 
 } // namespace slugs

@@ -1,4 +1,4 @@
-// Reading of input: a whole file, or standard input line by line.
+// Reading of a whole file or of standard input.
 
 #pragma once
 
@@ -13,20 +13,8 @@ struct FileError : InputOutputError {
 };
 
 // A whole file, or standard input as "-".  Throws FileError with a message that
-// names the file and the reason, LimitReached also while it waits for a pipe.
+// names the file and the reason, LimitReached also while it waits for a pipe and for a
+// text larger than the memory limit.
 std::string read_file(const std::string &path, const Budget &budget);
-
-// Standard input, line by line.
-class InputLines {
-public:
-  explicit InputLines(const Budget &budget) : budget_(budget) {}
-  // False at the end of the input.  Throws FileError, LimitReached.
-  bool next(std::string &line);
-
-private:
-  Budget budget_;
-  std::string text_;
-  std::size_t at_ = 0; // start of the text not yet returned
-};
 
 } // namespace slugs

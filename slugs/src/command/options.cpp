@@ -30,10 +30,6 @@ double positive_number(const std::string &name, const std::string &value) {
   return number;
 }
 
-void set_check(Options &options, const std::string &, const std::string &value) { options.check = value; }
-void set_stats(Options &options, const std::string &, const std::string &value) {
-  options.stats_file = value;
-}
 void set_timeout(Options &options, const std::string &name, const std::string &value) {
   options.timeout_seconds = positive_number(name, value);
 }
@@ -61,21 +57,9 @@ constexpr Row rows[] = {
      "print a counterstrategy if it is unrealizable; with\n"
      "--explicitStrategy: the one that exists",
      &Options::counter_strategy, nullptr},
-    {"--serve", nullptr,
-     "if it is realizable, compute one move of the strategy\n"
-     "per line of standard input (see README)",
-     &Options::serve, nullptr},
-    {"--check", "STRATEGY",
-     "model check a JSON strategy (a counterstrategy with\n"
-     "--counterStrategy) against FILE, without the solver",
-     nullptr, set_check},
     {"--translate", nullptr, "print FILE in slugsin", &Options::translate, nullptr},
     {"Output", nullptr, nullptr, nullptr, nullptr},
     {"--jsonOutput", nullptr, "strategies as JSON instead of text", &Options::json_output, nullptr},
-    {"--stats", "FILE",
-     "write statistics of the run as JSON; '-' is standard\n"
-     "error",
-     nullptr, set_stats},
     {"Semantics", nullptr, nullptr, nullptr, nullptr},
     {"--sysInitRoboticsSemantics", nullptr,
      "all positions that ENV_INIT and SYS_INIT allow must be\n"
@@ -151,26 +135,14 @@ void check_combination(const Options &options) {
   const bool strategy = options.explicit_strategy || options.counter_strategy;
   if (options.file.empty())
     throw UsageError("no input FILE given", "'-' reads standard input; 'slugs --help' shows examples");
-  if (options.serve && (strategy || options.realizability || options.check || options.translate))
-    throw UsageError("--serve answers moves and takes no other option about what to do");
-  if (options.serve && options.file == "-")
-    throw UsageError("--serve reads requests from standard input: the specification must be a file");
-  if (options.check && options.translate)
-    throw UsageError("--check and --translate exclude each other");
   if (options.translate && (strategy || options.realizability || options.json_output))
     throw UsageError("--translate only prints the specification and takes no option about strategies");
-  if (options.check && options.realizability)
-    throw UsageError("--check solves nothing and does not go with --realizability");
-  if (options.check && options.explicit_strategy && options.counter_strategy)
-    throw UsageError("--check takes either a strategy or a counterstrategy");
   if (options.realizability && strategy)
     throw UsageError("--realizability and a strategy exclude each other");
-  if (options.json_output && !strategy && !options.check)
+  if (options.json_output && !strategy)
     throw UsageError("--jsonOutput needs --explicitStrategy or --counterStrategy");
   if (options.most_nodes && !options.explicit_strategy)
     throw UsageError("--nodes limits what --explicitStrategy lists");
-  if (options.check && *options.check == "-" && options.file == "-")
-    throw UsageError("strategy and specification cannot both come from standard input");
   if (!options.outfile.empty() && !strategy && !options.translate)
     throw UsageError("OUTFILE '" + options.outfile + "' has no use here",
                      "a strategy is printed with --explicitStrategy");
@@ -253,12 +225,9 @@ void print_help(std::ostream &out) {
          "  slugs robot.structuredslugs\n"
          "  slugs --explicitStrategy --jsonOutput robot.structuredslugs strategy.json\n"
          "  slugs --counterStrategy --jsonOutput --timeout 60 robot.structuredslugs\n"
-         "  slugs --check strategy.json robot.structuredslugs\n"
          "  slugs --translate robot.structuredslugs robot.slugsin\n"
-         "  slugs --serve robot.structuredslugs\n"
          "\nExit status:\n"
-         "  0   realizable; strategy accepted; translated\n"
-         "  1   strategy rejected by --check\n"
+         "  0   realizable; translated\n"
          "  2   bad input or usage\n"
          "  3   limit reached, or interrupted\n"
          "  4   internal error, or the output could not be written\n"

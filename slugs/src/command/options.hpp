@@ -21,11 +21,8 @@ struct Options {
   bool bias_for_action = false;
   bool realizability = false;
   bool translate = false;
-  bool serve = false;
   bool help = false;
   bool version = false;
-  std::optional<std::string> check;      // the strategy to check
-  std::optional<std::string> stats_file; // "-" for standard error
   std::optional<double> timeout_seconds;
   std::optional<std::size_t> memory_megabytes;
   std::optional<std::size_t> most_nodes; // of a listed strategy

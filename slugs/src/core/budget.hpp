@@ -1,7 +1,7 @@
 // Time and memory limits of a computation, and their enforcement.
 //
 // The engine calls check() after a bounded amount of work (every few thousand
-// BDD operations).  Command line, signal handlers and library callers set the limits.
+// BDD operations).  Command line and signal handlers set the limits.
 
 #pragma once
 
@@ -27,7 +27,6 @@ struct Budget {
   using Clock = std::chrono::steady_clock;
   Clock::time_point deadline = Clock::time_point::max();
   std::size_t memory_bytes = static_cast<std::size_t>(-1); // limit of the engine's tables
-  const std::size_t *also_used = nullptr;                  // further bytes that count, if measured
   const std::atomic<bool> *interrupted = nullptr;          // set by a signal handler
 
   // Throw LimitReached for time and interrupt.  Memory is checked before each

@@ -21,8 +21,7 @@ public:
   explicit MemoryAccount(const Budget &budget) : budget_(budget) {}
 
   bool has_room(std::size_t bytes) const {
-    const std::size_t used = used_ + (budget_.also_used ? *budget_.also_used : 0);
-    return bytes <= budget_.memory_bytes && used <= budget_.memory_bytes - bytes;
+    return bytes <= budget_.memory_bytes && used_ <= budget_.memory_bytes - bytes;
   }
   // Charge bytes before they are allocated; release() returns them.
   void take(std::size_t bytes) {
@@ -38,10 +37,8 @@ public:
   }
   [[noreturn]] static void refuse() { throw LimitReached(LimitKind::Memory, "memory limit reached"); }
 
-  std::size_t used() const { return used_; }
   std::size_t peak() const { return peak_; }
   const Budget &budget() const { return budget_; }
-  void remove_deadline() { budget_.deadline = Budget::Clock::time_point::max(); }
 
 private:
   Budget budget_;

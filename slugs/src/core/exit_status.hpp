@@ -5,8 +5,7 @@
 namespace slugs {
 
 enum class ExitStatus {
-  Realizable = 0, // also: certificate accepted, translation done
-  Rejected = 1,   // certificate rejected by --check
+  Realizable = 0, // also: translation done
   BadInput = 2,   // invalid input or usage
   Limit = 3,      // time limit, memory limit or interrupt
   Internal = 4,   // bug, or output that could not be written

@@ -11,8 +11,7 @@
 // recur.  So equal ids always mean equal formulas; different ids imply nothing, except
 // for variables.
 //
-// The graph is the only data that the game (which translates it to BDDs) and the
-// checker (which evaluates it on states) share.
+// The game translates the graph to BDDs.
 
 #pragma once
 
@@ -59,9 +58,6 @@ public:
     return nodes_[id];
   }
   std::size_t size() const { return nodes_.size(); }
-
-  // Give equal formulas equal ids from now on, whatever the size of the pool.
-  void remember_all() { most_slots_ = static_cast<std::size_t>(-1); }
 
 private:
   static constexpr std::size_t first_slots = 64;

@@ -14,8 +14,6 @@ public:
   // environment to win initially.
   CounterFixpoint(Game &game, const Bdd &losing, bool robotics_init);
 
-  // States from which the environment is known to win.
-  const Bdd &won() const { return won_; }
   // Per assumption: the moves (state, next inputs) that keep the environment winning
   // and lead it towards meeting the assumption.
   const std::vector<Bdd> &moves() const { return moves_; }

@@ -27,8 +27,8 @@
 
 namespace slugs {
 
-Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics)
-    : game_(game), robotics_init_(robotics_init), order_(order), statistics_(statistics), z_(game.states),
+Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order)
+    : game_(game), robotics_init_(robotics_init), order_(order), z_(game.states),
       progress_(game.guarantees.size()), y_converged_(game.guarantees.size()), reached_(game) {
   for (const Bdd &assumption : game.assumptions) {
     const std::vector<Var> support = game.store.support(assumption);
@@ -42,7 +42,7 @@ Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &stat
 // environment chooses from `moves`, using `allowed` transitions only:
 //
 //   nu X. start & forall x'. moves -> exists y'. SYS_TRANS & allowed & X'
-Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations) {
+Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed) {
   BddStore &store = game_.store;
   Bdd x = start;
   Bdd open = game_.narrowed(moves, x);
@@ -52,7 +52,6 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::
     return game_.sources(unanswered);
   };
   for (;;) {
-    ++iterations;
     const Bdd lost = step();
     const Bdd kept = x & !lost;
     if (kept == x)
@@ -67,19 +66,15 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::
 // `sys_trans` restricts the system's responses.
 void Fixpoint::leave_stuck_states() { z_ &= !game_.stuck_states(); }
 
-void Fixpoint::close_under_safety() {
-  z_ = stay(z_, game_.moves_from(z_), game_.store.constant(true), statistics_.safety_iterations);
-}
+void Fixpoint::close_under_safety() { z_ = stay(z_, game_.moves_from(z_), game_.store.constant(true)); }
 
 bool Fixpoint::solve() {
   leave_stuck_states();
   close_under_safety();
-  statistics_.y_iterations.assign(progress_.size(), 0);
-  statistics_.x_iterations.assign(progress_.size(), 0);
   std::size_t agreeing = 0;
   for (std::size_t j = 0; agreeing < progress_.size(); j = (j + 1) % progress_.size()) {
     if (j == 0)
-      ++statistics_.outer_iterations;
+      ++outer_iterations_;
     if (!game_.wins_initially(z_, robotics_init_))
       return false;
     const Bdd y = reach_goal(j);
@@ -96,16 +91,16 @@ bool Fixpoint::solve() {
 
 // Return the largest subset of `start` in which the system can answer every move of
 // `open` by staying in the subset while assumption i is not met.
-Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations) {
+Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i) {
   BddStore &store = game_.store;
   const Bdd &assumption = game_.assumptions[i];
   if (!decided_by_input_[i])
-    return stay(start, open, !assumption, iterations);
+    return stay(start, open, !assumption);
   // The system cannot wait where the environment can meet the assumption.
   const Bdd x = start & !game_.sources(open, assumption);
   if (assumption.is_true())
     return x;
-  return stay(x, open & !assumption, store.constant(true), iterations);
+  return stay(x, open & !assumption, store.constant(true));
 }
 
 // The middle fixpoint (Y) for guarantee j: the states of Z from which the system meets the
@@ -115,9 +110,8 @@ public:
   GoalFixpoint(Fixpoint &fixpoint, std::size_t j)
       : fixpoint_(fixpoint), game_(fixpoint.game_), store_(game_.store), z_(fixpoint.z_),
         order_(fixpoint.order_), progress_(fixpoint.progress_[j]), converged_(fixpoint.y_converged_[j]),
-        y_iterations_(fixpoint.statistics_.y_iterations[j]),
-        x_iterations_(fixpoint.statistics_.x_iterations[j]), before_(std::exchange(progress_, {})),
-        all_bounded_(std::exchange(converged_, true)), moves_(game_.moves_from(z_)), open_(moves_) {
+        before_(std::exchange(progress_, {})), all_bounded_(std::exchange(converged_, true)),
+        moves_(game_.moves_from(z_)), open_(moves_) {
     answer(game_.guarantees[j] & store_.to_next(z_));
     if (verdict_only())
       met_ = moves_ & !open_;
@@ -126,7 +120,6 @@ public:
   Bdd solve() {
     Bdd y = store_.constant(false);
     for (;;) {
-      ++y_iterations_;
       if (covered())
         return finish(z_);
       Round round;
@@ -213,7 +206,7 @@ private:
       Bdd start = z_ & !closer;
       if (bounded)
         start &= before_[std::min(k, before_.size() - 1)].waiting[i].thaw(store_);
-      const Bdd waiting = closer | fixpoint_.wait(unanswered, start, i, x_iterations_);
+      const Bdd waiting = closer | fixpoint_.wait(unanswered, start, i);
       round.waiting.emplace_back(store_, waiting);
       result |= waiting;
     }
@@ -226,8 +219,7 @@ private:
   const Bdd &z_;
   const Steps order_;
   GoalProgress &progress_;
-  char &converged_; // whether Y has converged to a set other than Z
-  std::uint64_t &y_iterations_, &x_iterations_;
+  char &converged_;           // whether Y has converged to a set other than Z
   const GoalProgress before_; // rounds of the previous iteration
   const bool all_bounded_;    // by its last round
   const Bdd moves_;

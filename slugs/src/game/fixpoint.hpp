@@ -3,10 +3,10 @@
 #pragma once
 
 #include "bdd/frozen.hpp"
-#include "core/statistics.hpp"
 #include "game/game.hpp"
 #include "game/reached_goals.hpp"
 
+#include <cstdint>
 #include <vector>
 
 namespace slugs {
@@ -34,7 +34,7 @@ enum class Steps {
 
 class Fixpoint {
 public:
-  Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics);
+  Fixpoint(Game &game, bool robotics_init, Steps order);
 
   // Compute the fixpoint, or stop when the system is known to lose initially.  Return
   // whether the system wins.
@@ -45,25 +45,26 @@ public:
   const Bdd &winning() const { return z_; }
   // After solve() returned true: the rounds of each guarantee.
   const std::vector<GoalProgress> &progress() const { return progress_; }
+  std::uint64_t outer_iterations() const { return outer_iterations_; } // so far
 
 private:
   class GoalFixpoint;
 
-  Bdd stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations);
+  Bdd stay(const Bdd &start, const Bdd &moves, const Bdd &allowed);
   void leave_stuck_states();
   void close_under_safety();
   Bdd reach_goal(std::size_t j);
-  Bdd wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations);
+  Bdd wait(const Bdd &open, const Bdd &start, std::size_t i);
 
   Game &game_;
   bool robotics_init_;
   Steps order_;
-  Statistics &statistics_;
   std::vector<bool> decided_by_input_; // per assumption: whether it is independent of next outputs
   Bdd z_;
   std::vector<GoalProgress> progress_; // per guarantee
   std::vector<char> y_converged_;      // per guarantee: whether Y converged in its last round
   ReachedGoals reached_;
+  std::uint64_t outer_iterations_ = 0;
 };
 
 } // namespace slugs

@@ -74,14 +74,12 @@ struct Game {
   // Add the states that differ from these only in current values that nothing reads.
   // Such states have the same successors, so they are equivalent in the game.
   Bdd with_equivalent(const Bdd &some);
-  bool reads_all_variables() const { return !unread_; }
 
   // Return whether the specification is realizable if the system wins from these states.
   bool wins_initially(const Bdd &winning, bool robotics_init);
 
-  std::vector<Var> current_vars() const;
-
 private:
+  std::vector<Var> current_vars() const;
   // Relations and relational products of an environment with independent parts.
   struct Parts {
     std::vector<Bdd> moves;      // factors of ENV_TRANS: one per part, then the others

@@ -17,10 +17,4 @@ Bdd reachable_states(Game &game) {
   return reached;
 }
 
-Bdd exactly_reachable(Game &game, const Bdd &reachable) {
-  if (game.reads_all_variables())
-    return reachable;
-  return (game.env_init & game.sys_init) | game.image(reachable);
-}
-
 } // namespace slugs

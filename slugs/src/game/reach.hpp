@@ -11,7 +11,4 @@ namespace slugs {
 // set either, and its diagrams are far smaller if variables only record past events.
 Bdd reachable_states(Game &game);
 
-// Return the states in `reachable` that are reachable themselves.
-Bdd exactly_reachable(Game &game, const Bdd &reachable);
-
 } // namespace slugs

@@ -8,7 +8,6 @@
 
 #include "core/budget.hpp"
 #include "core/specification.hpp"
-#include "core/statistics.hpp"
 #include "strategy/output/sink.hpp"
 
 #include <cstddef>
@@ -18,8 +17,6 @@
 #include <vector>
 
 namespace slugs {
-
-class OnDemandStrategy;
 
 enum class Verdict { Realizable, Unrealizable };
 
@@ -47,12 +44,7 @@ public:
   Verdict verdict();                        // solves the game on the first call
   void strategy(StrategySink &sink);        // only if realizable and not verdict_only
   void counterstrategy(StrategySink &sink); // only if unrealizable
-  // Return the same strategy for evaluation move by move, only if realizable and not
-  // verdict_only.  It is valid as long as the solver, of which no other function may be
-  // called; the time limit is removed.
-  OnDemandStrategy &on_demand();
-  const Statistics &statistics() const; // valid at any time, even after LimitReached
-  std::string progress() const;         // one line that describes the progress
+  std::string progress() const;             // one line, also after LimitReached
 
 private:
   struct Implementation;

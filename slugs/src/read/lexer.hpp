@@ -71,7 +71,6 @@ public:
     advance();
     return taken;
   }
-  BudgetPacer &pacer() const { return pacer_; }
   // Return the token that begins at a column where one has begun before.
   Lexeme at(int column) const;
 

@@ -128,9 +128,9 @@ void AllowedMoves::prepare_cofactors() {
 
 void AllowedMoves::forget() { cofactor_->forget(); }
 
-Edge AllowedMoves::transitions(const Word *state, std::size_t j, Edge inputs) {
+Edge AllowedMoves::transitions(const Word *state, std::size_t j) {
   const Goal &goal = goals_[j];
-  Edge open = inputs;
+  Edge open = bdd_true;
   for (const Bdd &part : environment_)
     open = game_.store.edges().conjunction(open, (*cofactor_)(part.edge(), state));
   return collect_steps(goal, state, open, goal.bits.size(), 0);

@@ -22,9 +22,7 @@ public:
   // each input that the environment may choose, those of the earliest step of the
   // fixpoint that has any.  The result is a function of next variables, valid until
   // forget().
-  Edge transitions(const Word *state, std::size_t j) { return transitions(state, j, bdd_true); }
-  // The same for `inputs` only, a function of next inputs.
-  Edge transitions(const Word *state, std::size_t j, Edge inputs);
+  Edge transitions(const Word *state, std::size_t j);
   void forget(); // call it with each collection
 
 private:

@@ -17,8 +17,8 @@ namespace {
 class Exploration {
 public:
   Exploration(Game &game, CounterFixpoint &fixpoint, bool robotics_init, StrategySink &sink,
-              Statistics &statistics)
-      : game_(game), robotics_init_(robotics_init), sink_(sink), statistics_(statistics),
+              std::uint64_t &written)
+      : game_(game), robotics_init_(robotics_init), sink_(sink), written_(written),
         nodes_(words_for(game.store.bits()), game.store.account()), initial_(fixpoint.initial()),
         functions_(functions(game, fixpoint)), cofactor_(game.store, functions_),
         successors_(game, Successors::Answers::All), ranks_(game.store, cofactor_, game.assumptions) {}
@@ -45,8 +45,7 @@ public:
       for (std::size_t k = 0; k < bits.size(); ++k)
         bits[k] = get_bit(state.data(), k);
       sink_.node(id, rank, bits, list_);
-      ++statistics_.strategy_nodes;
-      statistics_.strategy_edges += list_.size();
+      ++written_;
     }
     sink_.end();
   }
@@ -128,7 +127,7 @@ private:
   Game &game_;
   bool robotics_init_;
   StrategySink &sink_;
-  Statistics &statistics_;
+  std::uint64_t &written_;
   NodeTable nodes_;
   Bdd initial_;
   std::vector<Bdd> functions_;
@@ -141,9 +140,9 @@ private:
 } // namespace
 
 void extract_counterstrategy(Game &game, const Bdd &losing, bool robotics_init, StrategySink &sink,
-                             Statistics &statistics) {
+                             std::uint64_t &written) {
   CounterFixpoint fixpoint(game, losing, robotics_init);
-  Exploration(game, fixpoint, robotics_init, sink, statistics).run();
+  Exploration(game, fixpoint, robotics_init, sink, written).run();
 }
 
 } // namespace slugs

@@ -2,17 +2,17 @@
 
 #pragma once
 
-#include "core/statistics.hpp"
 #include "game/game.hpp"
 #include "strategy/output/sink.hpp"
 
+#include <cstdint>
+
 namespace slugs {
 
-// Send the nodes to the sink in breadth-first order.  A node is a state with a rank,
-// the environment assumption that is pursued.  In each node the environment chooses
-// one next input, the lexicographically least that its strategy allows.  The
-// successors of the node are this input with each next output that SYS_TRANS allows.
-// In a node without successors the system is deadlocked.
+// Send the nodes to the sink in breadth-first order and count them in `written`.  A node is a state with a
+// rank, the environment assumption that is pursued.  In each node the environment chooses one next input, the
+// lexicographically least that its strategy allows.  The successors of the node are this input with each next
+// output that SYS_TRANS allows. In a node without successors the system is deadlocked.
 //
 // The initial nodes are the lexicographically least initial input for which the system
 // loses, with each output that SYS_INIT allows; none if SYS_INIT allows none.
@@ -22,6 +22,6 @@ namespace slugs {
 // `losing`: states from which the system loses, enough for the environment to win
 // initially.
 void extract_counterstrategy(Game &game, const Bdd &losing, bool robotics_init, StrategySink &sink,
-                             Statistics &statistics);
+                             std::uint64_t &written);
 
 } // namespace slugs

@@ -32,7 +32,6 @@ public:
 
   const Source &source() const { return source_; }
   std::size_t error_count() const { return errors_; }
-  std::size_t warning_count() const { return all_.size() - errors_; }
   std::vector<Diagnostic> sorted() const;
 
   // "file:line:column: error: message", the source line, a caret line, the

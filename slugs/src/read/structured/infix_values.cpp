@@ -3,7 +3,6 @@
 #include "read/structured/infix_values.hpp"
 
 #include "read/messages/diagnostics.hpp"
-#include "read/structured/long_sums.hpp"
 #include "read/structured/ranges.hpp"
 
 #include <utility>
@@ -183,28 +182,18 @@ Value ValueAlgebra::arithmetic(Token op, Value left, const Value &right) const {
 FormulaId ValueAlgebra::comparison(Token op, const IntegerValue &left, const IntegerValue &right) const {
   switch (op) {
   case Token::Equal:
-    return are_equal(left, right);
+    return equal(pool_, left, right);
   case Token::Unequal:
-    return pool_.negation(are_equal(left, right));
+    return pool_.negation(equal(pool_, left, right));
   case Token::Less:
-    return is_less(left, right);
+    return less(pool_, left, right);
   case Token::LessEqual:
-    return pool_.negation(is_less(right, left));
+    return pool_.negation(less(pool_, right, left));
   case Token::Greater:
-    return is_less(right, left);
+    return less(pool_, right, left);
   default:
-    return pool_.negation(is_less(left, right));
+    return pool_.negation(less(pool_, left, right));
   }
-}
-
-FormulaId ValueAlgebra::are_equal(const IntegerValue &left, const IntegerValue &right) const {
-  const std::optional<FormulaId> sums = equal_long_sums(pool_, left, right, pacer_);
-  return sums ? *sums : equal(pool_, left, right);
-}
-
-FormulaId ValueAlgebra::is_less(const IntegerValue &left, const IntegerValue &right) const {
-  const std::optional<FormulaId> sums = less_of_long_sums(pool_, left, right, pacer_);
-  return sums ? *sums : less(pool_, left, right);
 }
 
 // Comparing a variable with a number outside its range is legal (generated

@@ -29,8 +29,7 @@ struct Value {
 
 class ValueAlgebra {
 public:
-  ValueAlgebra(FormulaPool &pool, Diagnostics &diagnostics, BudgetPacer &pacer)
-      : pool_(pool), diagnostics_(diagnostics), pacer_(pacer) {}
+  ValueAlgebra(FormulaPool &pool, Diagnostics &diagnostics) : pool_(pool), diagnostics_(diagnostics) {}
 
   Value unknown(Place place) const;
   Value constant(bool value, Place place) const;
@@ -49,13 +48,10 @@ private:
   Value arithmetic(Token op, Value left, const Value &right) const;
   bool is_integer(const Value &value) const; // reports a Boolean
   FormulaId comparison(Token op, const IntegerValue &left, const IntegerValue &right) const;
-  FormulaId are_equal(const IntegerValue &left, const IntegerValue &right) const;
-  FormulaId is_less(const IntegerValue &left, const IntegerValue &right) const;
   void warn_if_constant(Token op, const Value &left, const Value &right, const Lexeme &lexeme) const;
 
   FormulaPool &pool_;
   Diagnostics &diagnostics_;
-  BudgetPacer &pacer_;
 };
 
 } // namespace slugs

@@ -46,7 +46,7 @@ public:
   InfixParser(Lexer &line, Section section, const Scope &scope, const Specification &specification,
               FormulaPool &pool, Diagnostics &diagnostics)
       : line_(line), section_(section), scope_(scope), specification_(specification), pool_(pool),
-        diagnostics_(diagnostics), algebra_(pool, diagnostics, line.pacer()) {}
+        diagnostics_(diagnostics), algebra_(pool, diagnostics) {}
 
   FormulaId parse() {
     bool operand = true; // expected next, else an operator
