@@ -119,7 +119,7 @@ FUZZ_SECONDS ?= 60
 
 fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang the readers, too
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_PROOF=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
-	  tests/fuzz tests/campaigns tests/live tests/certify tests/motion/test_random_missions.py \
+	  tests/fuzz tests/campaigns tests/live tests/certify tests/proof tests/motion/test_random_missions.py \
 	  tests/motion/test_requirements.py \
 	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py \
 	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py tests/spec/test_belief.py \
@@ -157,7 +157,7 @@ docs: install ## the documentation as a site, links checked: build/site
 
 proof: ## prove the verified checker and build it: build/proof/safenav-proved (needs coq)
 	@for tool in coqc coq_makefile ocamlfind; do command -v $$tool >/dev/null || { echo "error: $$tool not found; install Coq and OCaml (Debian: apt install --no-install-recommends coq ocaml ocaml-findlib)" >&2; exit 1; }; done
-	$(MAKE) --no-print-directory -C safenav/certify/proof OUT="$(CURDIR)/build/proof"
+	$(MAKE) --no-print-directory -C proof OUT="$(CURDIR)/build/proof"
 
 paper: install ## the figures of the case studies and the table of times: build/paper
 	$(BIN)/python packaging/paper.py build/paper

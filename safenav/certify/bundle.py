@@ -22,9 +22,7 @@ import safenav.audit
 from safenav import line_values, strict_json
 from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
 from safenav.certify.evidence import RulesEvidence, counter_evidence, strategy_measures
-from safenav.certify.measures import NoMeasureError
 from safenav.certify.page import page_of
-from safenav.certify.proved import prove, refusals
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError
 from safenav.lines import json_line
@@ -32,6 +30,7 @@ from safenav.outcome import Verdict
 from safenav.spec.assignable import may_leave
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.measures import NoMeasureError
 
 CHECKER = Path(__file__).parent / "checker"
 
@@ -52,14 +51,11 @@ def make_bundle(
     kept: Kept,
     synthesizer: Synthesizer,
     motion: bytes | None = None,
-    *,
-    proved: bool = False,
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
     ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: texts and
     strategies of all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
-    ``proved``: also run the verified checker, and state on the page what it proves.
 
     Raises UsageError if the target exists or the disk is full, NotCertifiedError if a checker
     refuses the bundle, ResourceLimitError if a strategy is larger than the checker takes on."""
@@ -83,13 +79,9 @@ def make_bundle(
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
-        proofs = prove(folder) if proved else ()
-        if refused := refusals(proofs):
-            raise NotCertifiedError(f"the verified checker refuses this run: {refused[0]}")
-        page, facts = page_of(read_lines(trace, "trace.jsonl"), verdict.claims, files, proofs)
-        for name, data in (("index.html", page.encode()), ("assurance.json", facts)):
-            files[name] = data
-            (folder / name).write_bytes(data)
+        page = page_of(read_lines(trace, "trace.jsonl"), verdict.claims, files).encode()
+        files["index.html"] = page
+        (folder / "index.html").write_bytes(page)
         _write_manifest(folder, _manifest(files, [dict(claim) for claim in verdict.claims]))
         if target.suffix == ".zip":
             _pack(folder, Path(directory) / "bundle.zip")

@@ -15,8 +15,8 @@ from safenav.audit.language import RefusedError, Row, TooLargeError
 from safenav.audit.world import World
 from safenav.certify.checker.check_strategies import Met, Strategy
 from safenav.certify.checker.check_tasks import Task, circumstances
-from safenav.certify.measures import Measure, NoMeasureError, measure
 from safenav.errors import ResourceLimitError
+from safenav.verify.measures import Measure, NoMeasureError, measure
 
 
 def strategy_measures(text: str, strategy_json: bytes) -> list[Measure]:

@@ -10,7 +10,6 @@ from typing import Any
 from safenav.audit.world import World
 from safenav.certify.checker.check_objectives import Objective
 from safenav.certify.checker.check_tasks import ASSUMED
-from safenav.certify.proved import TEAM, Proof, rests_on
 from safenav.trace.reading import read_lines
 from safenav.trace.records import KINDS
 from safenav.trace.wording import Wording
@@ -42,10 +41,8 @@ def facts_of(
     lines: Sequence[Mapping[str, Any]],
     claims: Sequence[Claim],
     files: Mapping[str, bytes],
-    proofs: Sequence[Proof] = (),
 ) -> dict[str, Any]:
-    """Return the contents of the assurance page as data. ``proofs``: verdicts of the verified
-    checker, if it ran."""
+    """Return the contents of the assurance page as data."""
     scenario = lines[0]["scenario"]
     trace = read_lines(map(json.dumps, lines))
     told = trace.header.scenario.map
@@ -75,8 +72,6 @@ def facts_of(
         "outcome": outcome.get("outcome", "unfinished"),
         "explanation": outcome.get("explanation", "the trace ends before the run does"),
         "claims": [dict(claim) for claim in claims],
-        "rests_on": {claim["id"]: rests_on(claim, proofs) for claim in claims},
-        "proved_of_the_team": [TEAM[p.kind] for p in proofs if p.kind in TEAM and p.proved],
         "assumptions": _assumptions(lines),
         "happened": [
             {"line": number, "tick": record.tick, "what": wording.sentence(record)}

@@ -14,7 +14,6 @@ from typing import Any
 from safenav.certify.checker.check_tasks import ASSUMED
 from safenav.certify.facts import Claim, facts_of
 from safenav.certify.map_picture import glyph, map_svg
-from safenav.certify.proved import PROVED, Proof
 from safenav.trace.looks import looks
 from safenav.trace.words import counted
 from safenav.world.map import RegionMap
@@ -53,14 +52,10 @@ _STYLE = Path(__file__).with_suffix(".css")
 
 
 def page_of(
-    lines: Sequence[Mapping[str, Any]],
-    claims: Sequence[Claim],
-    files: Mapping[str, bytes],
-    proofs: Sequence[Proof] = (),
-) -> tuple[str, bytes]:
-    """Return the page of a bundle with these files, and its facts as JSON. ``proofs``: verdicts of
-    the verified checker, if it ran."""
-    facts = facts_of(lines, claims, files, proofs)
+    lines: Sequence[Mapping[str, Any]], claims: Sequence[Claim], files: Mapping[str, bytes]
+) -> str:
+    """Return the page of a bundle with these files."""
+    facts = facts_of(lines, claims, files)
     body = [
         f'<section id="summary">{_summary(facts)}</section>',
         _mission(facts, lines[0]["scenario"]),
@@ -75,7 +70,7 @@ def page_of(
         f"<title>Assurance: {escape(facts['name'])}</title>"
         f"<style>\n{_STYLE.read_text()}</style></head><body>{''.join(body)}</body></html>\n"
     )
-    return page, json.dumps(facts, indent=1).encode() + b"\n"
+    return page
 
 
 def _summary(facts: Mapping[str, Any]) -> str:
@@ -119,7 +114,7 @@ def _promises(facts: Mapping[str, Any], kinds: Mapping[str, int]) -> list[str]:
     found += [c["text"] for c in facts["claims"] if c["kind"] in named][:_MOST_NAMED]
     if weakest := kinds.get("weakest"):
         found.append(f"No weaker assumption suffices: proven {counted(weakest, 'time')}.")
-    return [*found, *facts["proved_of_the_team"]]
+    return found
 
 
 _MOST_NAMED = 6
@@ -177,20 +172,17 @@ def _guaranteed(facts: Mapping[str, Any]) -> str:
         claims = [c for kind in kinds for c in facts["claims"] if c["kind"] == kind]
         if claims:
             parts.append(f"<h3>{escape(heading)}</h3><p>{escape(common)}</p><ul>")
-            parts += (_claim(claim, facts) for claim in claims)
+            parts += (_claim(claim) for claim in claims)
             parts.append("</ul>")
-    if facts["proved_of_the_team"]:
-        heading = PROVED.partition(" and ")[2]
-        parts.append(f"<h3>Team: {escape(heading)}</h3>{_list(facts['proved_of_the_team'])}")
     return "".join(parts)
 
 
-def _claim(claim: Claim, facts: Mapping[str, Any]) -> str:
+def _claim(claim: Claim) -> str:
     """Return a claim and its evidence; the checker compares the text."""
     links = ", ".join(_link(path, line) for path, line in claim["evidence"])
     return (
         f'<li id="{escape(claim["id"])}">{escape(claim["text"])}<br><details><summary>evidence'
-        f"</summary>{escape(facts['rests_on'][claim['id']])}: {links}</details></li>"
+        f"</summary>{links}</details></li>"
     )
 
 

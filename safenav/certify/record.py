@@ -28,10 +28,9 @@ def bundle_of_run(
     *,
     seed: int | None = None,
     motion: bool = False,
-    proved: bool = False,
 ) -> Made:
     """Run a scenario and write its bundle, with its ``motion`` in metres if wanted. ``seed``:
-    replaces that of the scenario; ``proved``: also run the verified checker.
+    replaces that of the scenario.
 
     Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
     """
@@ -53,14 +52,11 @@ def bundle_of_run(
         kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
         moved = motion_made(data) if motion else None
         sources = sources_of(scenario, text)
-        return make_bundle(target, data, sources, kept, synthesizer, moved, proved=proved)
+        return make_bundle(target, data, sources, kept, synthesizer, moved)
 
 
-def bundle_of_trace(
-    trace: Path, target: Path, motion: Path | None = None, *, proved: bool = False
-) -> Made:
+def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Made:
     """Write the bundle of an earlier run from its trace, the cache, and its motion file, if any.
-    ``proved``: also run the verified checker.
 
     Raises InputError if it is not a trace, UsageError if a part is missing, NotCertifiedError if
     the run or its motion is refused.
@@ -74,7 +70,7 @@ def bundle_of_trace(
     synthesizer = Synthesizer(cache=cache, verifier=first_failure)
     kept.complete(syntheses_of(data, trace.name), cache, synthesizer)
     moved = None if motion is None else motion_checked(motion, data, trace.name)
-    return make_bundle(target, data, {}, kept, synthesizer, moved, proved=proved)
+    return make_bundle(target, data, {}, kept, synthesizer, moved)
 
 
 def motion_made(trace: bytes) -> bytes:

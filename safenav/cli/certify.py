@@ -7,12 +7,9 @@ import json
 from pathlib import Path
 
 import click
-from msgspec import to_builtins
-from msgspec.structs import replace
 
 from safenav.certify.check import Acceptance
 from safenav.certify.check import check_bundle as checked
-from safenav.certify.proved import TEAM, prove, refusals, rests_on
 from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.cli import options
 from safenav.errors import ExitCode, NotCertifiedError, UsageError
@@ -27,9 +24,6 @@ Examples:
   safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl   # extra 'motion'
   safenav certify --trace lab.jsonl --motion lab.motion.jsonl -o moved
 \b
-With the verified checker (docs/proof.md):
-  safenav certify lab.yaml --proved -o proved
-\b
 Exit codes:
   0  the bundle is written, and its checker accepts it
   1  a checker refuses the run: the reason is printed, no bundle is written
@@ -41,9 +35,6 @@ Examples:
   safenav new lab.yaml && safenav certify lab.yaml -o bundle
   safenav check-bundle bundle
   safenav check-bundle bundle --json
-\b
-With the verified checker (docs/proof.md):
-  safenav check-bundle --proved bundle
 \b
 Exit codes:
   0  accepted   1  refused: the first reason is printed   2  not a bundle
@@ -61,7 +52,6 @@ Exit codes:
     help="With --trace: the motion of that run (safenav motion); it goes into the bundle.",
 )
 @click.option("--with-motion", is_flag=True, help="Also compute the motion of SCENARIO's run.")
-@options.proved
 @options.seed
 def command(
     scenario: Path | None,
@@ -69,7 +59,6 @@ def command(
     output: Path,
     motion: Path | None,
     with_motion: bool,
-    proved: bool,
     seed: int | None,
 ) -> int:
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
@@ -82,10 +71,10 @@ def command(
         raise UsageError("--motion goes with --trace, --with-motion with a scenario")
     try:
         if scenario is not None:
-            made = bundle_of_run(scenario, output, seed=seed, motion=with_motion, proved=proved)
+            made = bundle_of_run(scenario, output, seed=seed, motion=with_motion)
         else:
             assert trace is not None
-            made = bundle_of_trace(trace, output, motion, proved=proved)
+            made = bundle_of_trace(trace, output, motion)
     except NotCertifiedError as error:
         click.echo(str(error), err=True)
         return ExitCode.NEGATIVE
@@ -96,30 +85,20 @@ def command(
 
 @click.command(name="check-bundle", epilog=CHECK_EPILOG)
 @click.argument("bundle", type=click.Path(path_type=Path, exists=True))
-@options.proved
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-def check_bundle(bundle: Path, proved: bool, as_json: bool) -> int:
+def check_bundle(bundle: Path, as_json: bool) -> int:
     """Check a BUNDLE (a folder or a .zip) and print what it establishes, claim by claim.
 
     This uses the installed checker, not the copy in the bundle. A reviewer without safenav runs
     `python3 -I -S check.py BUNDLE`.
     """
     verdict = checked(bundle)
-    proofs = prove(bundle) if proved and verdict.accepted else ()
-    if refused := refusals(proofs):
-        reason = f"the verified checker refuses {'; '.join(refused)}"
-        verdict = replace(verdict, result=Acceptance.REFUSED, reason=reason)
-    claims = [{**claim, "rests_on": rests_on(claim, proofs)} for claim in verdict.claims]
+    claims = [dict(claim) for claim in verdict.claims]
     if as_json:
         data = {"verdict": verdict.result, "reason": verdict.reason, "claims": claims}
-        data |= {"proofs": [to_builtins(proof) for proof in proofs]} if proved else {}
         click.echo(json.dumps(data, indent=2))
     else:
-        bases = (f" [{claim['rests_on']}]" if proved else "" for claim in claims)
-        rows = [(c["id"], c["text"] + basis) for c, basis in zip(claims, bases, strict=True)]
-        for proof in (p for p in proofs if p.kind in TEAM):
-            result = ": ".join(filter(None, (proof.verdict, proof.reason)))
-            rows.append((proof.kind, f"{TEAM[proof.kind]} [{result}]"))
+        rows = [(claim["id"], claim["text"]) for claim in claims]
         if rows:
             click.echo("\n".join(table(("claim", "established"), rows)))
         colour = "green" if verdict.accepted else "red"

@@ -127,9 +127,6 @@ verify = click.option(
     "--verify/--no-verify", default=True, help="Check each strategy before it is used."
 )
 trace = click.option("--trace", type=FILE, help="Write the trace (JSON Lines).")
-proved = click.option(
-    "--proved", is_flag=True, help="Also run the verified checker (docs/proof.md)."
-)
 show_all = click.option("--all", "show_all", is_flag=True, help="Print every broken rule.")
 
 _DIVISION = (

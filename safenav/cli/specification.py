@@ -16,8 +16,9 @@ from safenav.errors import Diagnostic, ExitCode, InputError, ResourceLimitError,
 from safenav.explain.lines import explain_lines
 from safenav.explain.vacuity import Cause, vacuous_wins
 from safenav.file_kind import kind_of
+from safenav.lines import json_line
 from safenav.outcome import Verdict
-from safenav.outfile import write_all
+from safenav.outfile import write_all, write_out
 from safenav.report.terminal.specification_text import (
     failure_lines,
     line_explanation_data,
@@ -34,6 +35,7 @@ from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.specification_file import load_specification
 from safenav.synthesis.strategy import Strategy
+from safenav.verify.measures import counterstrategy_measures, strategy_measures
 from safenav.verify.verification import (
     first_failure,
     verify_counterstrategy,
@@ -64,8 +66,11 @@ def is_specification(file: Path) -> bool:
         return False
 
 
-def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> int:
-    """Print the size of a strategy, and write it into ``output``; return the exit code."""
+def synthesize(
+    file: Path, output: Path | None, measures: Path | None, verify: bool, strict: bool
+) -> int:
+    """Print the size of a strategy, and write it into ``output`` and its ``measures``; return the
+    exit code."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure if verify else None)
     result = _listed(synthesizer.synthesize, spec)
@@ -88,6 +93,10 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
         name = f"{file.stem}.counterstrategy" if negative else file.stem
         write_all(output, files_of(shown, name))
         click.echo(f"\nwritten to {output}: {name}.json, {name}.dot, {name}.graphml")
+    if measures is not None:
+        assert shown.strategy is not None
+        made = (counterstrategy_measures if negative else strategy_measures)(spec, shown.strategy)
+        write_out(measures, json_line(made))
     if negative:
         click.echo(f"the environment's strategy; to see why: safenav explain {file}", err=True)
         return ExitCode.NEGATIVE

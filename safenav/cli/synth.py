@@ -29,7 +29,7 @@ EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav synth lab.yaml
   safenav synth lab.yaml --robot walker -o out
-  safenav synth out/walker.structuredslugs -o again
+  safenav synth out/walker.structuredslugs -o again --measures again/walker.measures.json
 \b
 Files written for each robot R into DIR:
   R.structuredslugs  the specification, with the origin of each constraint
@@ -49,12 +49,18 @@ Exit codes:
 @click.argument("scenario", type=options.INPUT)
 @click.option("--robot", help="Only this robot.")
 @click.option("-o", "--output", type=options.FOLDER, help="Directory to write files into.")
+@click.option(
+    "--measures",
+    type=options.FILE,
+    help="With a specification: write the measures of its strategy into this file.",
+)
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 def command(
     scenario: Path,
     robot: str | None,
     output: Path | None,
+    measures: Path | None,
     verify: bool,
     strict: bool,
 ) -> int:
@@ -66,7 +72,12 @@ def command(
     if specification.is_specification(scenario):
         if robot is not None:
             raise UsageError(f"{scenario} is a specification: without --robot")
-        return specification.synthesize(scenario, output, verify, strict)
+        if measures is not None and not verify:
+            raise UsageError("--measures are those of a verified strategy: without --no-verify")
+        return specification.synthesize(scenario, output, measures, verify, strict)
+    if measures is not None:
+        hint = "-o writes the specification of each robot"
+        raise UsageError(f"{scenario} is a scenario; --measures takes a specification: {hint}")
     plan = load_scenario(scenario)
     options.check_robot(robot, plan, scenario)
     synthesizer = default_synthesizer(plan, verify=verify)

@@ -1,4 +1,4 @@
-"""A kind of objective is known by name in at most five files: all others query it."""
+"""A kind of objective is known by name in at most four files: all others query it."""
 
 import ast
 import re
@@ -17,7 +17,6 @@ KNOW = {
     "spec/objective.py": "its formulas, if they are new",
     "audit/kinds.py": "the judges' own table",
     "trace/objective.py": "the format: kinds that an unknown reader could misread",
-    "certify/proof/ocaml/bundle.ml": "the proven checker",
 }
 
 EXEMPT = {
@@ -40,8 +39,7 @@ EXEMPT = {
 SOURCES = [
     path
     for path in sorted(PACKAGE.rglob("*"))
-    if path.suffix in (".py", ".ts", ".tsx", ".ml")
-    and not {"node_modules", "__pycache__"} & {*path.parts}
+    if path.suffix in (".py", ".ts", ".tsx") and not {"node_modules", "__pycache__"} & {*path.parts}
 ]
 TEXTS = {path: path.read_text() for path in SOURCES}
 
@@ -77,7 +75,7 @@ def knows(path: Path, key: str, name: str) -> bool:
 
 
 @pytest.mark.parametrize("key", KINDS)
-def test_a_kind_is_known_in_five_files(key: str) -> None:
+def test_a_kind_is_known_in_four_files(key: str) -> None:
     name = KINDS[key].__name__
     places = {path.relative_to(PACKAGE).as_posix() for path in SOURCES if knows(path, key, name)}
     found = {place for place in places if (key, place) not in EXEMPT}

@@ -286,8 +286,8 @@ class Links(HTMLParser):
 def test_each_claim_leads_to_its_evidence_in_two_clicks() -> None:
     bundle = shipped("case_study_3")
     page = Links((bundle / "index.html").read_text())
-    facts = json.loads((bundle / "assurance.json").read_bytes())
-    assert {claim["id"] for claim in facts["claims"]} <= page.ids
+    manifest = json.loads((bundle / "manifest.json").read_bytes())
+    assert {claim["id"] for claim in manifest["claims"]} <= page.ids
     for link in page.links:
         if link.startswith("#"):
             assert link[1:] in page.ids, link
@@ -333,8 +333,8 @@ def test_the_page_begins_with_a_summary_and_groups_the_claims() -> None:
     groups = re.findall(r"<h3>(.*?)</h3>", page)
     assert groups[:2] == ["Run", "Strategies and the scenario"]
     assert len(set(groups)) == len(groups)
-    facts = json.loads((shipped("case_study_3") / "assurance.json").read_bytes())
-    for claim in facts["claims"]:
+    manifest = json.loads((shipped("case_study_3") / "manifest.json").read_bytes())
+    for claim in manifest["claims"]:
         assert claim["id"] not in plain(page)
         assert page.count(f'<li id="{claim["id"]}">') == 1
 

@@ -25,7 +25,8 @@ from oracle.rendering import infix
 from oracle.specification import SECTIONS
 from safenav.certify.checker import check_strategies as checker
 from safenav.certify.evidence import counter_evidence, strategy_measures
-from safenav.certify.measures import NoMeasureError, components, measure
+from safenav.components import components
+from safenav.verify.measures import NoMeasureError, measure
 
 BATCH = 25
 NOTHING = "no initial input is possible, so nothing is shown"

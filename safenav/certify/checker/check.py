@@ -49,7 +49,7 @@ except (ImportError, SyntaxError) as error:
     )
 
 KNOWN = re.compile(
-    r"(trace|motion)\.jsonl|(scenario|assurance)\.json|index\.html"
+    r"(trace|motion)\.jsonl|scenario\.json|index\.html"
     r"|(check|audit/(\w+/)*)\w*\.py|source/(?!\.+$)[^/\\]+"
 )
 """Names of files that need no line. All others are named by the lines of the trace."""
@@ -88,14 +88,11 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
 
 
 def check_page(run: Evidence) -> None:
-    """Refuse unless the page and its facts state exactly the established claims."""
-    facts, shown = run.json("assurance.json"), run.text("index.html")
-    require(facts["claims"] == run.claims, "assurance.json states other claims")
+    """Refuse unless the page states exactly the established claims."""
+    shown = run.text("index.html")
     texts = [claim["text"] for claim in run.claims]
     owns = {name: Objective(robot.data["objective"]) for name, robot in run.robots.items()}
     asked = [own.proven(name, run.world, run.claims) for name, own in owns.items()]
-    same = [robot["objective"] for robot in facts["asked"]] == asked
-    require(same, "assurance.json states a form of an objective that was not proven")
     listed = sorted(re.findall(r'<li id="[^"]*">(.*?)<br>', shown))
     cells = re.findall(r'<td class="must">(.*?)</td>', shown)
     same = listed == sorted(map(escape, texts)) and cells == [*map(escape, asked)]
@@ -117,7 +114,7 @@ def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
         require(same, "the claims of the manifest differ from those that the evidence establishes")
         loose = sorted(f for f in files if not (f in run.named or KNOWN.fullmatch(f)))
         require(not loose, f"{', '.join(loose)} is not a file of this bundle: no line names it")
-        if "assurance.json" in files or "index.html" in files:
+        if "index.html" in files:
             check_page(run)
         verdict = "accepted"
     except TooLargeError as error:

@@ -3,10 +3,8 @@ From Coq Require Import List NArith PArith Arith Bool Lia FMapPositive.
 From Proved Require Import Gr1 Simplify Ranks.
 Import ListNotations.
 
-(** A node has a value of each variable, the nodes that may follow it, a rank for each goal, and for
-    each assumption a bound on the number of steps to it if the environment cooperates (see
-    Alive.v). *)
-Record node := { row : list N; next : list positive; rank_of : list rank; ahead : list N }.
+(** A node has a value of each variable, the nodes that may follow it, and a rank for each goal. *)
+Record node := { row : list N; next : list positive; rank_of : list rank }.
 Definition graph := PositiveMap.t node.
 
 Definition state_of (u : node) : state := get (row u).
@@ -455,7 +453,7 @@ Lemma play_live : (forall k, env_ok sp b k) ->
   (forall a, In a (env_live sp) -> again b a) -> forall goal, In goal (sys_live sp) -> again b goal.
 Proof.
   intros H A goal G.
-  set (dflt := {| row := []; next := []; rank_of := []; ahead := [] |}).
+  set (dflt := {| row := []; next := []; rank_of := [] |}).
   set (p := fun k => match node_at sp g (past i k) with Some u => u | None => dflt end).
   assert (forall k, is_at k (p k)) as P.
   { intros k. destruct (at_all k (H k)) as (u & Q). unfold p. pose proof Q as (N & _).

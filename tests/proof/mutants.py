@@ -7,7 +7,7 @@ from random import Random
 from typing import Any
 
 from certify import mutants
-from certify.proving import Case, with_measures
+from proof.proving import Case, with_measures
 from safenav.certify.checker import check_strategies as checker
 
 Nodes = dict[str, Any]
@@ -22,7 +22,7 @@ def _graph(change: Callable[[Nodes, Random], bool]) -> Change:
         if not document["nodes"] or not change(document["nodes"], source):
             return None
         if source.random() < 0.5:
-            return Case(case.name, case.text, document, case.measures)
+            return Case(case.name, case.text, document, case.measures, case.own)
         return with_measures(case.name, case.text, document)
 
     return alter
@@ -62,15 +62,17 @@ def _copied_state(nodes: Nodes, source: Random) -> bool:
 
 
 def _measures(change: Callable[[list[Any], int, Random], object]) -> Change:
-    """Other measures, of nodes that are no later twins: what is said of these does not count."""
+    """Other measures, of a node that is like no other one: check.py merges those."""
 
     def alter(case: Case, source: Random) -> Case | None:
-        if not case.measures:
-            return None
-        measures = copy.deepcopy(case.measures)
         first = checker.Strategy(case.document, case.text).first
-        change(measures, source.choice(sorted({*first})), source)
-        return Case(case.name, case.text, case.document, measures)
+        alone = [node for node in first if first.count(node) == 1]
+        if not case.own or not alone:
+            return None
+        own = [{key: [each[key][k] for k in first] for key in "na"} for each in case.own]
+        change(own, source.choice(alone), source)
+        measures = {"of": "strategy", "measures": own}
+        return Case(case.name, case.text, case.document, measures, own)
 
     return alter
 

@@ -1,7 +1,7 @@
 (** The definitions are not vacuous: a light that must be on infinitely often if somebody is present
     infinitely often, and never while nobody is. *)
 From Coq Require Import Ascii String List NArith PArith FMapPositive.
-From Proved Require Import Gr1 Ranks Strategy Counterstrategy Parse Print Files.
+From Proved Require Import Gr1 Ranks Strategy Counterstrategy Parse Print Certificates.
 Import ListNotations.
 
 Definition nl : string := String (ascii_of_nat 10) EmptyString.
@@ -16,7 +16,7 @@ Definition lamp : text := Eval compute in codes (unlines
 
 (** Node: somebody, light. *)
 Definition n (s l : N) (ps : list positive) (m : N) (a : option nat) : node :=
-  {| row := [s; l]; next := ps; rank_of := [(m, a)]; ahead := [1 - s]%N |}.
+  {| row := [s; l]; next := ps; rank_of := [(m, a)] |}.
 
 Definition good : graph := Eval compute in fold_right (fun pu g => PositiveMap.add (fst pu) (snd pu) g)
   (PositiveMap.empty node)
@@ -24,17 +24,12 @@ Definition good : graph := Eval compute in fold_right (fun pu g => PositiveMap.a
    (2%positive, n 1 1 [1; 3]%positive 0 (Some O));
    (3%positive, n 1 2 [1; 3]%positive 0 (Some O))].
 
-Definition accepted (s : text) (g : graph) : bool :=
-  match establish s g with Some _ => true | None => false end.
-
-Example lamp_works : accepted lamp good = true.
+Example lamp_works : establish lamp good = true.
 Proof. vm_compute. reflexivity. Qed.
 
 Corollary lamp_realizable : exists sp names, parse lamp = Some (sp, names) /\ realizable sp.
 Proof.
-  pose proof lamp_works as W. unfold accepted in W.
-  destruct (establish lamp good) as [e |] eqn:E; [| discriminate].
-  destruct (establish_sound lamp good e E) as (sp & names & P & R).
+  destruct (establish_sound lamp good lamp_works) as (sp & names & P & R).
   exists sp, names. split; auto. exists (strategy_of sp good); auto.
 Qed.
 
@@ -47,22 +42,13 @@ Example lamp_printed : match parse lamp with
   end.
 Proof. vm_compute. reflexivity. Qed.
 
-(** Somebody can come infinitely often; refused if a node claims a distance that is too small. *)
-Definition lively (g : graph) : bool :=
-  match establish lamp g with Some e => is_alive e | None => false end.
-Example lamp_alive : lively good = true.
-Proof. vm_compute. reflexivity. Qed.
-Example too_near : lively (PositiveMap.map (fun u =>
-  {| row := row u; next := next u; rank_of := rank_of u; ahead := [0]%N |}) good) = false.
-Proof. vm_compute. reflexivity. Qed.
-
 (** Refused: without the excuse, with a successor missing, with a rank that rises. *)
 Definition but (p : positive) (u : node) : graph := PositiveMap.add p u good.
-Example no_excuse : accepted lamp (but 1 (n 0 0 [1; 2]%positive 0 None)) = false.
+Example no_excuse : establish lamp (but 1 (n 0 0 [1; 2]%positive 0 None)) = false.
 Proof. vm_compute. reflexivity. Qed.
-Example no_answer : accepted lamp (but 2 (n 1 1 [1]%positive 0 (Some O))) = false.
+Example no_answer : establish lamp (but 2 (n 1 1 [1]%positive 0 (Some O))) = false.
 Proof. vm_compute. reflexivity. Qed.
-Example rises : accepted lamp (but 1 (n 0 0 [1; 2]%positive 1 (Some O))) = false.
+Example rises : establish lamp (but 1 (n 0 0 [1; 2]%positive 1 (Some O))) = false.
 Proof. vm_compute. reflexivity. Qed.
 
 (** If the light must be on immediately, there is no strategy: nobody ever comes. *)
@@ -71,7 +57,7 @@ Definition dark : text := Eval compute in codes (unlines
    "[SYS_TRANS]"; "!somebody' -> !light'"; "[SYS_LIVENESS]"; "light'"]%string).
 
 Definition c (l : N) : cnode :=
-  {| base := {| row := [0; l]%N; next := [1%positive]; rank_of := [(0%N, Some O)]; ahead := [] |}; chosen := [0%N] |}.
+  {| base := {| row := [0; l]%N; next := [1%positive]; rank_of := [(0%N, Some O)] |}; chosen := [0%N] |}.
 Definition away : cgraph := PositiveMap.add 2%positive (c 1) (PositiveMap.add 1%positive (c 0) (PositiveMap.empty cnode)).
 
 Example nobody_comes : refute dark away [0%N] = true.

@@ -297,7 +297,7 @@ Proof.
 Qed.
 
 Definition nowhere : cnode :=
-  {| base := {| row := []; next := []; rank_of := []; ahead := [] |}; chosen := [] |}.
+  {| base := {| row := []; next := []; rank_of := [] |}; chosen := [] |}.
 Definition path (k : nat) : cnode := match snd (conf k) with Some u => u | None => nowhere end.
 
 Lemma on_path k : is_in k (path k).

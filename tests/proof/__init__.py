@@ -1,0 +1,1 @@
+"""Tests of the checker whose verdicts are theorems."""

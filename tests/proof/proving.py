@@ -1,0 +1,114 @@
+"""The verified checker for tests, and what `check.py` of a bundle says of the same files."""
+
+import json
+import os
+import shutil
+import subprocess
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from children import ran
+from once import made_once
+from safenav.certify.checker import check_strategies as checker
+from safenav.certify.evidence import counter_evidence
+from safenav.certify.evidence import strategy_measures as evidence
+from safenav.errors import SafenavError
+from safenav.spec.parsing import read_specification
+from safenav.synthesis.strategy import Strategy
+from safenav.verify.measures import NoMeasureError, counterstrategy_measures, strategy_measures
+
+ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "proof"
+TOOLS = ("coqc", "coq_makefile", "ocamlfind", "make")
+COUNT = int(os.environ.get("SAFENAV_PROOF", "60"))
+"""How many random games, and how many mutants; 2000 in a campaign."""
+
+
+def built() -> Path:
+    """The folder in which the verified checker is built, as `make proof` does it; that of `make
+    proof` if it is of the present sources."""
+    made = ROOT / "build" / "proof"
+    sources = [path for path in SOURCE.rglob("*") if path.is_file()]
+    if (program := made / "safenav-proved").is_file() and all(
+        path.stat().st_mtime < program.stat().st_mtime for path in sources
+    ):
+        return made
+    missing = [tool for tool in TOOLS if shutil.which(tool) is None]
+    if missing:
+        pytest.skip(f"no {missing[0]}: apt install --no-install-recommends coq ocaml ocaml-findlib")
+
+    def make(folder: Path) -> None:
+        command = ["make", "-C", SOURCE, f"OUT={folder}"]
+        subprocess.run(command, check=True, capture_output=True)
+
+    return made_once("verified_checker", make)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A specification, and a strategy or counterstrategy with its measures. ``own``: those in which
+    check.py merges nodes that are alike."""
+
+    name: str
+    text: str
+    document: Any
+    measures: Any
+    own: Any
+
+    @property
+    def counter(self) -> bool:
+        return bool(self.measures["of"] == "counterstrategy")
+
+    def checked(self) -> str:
+        """Why check.py refuses it, or ''."""
+        try:
+            graph = checker.Strategy(self.document, self.text)
+            if self.counter:
+                checker.check_counterstrategy(graph, graph, self.own, self.own["measures"])
+            else:
+                checker.check_realizes(graph, self.own)
+        except Exception as reason:  # as check.py does: a file is not as documented
+            return str(reason) or repr(reason)
+        return ""
+
+    def proved(self, program: Path, folder: Path) -> str:
+        """The verified checker's reason for refusing it, or ''."""
+        folder.mkdir(exist_ok=True)
+        files = folder / "specification", folder / "automaton", folder / "measures"
+        files[0].write_bytes(self.text.encode())
+        files[1].write_text(json.dumps(self.document))
+        files[2].write_text(json.dumps(self.measures))
+        done = ran([program, *files])
+        verdict, _, reason = done.stdout.strip().partition(": ")
+        assert (done.returncode, verdict) in ((0, "proved"), (1, "refused")), done.stderr
+        return reason if done.returncode else ""
+
+
+def case_of(name: str, text: str, document: Any, *, counter: bool = False) -> Case:
+    """Add the measures. Raises NoMeasureError, SafenavError or RefusedError if there are none."""
+    spec, data = read_specification(text, "file", "robot"), json.dumps(document).encode()
+    made, own = (
+        (counterstrategy_measures, counter_evidence) if counter else (strategy_measures, evidence)
+    )
+    return Case(name, text, document, made(spec, Strategy.parse(data, spec)), own(text, data))
+
+
+def with_measures(name: str, text: str, document: Any) -> Case:
+    """Add the best measures; if there are none, add measures that prove nothing."""
+    with suppress(SafenavError, NoMeasureError, checker.RefusedError, LookupError):
+        return case_of(name, text, document)
+    count, goals = len(document["nodes"]), 0
+    with suppress(checker.RefusedError):
+        goals = len(checker.Specification(text).goals)
+    flat = [{"n": [0] * count, "a": [None] * count}] * goals
+    return Case(name, text, document, {"of": "strategy", "measures": flat}, flat)
+
+
+def disagreements(program: Path, cases: list[Case], folder: Path) -> list[tuple[str, str, str]]:
+    """The cases on which both checkers disagree, each with both reasons."""
+    both = ((case.name, case.checked(), case.proved(program, folder)) for case in cases)
+    return [(name, mine, other) for name, mine, other in both if bool(mine) != bool(other)]

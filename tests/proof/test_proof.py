@@ -1,0 +1,246 @@
+"""The verified checker: proved without an axiom, it accepts what is true and agrees with check.py.
+
+Among the tests the campaigns are short; SAFENAV_PROOF=2000 tries as many others.
+"""
+
+import json
+import os
+import re
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from random import Random
+
+import pytest
+
+import warm
+from certify.test_strategies import random_game, text_of
+from children import ran
+from once import SCENARIOS, made_once
+from oracle import build_game, extract, is_realizable, solve, to_json
+from oracle.damage import DAMAGES
+from oracle.duel import Abilities, Duel
+from proof.mutants import KINDS
+from proof.proving import COUNT, SOURCE, Case, built, case_of, disagreements, with_measures
+from safenav.certify.checker.check_strategies import RefusedError
+from safenav.errors import SafenavError
+from safenav.runtime.mission import default_synthesizer, first_results
+from safenav.scenario.reading.loader import load_scenario
+from safenav.spec.compile import compile_task
+from safenav.spec.parsing import read_specification
+from safenav.synthesis.binary import find_own_binary
+from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.measures import NoMeasureError
+
+THEOREMS = ("establish_sound", "refute_sound", "parse_print")
+REALIZABLE = ("case_study_1", "case_study_3", "hello", "corridor_swap", "two_digits", "beam")
+UNREALIZABLE = ("crossing_a_target", "contradictory_objective", "forbidden_way", "impossible_start")
+
+
+@pytest.fixture(scope="module")
+def program() -> Path:
+    return built() / "safenav-proved"
+
+
+@pytest.fixture
+def duel(tmp_path: Path) -> Duel:
+    """The own build of slugs, for counterstrategies."""
+    own = find_own_binary()
+    assert own is not None
+    return Duel(own.path, tmp_path, Abilities())
+
+
+def of_scenario(name: str) -> list[Case]:
+    """The specifications at the start of a shipped scenario with their automata."""
+    plan = load_scenario(SCENARIOS / f"{name}.yaml")
+    synthesizer, found = default_synthesizer(plan), []
+    for robot, answer in first_results(plan, synthesizer).items():
+        spec, result = compile_task(answer.task, plan.map), answer.result
+        if not answer.realizable:
+            result = synthesizer.counterstrategy(spec)
+        assert result.strategy_json is not None
+        text, document = spec.to_structuredslugs(), json.loads(result.strategy_json)
+        found.append(case_of(f"{name} {robot}", text, document, counter=not answer.realizable))
+    return found
+
+
+def test_the_proof_sources_contain_no_axiom_and_no_admitted_lemma() -> None:
+    words = re.compile(r"\b(Admitted|admit|Axiom|Parameter|Conjecture|give_up|Abort)\b")
+    files = [*(SOURCE / "theories").glob("*.v")]
+    assert files
+    for file in files:
+        assert not words.search(file.read_text()), file
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("program")
+def test_the_theorems_rest_on_no_axiom(tmp_path: Path) -> None:
+    asks = "".join(f"Print Assumptions {name}.\n" for name in THEOREMS)
+    file = tmp_path / "Assumed.v"
+    file.write_text(f"From Proved Require Import Certificates Print.\n{asks}")
+    command = ["coqc", "-Q", str(built() / "theories"), "Proved", str(file)]
+    done = ran(command, check=True)
+    assert done.stdout.splitlines() == ["Closed under the global context"] * len(THEOREMS)
+
+
+@pytest.mark.parametrize("name", [*REALIZABLE, *(f"unrealizable/{name}" for name in UNREALIZABLE)])
+def test_specifications_of_shipped_scenarios_are_proved(
+    name: str, program: Path, tmp_path: Path
+) -> None:
+    cases = of_scenario(name)
+    assert any(case.counter for case in cases) is (name not in REALIZABLE)
+    assert {case.name: case.proved(program, tmp_path) for case in cases} == {
+        case.name: "" for case in cases
+    }
+
+
+def counted(program: Path, case: Case, folder: Path) -> tuple[int, dict[str, int]]:
+    """The edges of a strategy, and what OCaml's runtime counts while it is checked: words that are
+    allocated and the most that are held. They are the same on every machine."""
+    assert case.proved(program, folder) == ""
+    edges = sum(len(node["trans"]) for node in case.document["nodes"].values())
+    environment = {**os.environ, "OCAMLRUNPARAM": "v=0x400"}
+    files = folder / "specification", folder / "automaton", folder / "measures"
+    told = (
+        line.split(": ") for line in ran([program, *files], env=environment).stderr.splitlines()
+    )
+    return edges, {name: int(float(words)) for name, words in told if words.isdecimal()}
+
+
+def test_a_large_strategy_takes_little_work_and_memory(program: Path, tmp_path: Path) -> None:
+    """The work of an edge hardly depends on the size of its strategy."""
+    size = lambda case: len(case.document["nodes"])  # noqa: E731
+    few = counted(program, max(of_scenario("team_of_six"), key=size), tmp_path)
+    many = counted(program, max(of_scenario("warehouse"), key=size), tmp_path)
+    assert many[0] > 3 * few[0] > 5_000
+    one, other = (found["minor_words"] / edges for edges, found in (few, many))
+    assert other < 2 * one < 4000
+    assert many[1]["top_heap_words"] * 8 < 100_000_000
+
+
+def random_cases(seed: int, duel: Duel) -> list[Case]:
+    """A random game: its strategy or counterstrategy, sound and damaged."""
+    source = Random(seed)
+    specification = random_game(seed)
+    game, text = build_game(specification), text_of(specification, source)
+    winning = solve(game).winning
+    if is_realizable(game, winning):
+        automata = [("sound", extract(solve(game)))]
+    else:
+        automata = [("sound", duel.counterstrategy(specification))]
+    sound = automata[0][1]
+    if any(node.successors for node in sound.nodes):
+        automata += [(damage.__name__, damage(sound, [0], source)) for damage in DAMAGES]
+    cases = []
+    for damage, automaton in automata:
+        name, document = f"{seed} {damage}", json.loads(to_json(specification, automaton))
+        if is_realizable(game, winning):
+            cases.append(with_measures(name, text, document))
+            continue
+        # else nothing is to be shown, and nothing to be judged
+        with suppress(SafenavError, NoMeasureError, RefusedError, LookupError):
+            cases.append(case_of(name, text, document, counter=True))
+    return cases
+
+
+def test_random_games_are_judged_as_by_check_py(program: Path, duel: Duel, tmp_path: Path) -> None:
+    cases = [case for seed in range(COUNT) for case in random_cases(seed, duel)]
+    assert disagreements(program, cases, tmp_path) == []
+    refused = [case for case in cases if case.checked()]
+    assert len(cases) > len(refused) > len(cases) / 4
+    assert {case.counter for case in cases} == {False, True}
+
+
+LIFT = """\
+[INPUT]
+request
+[OUTPUT]
+floor:0...3
+[SYS_INIT]
+floor = 0
+[SYS_TRANS]
+floor' <= floor + 1 & floor <= floor' + 1
+[ENV_LIVENESS]
+request'
+[SYS_LIVENESS]
+request & floor = 3
+floor = 0
+"""
+
+
+def real_cases() -> list[Case]:
+    def make(folder: Path) -> None:
+        synthesizer, spec = Synthesizer(), read_specification(LIFT, "lift", "lift")
+        lift = synthesizer.synthesize(spec).strategy_json  # nodes that differ in their goal alone
+        assert lift is not None
+        cases = [c for name in REALIZABLE for c in of_scenario(name)]
+        for number, case in enumerate([*cases, case_of("lift", LIFT, json.loads(lift))]):
+            if len(case.document["nodes"]) <= 300:
+                parts = [case.name, case.text, case.document, case.measures, case.own]
+                (folder / f"{number:03}.json").write_text(json.dumps(parts))
+
+    found = made_once("proved_strategies", make)
+    return [Case(*json.loads(path.read_text())) for path in sorted(found.iterdir())]
+
+
+def test_mutants_of_real_strategies_are_judged_as_by_check_py(
+    program: Path, tmp_path: Path
+) -> None:
+    """Each kind is refused at least once, but for those that only ask for less."""
+    real = real_cases()
+    cases: list[Case] = []
+    refused: set[str] = set()
+    for seed in range(max(COUNT, 2 * len(KINDS))):
+        kind = sorted(KINDS)[seed % len(KINDS)]
+        source = Random(f"{kind} {seed}")
+        altered = next(
+            filter(None, (KINDS[kind](c, source) for c in source.sample(real, len(real))))
+        )
+        cases.append(replace(altered, name=f"{kind}: {altered.name}"))
+        refused |= {kind} if altered.checked() else set()
+    assert disagreements(program, cases, tmp_path) == []
+    assert len(refused) >= 15, sorted(refused)
+
+
+@pytest.mark.parametrize(
+    ("text", "automaton", "says"),
+    [
+        (LIFT, "lift.json", "proved: the strategy realizes the specification\n"),
+        (
+            LIFT.replace("[ENV_LIVENESS]\nrequest'\n", ""),
+            "lift.counterstrategy.json",
+            "proved: no strategy realizes the specification\n",
+        ),
+    ],
+)
+def test_synth_writes_the_measures_that_the_program_reads(
+    text: str, automaton: str, says: str, program: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "lift.structuredslugs").write_text(text)
+    options = ("-o", tmp_path, "--measures", tmp_path / "measures.json")
+    made = warm.safenav("synth", tmp_path / "lift.structuredslugs", *options)
+    assert made.returncode == (1 if "counter" in automaton else 0), made.stderr
+    files = (tmp_path / n for n in ("lift.structuredslugs", automaton, "measures.json"))
+    done = ran([program, *files])
+    assert (done.returncode, done.stdout) == (0, says)
+
+
+def test_the_program_refuses_what_it_cannot_read(program: Path, tmp_path: Path) -> None:
+    case = of_scenario("hello")[0]
+    assert replace(case, text="[INPUT").proved(program, tmp_path) == (
+        "the text of the specification is not understood"
+    )
+    few = {"of": "strategy", "measures": [{"n": [], "a": []}]}
+    assert replace(case, measures=few).proved(program, tmp_path) == "too few ranks"
+    assert ran([program, tmp_path / "none", tmp_path, tmp_path]).returncode == 2
+    assert ran([program]).returncode == 2
+
+
+def test_measures_are_those_of_a_specification_that_is_verified(tmp_path: Path) -> None:
+    (tmp_path / "lift.structuredslugs").write_text(LIFT)
+    measures = ("--measures", tmp_path / "measures.json")
+    done = warm.safenav("synth", SCENARIOS / "hello.yaml", *measures)
+    assert done.returncode == 2 and "is a scenario" in done.stderr
+    done = warm.safenav("synth", tmp_path / "lift.structuredslugs", "--no-verify", *measures)
+    assert done.returncode == 2 and "verified strategy" in done.stderr
+    assert not (tmp_path / "measures.json").exists()
