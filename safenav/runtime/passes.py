@@ -394,5 +394,4 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, words, "out_of_service"))
 
     def _out_of(self, limit: Outcome) -> Conclusion:
-        words = "; ".join([what_is_left(self.team), *self.turns.monitors.unmet_fairness()])
-        return Conclusion(limit, words)
+        return Conclusion(limit, what_is_left(self.team))

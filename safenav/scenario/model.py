@@ -266,11 +266,10 @@ def name_parts(name: str) -> tuple[str, str, int]:
 class Scenario(Struct, frozen=True):
     """Complete input of a run. ``source`` is its file, for messages.
 
-    ``deadlock``: whether joint plans resolve deadlocks.
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
     for robots during the run, by tick (live: at this many seconds). ``catalogue``: all available
     models and types, including its own. ``failures``: policies of a live run.
-    ``requirements``: formulas over the motion, by name. ``order``: priority of requests.
+    ``requirements``: formulas over the motion, by name.
     ``never_together``: exclusions of the team.
     ``resolve_within``: the deadline of obstacles without their own; ``suspects``: possible
     obstacles that the team knows of, if any; ``late``: whether a missed deadline ends the run.
@@ -289,7 +288,6 @@ class Scenario(Struct, frozen=True):
     coordination: settings.Coordination = settings.Coordination.RESYNTHESIS
     expect: settings.Expect = settings.Expect()
     source: str = ""
-    deadlock: bool = True
     partition: tuple[frozenset[Region], ...] | None = None
     changes: tuple[settings.RobotChange, ...] = ()
     requirements: Mapping[str, str] = field(default_factory=dict)
@@ -297,7 +295,6 @@ class Scenario(Struct, frozen=True):
     clock: settings.Clock = settings.DEFAULT_CLOCK
     failures: settings.Failures = settings.Failures()
     never_together: tuple[settings.Exclusion, ...] = ()
-    order: settings.RequestOrder = settings.RequestOrder.NEWEST
     resolve_within: int | None = None
     suspects: tuple[Obstacle, ...] | None = None
     late: settings.LatePolicy = settings.LatePolicy.GO_ON

@@ -103,13 +103,6 @@ class Coordination(StrEnum):
     ASSIGNABLE = "assignable"
 
 
-class RequestOrder(StrEnum):
-    """Priority of open requests that cannot all be served (paper, Section V-D: the newest)."""
-
-    NEWEST = "newest"
-    OLDEST = "oldest"
-
-
 class Clock(StrEnum):
     """Time of a run: in ticks, in each of which every robot takes its turn, or in seconds
     (``live``): each robot decides when its last command has ended."""

@@ -45,7 +45,6 @@ def scenario_header(
         ),
         seed=scenario.seed,
         coordination=scenario.coordination.value,
-        order=scenario.order.value,
         partition=_partition(scenario),
         changes=_changes(scenario),
         requirements=scenario.requirements or None,

@@ -177,7 +177,7 @@ class LimitsHeader(Struct, frozen=True):
 class ScenarioHeader(Struct, frozen=True):
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
-    any. ``order``: of requests. ``changes``: the changes for robots during the run, by tick.
+    any. ``changes``: the changes for robots during the run, by tick.
     ``requirements``: formulas over the motion of the run, by name. ``suspects``: obstacles that
     the team knows may be there; ``chargers``: regions where batteries are charged;
     ``flat``: the type of obstacle that appears at a robot whose charge is used up; ``begun``: the
@@ -191,7 +191,6 @@ class ScenarioHeader(Struct, frozen=True):
     limits: LimitsHeader
     seed: int
     coordination: str
-    order: str = "oldest"
     world: str = "simulated"
     partition: tuple[tuple[Region, ...], ...] | None = None
     changes: tuple[ChangeHeader, ...] | None = None

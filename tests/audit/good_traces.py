@@ -99,12 +99,12 @@ def untraversable() -> list[Line]:
 
 
 def nested() -> list[Line]:
-    """A helper needs help itself; meanwhile a third robot takes over the first request."""
+    """A robot that waits for help helps another one meanwhile."""
     s = Script(
         RING,
         {
             "rover": robot("ground", ["push"], 10, {"visit": [10, 13]}),
-            "drone": robot("air", ["sense"], 16, {"visit": [16, 15]}),
+            "drone": robot("air", [], 16, {"visit": [25, 13]}),
             "scout": robot("high", ["sense"], 25, {"visit": [25, 16]}),
         },
         [
@@ -112,34 +112,35 @@ def nested() -> list[Line]:
             obstacle("door", 14, "push", [37], ["drone"]),
         ],
     )
-    sensed, own = {"visit": [[12, 13], 16]}, dict(s.objectives)
+    sensed, own = {"visit": [[12, 13], 25]}, dict(s.objectives)
     s.next_tick().meet("rover", "uncertainty@11")
-    s.request("rover", "uncertainty@11", {"drone": 3, "scout": 4}, "drone")
-    s.push("rover", "uncertainty@11", "drone", rover={"hold": 10}, drone=sensed)
-    s.synthesize("request", "rover", "drone").move("drone", 15).move("scout", 16)
-    s.goal("scout", 1, 1).next_tick().move("rover").meet("drone", "door@14")
-    s.request("rover", "uncertainty@11", {"drone": None, "scout": 3}, "scout")
+    s.request("rover", "uncertainty@11", {"scout": 4}, "scout")
+    s.push("rover", "uncertainty@11", "scout", rover={"hold": 10}, scout=sensed)
+    s.synthesize("request", "rover", "scout").move("drone", 15).move("scout", 16)
+    s.next_tick().move("rover").meet("drone", "door@14")
     s.request("drone", "door@14", {"rover": 3}, "rover")
-    opened, taken_over = {"visit": [37, 10]}, {"visit": [[12, 13], 25]}
-    s.push("drone", "door@14", "rover", rover=opened, drone={"hold": 15}, scout=taken_over)
-    s.synthesize("request", "rover", "drone", "scout").move("scout", 15)
+    s.push("drone", "door@14", "rover", rover={"visit": [37, 10]}, drone={"hold": 15})
+    s.synthesize("request", "rover", "drone").move("scout", 15)
     s.next_tick().move("rover", 19).move("drone").move("scout", 14)
     s.next_tick().move("rover", 28).move("drone").move("scout", 13)
     s.resolve("scout", "uncertainty@11").pop("uncertainty@11", scout=own["scout"])
     s.synthesize("resolved", "scout")
     s.next_tick().move("rover", 37).resolve("rover", "door@14")
     s.pop("door@14", rover=own["rover"], drone=own["drone"])
-    s.synthesize("resolved", "rover", "drone").move("drone", 16).goal("drone", 0, 0)
-    s.move("scout", 14)
-    s.next_tick().move("rover", 28).move("drone", 15).goal("drone", 1, 1).move("scout", 15)
-    s.next_tick().move("rover", 19).move("drone").move("scout", 16).goal("scout", 1, 1)
-    s.next_tick().move("rover", 10).goal("rover", 0, 0).move("drone").move("scout", 25)
+    s.synthesize("resolved", "rover", "drone").move("drone").move("scout", 14)
+    s.next_tick().move("rover", 28).move("drone", 14).move("scout", 15)
+    s.next_tick().move("rover", 19).move("drone", 13).goal("drone", 1, 0)
+    s.move("scout", 16).goal("scout", 1, 0)
+    s.next_tick().move("rover", 10).goal("rover", 0, 0).move("drone", 14).move("scout", 25)
     s.goal("scout", 0, 1)
-    for to in (11, 12, 13):
+    for to, drone in ((11, 15), (12, 16), (13, 25)):
         s.next_tick().move("rover", to)
         if to == 13:
             s.goal("rover", 1, 1)
-        s.move("drone").move("scout")
+        s.move("drone", drone)
+        if drone == 25:
+            s.goal("drone", 0, 1)
+        s.move("scout")
     return s.end("completed", {"rover": 1, "drone": 1, "scout": 1})
 
 
@@ -230,27 +231,29 @@ def second_bidder() -> list[Line]:
 
 
 def refused_again() -> list[Line]:
-    """A robot has no strategy for the older order, in no decision: so it serves the newer one."""
+    """A robot has no strategy for the newer order, in no decision: so it serves the older one."""
     orders = [
         obstacle(kind, region, "lift", [region], []) | {"from": tick, "ordered": True}
-        for kind, region, tick in (("parcel", 13, 1), ("box", 14, 2))
+        for kind, region, tick in (("box", 14, 1), ("parcel", 13, 2))
     ]
     s = Script(ROOM, {"cart": robot("ground", ["lift"], 7, {"visit": [7, 10]})}, orders, ticks=3)
-    s.lines[0]["scenario"]["order"] = "oldest"
+
+    def ordered(obstacle: str) -> None:
+        s.next_tick().add("appeared", obstacle=obstacle, cause="scenario")
+        s.add("order", obstacle=obstacle, cause="scenario")
 
     def refused(bid: int) -> None:
         s.request(None, "parcel@13", {"cart": bid}, None)
         s.synthesize("request", "cart", verdict="unrealizable", objective={"visit": [13, 10]})
 
-    for what in ("parcel@13", "box@14"):
-        s.next_tick().add("appeared", obstacle=what, cause="scenario")
-        s.add("order", obstacle=what, cause="scenario")
-        refused(1)
-        if s.tick == 1:
-            s.push(None, what, None).move("cart")
+    ordered("box@14")
     s.request(None, "box@14", {"cart": 2}, "cart")
     s.push(None, "box@14", "cart", cart={"visit": [14, 10]}).synthesize("request", "cart")
-    s.move("cart", 8).next_tick().move("cart", 14).resolve("cart", "box@14").pop()
+    s.move("cart")
+    ordered("parcel@13")
+    refused(1)
+    s.push(None, "parcel@13", None)
+    s.move("cart", 8).next_tick().move("cart", 14).resolve("cart", "box@14").pop("box@14")
     refused(1)
     s.synthesize("resolved", "cart")
     return s.end("tick_limit", {"cart": 0})

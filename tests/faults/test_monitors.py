@@ -10,7 +10,7 @@ from runtime.played import Run, loaded
 from safenav.errors import ExitCode
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
-from safenav.runtime.turns.monitor import PATIENCE, GuaranteeError
+from safenav.runtime.turns.monitor import GuaranteeError
 from safenav.scenario.model import Scenario
 from safenav.spec.specification import Specification
 from safenav.synthesis.request import Listener, SynthesisResult
@@ -135,22 +135,3 @@ robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
     assert [e.to for e in events if isinstance(e, records.Move)] == [9]
     assert isinstance(events[-1], records.End)
     assert events[-1].outcome == "error"
-
-
-def test_a_fairness_assumption_that_failed_for_long_is_reported_at_the_end() -> None:
-    """Nobody tells the guard to make way, so the walker waits for it until the limit."""
-    text = """
-map: {grid: ["#########", "#.......#", "#########"]}
-deadlock: false
-robots:
-  walker: {model: r, start: 10, objective: {visit: [16, 10]}}
-  guard: {model: r, start: 13, objective: {hold: 13}}
-limits: {ticks: 40}
-"""
-    mission, events = _mission(ROVERS + text)
-    result = mission.run()
-    assert result.outcome is Outcome.TICK_LIMIT
-    assert "walker assumes that" in result.explanation
-    waited = int(result.explanation.split("not held for ")[1].split()[0])
-    assert PATIENCE <= waited <= 40
-    assert not [e for e in events if isinstance(e, records.Assumption)]

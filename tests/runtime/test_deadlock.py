@@ -1,21 +1,16 @@
 """Joint plans of robots that wait for each other; others are ``cases/shared_floor``."""
 
-import re
-
 from once import SCENARIOS
-from runtime.played import completed, play
+from runtime.played import completed
 
 
-def test_robots_swap_in_a_corridor_by_joint_plans_and_not_with_resolution_off() -> None:
+def test_robots_swap_in_a_corridor_by_joint_plans() -> None:
     text = (SCENARIOS / "corridor_swap.yaml").read_text()
     trace = completed(text)
     plans = trace.all("plan")
     assert plans and [end["reason"] for end in trace.all("plan_end")] == ["reached"] * len(plans)
     assert all(any(len(way) > 1 for way in plan["robots"].values()) for plan in plans)
     assert {synthesis["reason"] for synthesis in trace.all("synthesis")} == {"initial"}
-    text = re.sub("limits: .*\n", "", text)
-    trace = play(f"{text}deadlock: off\nlimits: {{ticks: 100}}\n")
-    assert (trace.outcome["outcome"], trace.all("plan")) == ("tick_limit", [])
 
 
 def test_robots_with_headings_enter_a_corridor_in_one_direction_at_a_time() -> None:

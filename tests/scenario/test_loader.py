@@ -200,15 +200,6 @@ FLYER = "robots: {ann: {model: quadcopter, start: 8, objective: {hold: 9}}}\n"
 
 
 @pytest.mark.parametrize(
-    ("written", "on"),
-    [("on", True), ("off", False), ("true", True), ("false", False), ("Off", False)],
-)
-def test_deadlock_resolution_is_switched(written: str, on: bool) -> None:
-    assert load(FLYER).deadlock
-    assert load(FLYER + f"deadlock: {written}\n").deadlock is on
-
-
-@pytest.mark.parametrize(
     ("written", "expected"),
     [
         ("rooms", None),

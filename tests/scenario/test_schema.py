@@ -75,8 +75,6 @@ chargers: [dock, store]
 flat: emptied
 seed: 3
 coordination: resynthesis
-order: oldest
-deadlock: on
 partition: [[7, 8, 9, 10, 13, 16], [19, 20, 21, 22]]
 requirements: ["always(distance(ann, bob) >= 0.1)", {near: "eventually(distance(ann, cat) <= 9)"}]
 expect:
@@ -115,7 +113,6 @@ OTHERS: list[tuple[str, Any]] = [
     ("requirements", {"apart": "always(distance(ann, bob) >= 0.1)"}),
     ("partition", {"tiles": [2, 3]}),
     ("expect", {"ticks": 9, "rounds": 2}),
-    ("deadlock", False),
     ("catalogue", "missing.yaml"),
     ("map", {"grid": "###\n#.#\n###\n"}),
     ("map", {"image": "a.png", "rows": 3, "cols": 4, "threshold": 0.5, "share": 0.25}),

@@ -16,16 +16,13 @@ from safenav.audit.possibilities.members import FAR, Member
 from safenav.audit.possibilities.team import Team
 from safenav.audit.run.situation import Situation
 
-NEWEST = "newest"
-
 
 def open_obstacles(
     now: Situation, refused: Collection[tuple[str, str]] = ()
 ) -> tuple[OpenObstacle, ...]:
     """Return the obstacles with an open request in the order in which they are served. ``refused``:
     robots that have no strategy for serving an obstacle, besides those that leave it to others."""
-    requests = [*now.requests][:: -1 if now.header.order == NEWEST else 1]
-    return tuple(open_obstacle(name, now, refused) for name in requests)
+    return tuple(open_obstacle(name, now, refused) for name in reversed([*now.requests]))
 
 
 def open_obstacle(
@@ -50,7 +47,7 @@ def team_of(now: Situation, out: Collection[str] | None = None) -> Team | None:
     stays, away = permanent(now), now.out if out is None else out
     try:
         members = {name: member_of(name, now, stays, away) for name in now.header.robots}
-        return Team(members, newest_first=now.header.order == NEWEST)
+        return Team(members)
     except RefusedError:
         return None
 

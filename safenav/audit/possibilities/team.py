@@ -29,8 +29,8 @@ class TrappedError(Exception):
 class Team:
     """The possibilities of the robots, for any order of their moves."""
 
-    def __init__(self, members: Mapping[str, Member], *, newest_first: bool = False) -> None:
-        self.members, self.names, self.newest_first = members, [*members], newest_first
+    def __init__(self, members: Mapping[str, Member]) -> None:
+        self.members, self.names = members, [*members]
 
     @staticmethod
     def walls(name: str, obstacles: OpenObstacles) -> frozenset[int]:
@@ -132,7 +132,7 @@ class Team:
     ) -> list[Step]:
         """Return the possible next steps, the best first. Lossless steps come first (unless
         ``every``, one for each obstacle): each robot of the group can return to all poses of its
-        set. They are then ranked by the newest request (if newest first), the fewest robots that
+        set. They are then ranked by the newest request, the fewest robots that
         serve another request, the fewest that do not serve this obstacle already, the lowest ticks,
         the oldest request, and the order of the team. Last come the parts of single robots, if the
         robots of a need may act at different times."""
@@ -157,7 +157,7 @@ class Team:
                         far = FAR * self.members[name].ticks
                         ticks, there = ticks + (far if more is None else more), goal
                     taken = any(name in present.get(other, ()) for other in others)
-                    rank[name] = taken and self.newest_first, stranger, ticks, i
+                    rank[name] = taken, stranger, ticks, i
             able = sorted(at, key=lambda name: (not back[name], rank[name]))
             missing, last = max(1, need.robots - len(obstacle.done)), None
             for group in combinations(able, missing):
@@ -167,9 +167,7 @@ class Team:
                 interrupted, strange = (sum(rank[name][i] for name in group) for i in (0, 1))
                 slowest = max(rank[name][2] for name in group)
                 listed = tuple(rank[name][3] for name in group)
-                order: tuple[object, ...] = (not lossless, strange, slowest, k, listed)
-                if self.newest_first:
-                    order = (not lossless, k, interrupted, strange, slowest, listed)
+                order = (not lossless, k, interrupted, strange, slowest, listed)
                 last = Step(k, group, tuple(at[n] for n in group), lossless)
                 found.append(((False, *order), last))
                 if lossless and not every:
@@ -179,8 +177,8 @@ class Team:
                 i, slowest = rank[name][3], rank[name][2]
                 returns = sets[i] <= self.reach(name, at[name], obstacles)
                 lossless = returns and not obstacle.commits()
-                order = (True, not lossless, slowest, k, i)
-                found.append((order, Step(k, (name,), (at[name],), lossless)))
+                last = Step(k, (name,), (at[name],), lossless)
+                found.append(((True, not lossless, slowest, k, i), last))
         return [step for _, step in sorted(found, key=lambda one: one[0])]
 
     def solve(

@@ -96,7 +96,7 @@ def case_of(
     memory = memory or {}
     lifted = {name: with_memory(team.members[name], rules_of(now.own[name])) for name in memory}
     if lifted:
-        team = Team({**team.members, **lifted}, newest_first=team.newest_first)
+        team = Team({**team.members, **lifted})
     at = {name: now.pose(name) for name in team.names}
     later = (now.begun.asked or {}) if begins else {}
     known = [

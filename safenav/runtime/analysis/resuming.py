@@ -261,7 +261,6 @@ def _scenario(header: setting.ScenarioHeader, clock: settings.Clock) -> Scenario
         catalogue=built_in(),
         clock=clock,
         changes=_made_changes(header),
-        order=settings.RequestOrder(header.order),
         never_together=convert(
             header.never_together or (), tuple[settings.Exclusion, ...], from_attributes=True
         ),

@@ -14,7 +14,6 @@ from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Prob
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reachability import is_cut_off
-from safenav.scenario.settings import RequestOrder
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 
@@ -27,8 +26,7 @@ def floor_of(
     robots = [entry.robot for entry in state.robots.values()]
     names = tuple(state.robots)
     gates, stages = [], []
-    newest_first = scenario.order is RequestOrder.NEWEST
-    requests = tuple(state.requests)[:: -1 if newest_first else 1]
+    requests = tuple(state.requests)[::-1]
     for request in requests:
         obstacle = state.knowledge.pending[request.obstacle.name].obstacle
         none = {*state.failures.barred}
@@ -57,7 +55,7 @@ def floor_of(
         (frozenset(map(names.index, each.robots)), region_mask(each.regions))
         for each in scenario.never_together
     )
-    problem = Problem(members, tuple(gates), _conflicts(scenario), zones, newest_first)
+    problem = Problem(members, tuple(gates), _conflicts(scenario), zones)
     poses = tuple(
         member.graph.number(entry.next_pose)
         for member, entry in zip(members, state.robots.values(), strict=True)

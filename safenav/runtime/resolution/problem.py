@@ -198,15 +198,13 @@ class Separation(Struct, frozen=True):
 class Problem(Struct, frozen=True, eq=False, dict=True):
     """A team and the obstacles that it knows. ``conflicts``: for each robot those with which it
     must never share a region. ``zones``: robots of which at most one is in some regions.
-    ``newest_first``: obstacles are served in their order, the newest request first; else the oldest
-    request is first among those that a robot reaches equally soon.
+    The obstacles are listed in the order in which they are served.
     """
 
     members: tuple[Member, ...]
     gates: tuple[OpenObstacle, ...]
     conflicts: tuple[frozenset[int], ...]
     zones: Zones = ()
-    newest_first: bool = False
 
     @cached_property
     def separation(self) -> Separation:

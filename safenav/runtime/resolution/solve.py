@@ -187,9 +187,8 @@ def _for_gate(
                     steps, there = steps + (FAR if more is None else more), goal
                 ticks[robot] = steps * member.ticks
     helping = present.get(gate, ())
-    elsewhere = set[int]()
-    if problem.newest_first:  # a robot that serves no other request is preferred
-        elsewhere.update(*(present.get(o, ()) for o in problem.open(stages) if o != gate))
+    others = (present.get(o, ()) for o in problem.open(stages) if o != gate)
+    elsewhere = set[int]().union(*others)  # a robot that serves no other request is preferred
     able = sorted(places, key=lambda i: (i in elsewhere, i not in helping, ticks.get(i, 0), i))
     back = {i: not now.sets[i] & ~then.reach(i, places[i]) for i in able}
     able.sort(key=lambda i: not back[i])
@@ -200,9 +199,7 @@ def _for_gate(
         lossless = all(back[i] for i in group) and not commits
         slowest = max(ticks.get(i, 0) for i in group)
         strangers = sum(i not in helping for i in group)
-        rank: tuple[int, ...] = (strangers, slowest, gate)
-        if problem.newest_first:
-            rank = (gate, sum(i in elsewhere for i in group), strangers, slowest)
+        rank = gate, sum(i in elsewhere for i in group), strangers, slowest
         step = Step(gate, stages[gate].need, group, tuple(places[i] for i in group))
         yield RankedStep(step, lossless, (*rank, *group))
         if lossless and not every:

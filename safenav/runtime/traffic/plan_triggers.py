@@ -81,8 +81,7 @@ class PlanTriggers:
     def frees(self, name: str) -> bool:
         """Return whether a plan may help a robot that has no strategy from its pose."""
         floor = self._searches.aimed(self._searches.floor())
-        possible = self.state.scenario.deadlock and name in self._searches.sharing
-        if not possible or not 0 < self._distance(floor, name) < FAR:
+        if name not in self._searches.sharing or not 0 < self._distance(floor, name) < FAR:
             return False
         key = name, self._present(floor)
         self.tried[key] += 1

@@ -109,7 +109,7 @@ class Traffic:
     def quiescent(self, *, all_still: bool) -> bool:
         """Live: make a plan if robots wait in a circle; return whether there is one.
         ``all_still``: no robot has a command. Raises RunEnded as ``tick``."""
-        if self.plan.active or not self.state.scenario.deadlock or self._anybody_busy():
+        if self.plan.active or self._anybody_busy():
             return False
         if self.wanted is not None:
             return False  # a search for a plan is running
@@ -132,7 +132,7 @@ class Traffic:
             settled = self.state.last_settled
             again = settled.in_time is not None and not settled.notes.followed
             return vocabulary.PlanEndReason.CHANGED if again else None
-        if not self.state.scenario.deadlock or not self.searches.sharing:
+        if not self.searches.sharing:
             return None
         if self.state.live:
             now = self.clock()

@@ -3,8 +3,7 @@
 A specification's formulas are evaluated on the robot's intended move and on its observations,
 independently of the strategy that chose the move. A violated assumption is caused by other robots:
 it is recorded, and the run continues as safely as it can. A violated guarantee is a defect, caught
-before the robot moves. No finite run can show that fairness fails; a fairness formula that has not
-held for long is reported at the end of the run.
+before the robot moves. No finite run can show that fairness fails.
 """
 
 from __future__ import annotations
@@ -23,9 +22,6 @@ from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.trace import records
 from safenav.world.moves import Pose
 
-PATIENCE = 25
-"""Ticks after which an unmet fairness assumption is reported at the end of a run."""
-
 Values = Mapping[str, int]
 
 
@@ -36,16 +32,12 @@ class GuaranteeError(SafenavError):
 
 
 class _Watched(Struct):
-    """One robot's specification in execution. ``met``: when each fairness assumption last held;
-    ``broken``: the assumptions that an observation breaks at a node; ``fair``: the fairness
-    assumptions that hold in a step, which breaks no guarantee."""
+    """One robot's specification in execution. ``broken``: the assumptions that an observation
+    breaks at a node; ``sound``: steps that break no guarantee."""
 
     spec: Specification
-    met: dict[Constraint, int]
     broken: dict[tuple[int, tuple[int, ...]], list[Constraint]] = field(default_factory=dict)
-    fair: dict[tuple[int, int | None, tuple[int, ...]], list[Constraint]] = field(
-        default_factory=dict
-    )
+    sound: set[tuple[int, int, tuple[int, ...]]] = field(default_factory=set)
 
 
 class Monitors:
@@ -71,8 +63,7 @@ class Monitors:
     def watch(self, robot: RobotState) -> None:
         """Monitor a robot's new strategy, and check its initial node. Raises GuaranteeError."""
         spec, values = robot.planner.strategy.specification, robot.planner.values()
-        fairness = spec.section(Section.ENV_LIVENESS)
-        self._watched[robot.name] = _Watched(spec, dict.fromkeys(fairness, self._state.tick))
+        self._watched[robot.name] = _Watched(spec)
         for section in (Section.ENV_INIT, Section.SYS_INIT):
             for constraint in _violated(spec, section, values, values):
                 raise self._defect(robot, constraint)
@@ -83,25 +74,18 @@ class Monitors:
             self._state.emit(records.Assumption(self._state.tick, robot.name, rule))
 
     def check_guarantees(self, robot: RobotState, observed: Values, proposal: Proposal) -> None:
-        """Check a step before it is taken, and note the fairness assumptions that it meets.
-
-        Raises GuaranteeError.
-        """
+        """Check a step before it is taken. Raises GuaranteeError."""
         watched, planner = self._watched[robot.name], robot.planner
-        if planner.node is None or not self._complete(watched.spec, observed):
+        known = self._complete(watched.spec, observed)
+        if planner.node is None or proposal.node is None or not known:
             return
         step = (planner.node, proposal.node, tuple(observed.values()))
-        held = watched.fair.get(step)
-        if held is None:
+        if step not in watched.sound:
             before = planner.values()
-            after = {**before, **observed}
-            if proposal.node is not None:
-                after |= planner.strategy.values(proposal.node)
-                for broken in _violated(watched.spec, Section.SYS_TRANS, before, after):
-                    raise self._defect(robot, broken)
-            held = watched.fair[step] = [c for c in watched.met if holds(c.formula)(before, after)]
-        for constraint in held:
-            watched.met[constraint] = self._state.tick
+            after = {**before, **observed, **planner.strategy.values(proposal.node)}
+            for broken in _violated(watched.spec, Section.SYS_TRANS, before, after):
+                raise self._defect(robot, broken)
+            watched.sound.add(step)
 
     def allows_planned(self, robot: RobotState, pose: Pose) -> bool:
         """Whether the formulas of a robot, with its memory, allow a step of a joint plan. Plans may
@@ -122,17 +106,6 @@ class Monitors:
             f"{robot.name} was about to break its formulas at tick {self._state.tick}, by a step "
             f"of a joint plan from {robot.pose.region} to {pose.region}; it did not move"
         )
-
-    def unmet_fairness(self) -> list[str]:
-        """The fairness assumptions that have not held for long, one sentence each."""
-        found: dict[str, int] = {}
-        for name, watched in self._watched.items():
-            for constraint, since in watched.met.items():
-                ticks = self._state.tick - since
-                if ticks >= PATIENCE:
-                    rule = f"{name} assumes that {constraint.origin.rule}"
-                    found[rule] = max(ticks, found.get(rule, 0))
-        return [f"{rule}, which has not held for {ticks} ticks" for rule, ticks in found.items()]
 
     def _defect(self, robot: RobotState, constraint: Constraint) -> GuaranteeError:
         return GuaranteeError(

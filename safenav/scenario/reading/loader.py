@@ -136,8 +136,6 @@ class ScenarioKeys(Table):
     )
     seed = Key(shapes.whole(most=2**63 - 1), "Seed of all random draws.")
     coordination = Key(shapes.choice(settings.Coordination), "How robots are reassigned.")
-    order = Key(shapes.choice(settings.RequestOrder), "Which open request is served first.")
-    deadlock = Key(shapes.SWITCH, "Whether joint plans move robots that wait for each other.")
     partition = Key(PARTITION)
     requirements = Key(
         REQUIREMENTS,
@@ -152,12 +150,13 @@ class ScenarioKeys(Table):
 
 _GONE = {
     "controllers": "remove it: all strategies are listed",
+    "order": "remove it: requests are served by due time, those without a deadline newest first",
+    "deadlock": "remove it: joint plans always move robots that wait for each other",
 }
 """Hints for former keys."""
 
 AS_WRITTEN = (
-    *(ScenarioKeys.name, ScenarioKeys.seed, ScenarioKeys.coordination, ScenarioKeys.order),
-    *(ScenarioKeys.deadlock, ScenarioKeys.clock),
+    *(ScenarioKeys.name, ScenarioKeys.seed, ScenarioKeys.coordination, ScenarioKeys.clock),
     *(ScenarioKeys.resolve_within, ScenarioKeys.late, ScenarioKeys.never_together),
     *(ScenarioKeys.expect, ScenarioKeys.requirements, ScenarioKeys.partition),
     *(ScenarioKeys.suspects, ScenarioKeys.chargers, ScenarioKeys.until, ScenarioKeys.limits),
