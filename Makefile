@@ -145,7 +145,6 @@ bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/teams.py
 	$(BIN)/python benchmarks/teams.py --bars
 	$(BIN)/python benchmarks/explain.py
-	$(BIN)/python benchmarks/deadlines.py
 	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/replay.py
 	$(BIN)/python benchmarks/studio.py

@@ -160,11 +160,6 @@ def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -
     obstacle = getattr(record, "obstacle", None)
     roles = () if record.type == "deadline" else _ROLES
     robots = [robot for role in roles for robot in _listed(getattr(record, role, None))]
-    robots += record.around or () if record.type == "acts" else ()
-    for act in record.acts if record.type == "acts" else ():
-        robots += act.robots
-        if act.obstacle not in announced:
-            return str(act.obstacle)
     if record.type == "discovered":
         robots += record.obstacle.blocks
     elif obstacle is not None and obstacle not in announced:

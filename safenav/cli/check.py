@@ -15,20 +15,13 @@ from safenav.cli import options, warn
 from safenav.errors import ExitCode
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
+from safenav.outcome import Outcome
 from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.report.terminal.worst_cases import (
-    battery_lines,
-    deadline_data,
-    deadline_lines,
-    worst_data,
-    worst_lines,
-)
-from safenav.runtime.analysis.team_simulation import simulate_team
-from safenav.runtime.coordination.foresight import foreseen, unserved
+from safenav.runtime.analysis.rehearsal import Rehearsal, rehearse
+from safenav.runtime.coordination.foresight import foreseen
 from safenav.runtime.coordination.strategy_search import TaskResult
-from safenav.runtime.deadlines.worst import visited, worst_cases
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.lint import lint
 from safenav.scenario.model import Scenario
@@ -36,7 +29,7 @@ from safenav.scenario.objective_text import describe
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import assumption_names
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.words import shortened
+from safenav.trace.words import listed, shortened
 
 EPILOG = """\b
 Examples:
@@ -59,10 +52,10 @@ APART = " apart from deadlines and batteries"
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
 def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and check whether it is realizable.
-    Nothing is run. Valid items that are probably unintended give warnings: an obstacle with an
-    action that no robot has, a capability that no obstacle needs, a seed without effect, a robot
-    that can win by breaking its assumptions about the other robots. Also reports the best-case and
-    worst-case time to resolve each obstacle."""
+    Then run it without its hidden obstacles, and report the outcome and the missed deadlines. Valid
+    items that are probably unintended give warnings: an obstacle with an action that no robot has,
+    a capability that no obstacle needs, a seed without effect, a robot that can win by breaking its
+    assumptions about the other robots, a battery that runs empty."""
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
@@ -76,20 +69,20 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
             warnings += vacuity_lines(name, vacuity, strategy)
         vacuities = [vacuity_data(vacuity, strategy) for vacuity in vacuous if strategy]
         verdicts.append(_verdict(name, answer, plan) | {"warnings": vacuities})
-    poses = {
-        name: visited(answer.task, answer.result.strategy, plan) for name, answer in answers.items()
-    }
-    cases = worst_cases(plan, poses, unserved(plan))
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
-    ahead = simulate_team(plan, synthesizer) if realizable and refusal is None else None
-    flat = [*battery_lines(plan, ahead)]
+    ahead = rehearse(plan, synthesizer) if realizable and refusal is None else None
+    flat = [*_empty(plan, ahead)]
     of_scenario, warnings = [*of_scenario, *flat], [*warnings, *flat]
     if as_json:
-        obstacles = [worst_data(case) for case in cases]
-        data = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}
+        data: dict[str, Any] = {"robots": verdicts, "warnings": of_scenario}
         if ahead is not None:
-            data["promises"] = deadline_data(plan, ahead)
+            data["without_obstacles"] = {
+                "outcome": ahead.result.outcome.value,
+                "explanation": ahead.result.explanation,
+                "ticks": ahead.result.ticks,
+                "late": ahead.late,
+            }
         if refusal is not None:
             data["unrealizable"] = refusal
         click.echo(json.dumps({"scenario": plan.name, **data}, indent=2))
@@ -99,7 +92,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
             _tell(verdict, words, scenario, "" if refusal is None else APART)
         if refusal is not None:
             echo_folded([f"{click.style('unrealizable', fg='red')}: {refusal}"])
-        echo_folded((*worst_lines(cases, plan.map.word), *deadline_lines(plan, ahead)))
+        if ahead is not None:
+            echo_folded([_seen(ahead)])
         for line in warnings:
             if line.startswith(" "):
                 echo_folded([line], err=True)
@@ -107,6 +101,22 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
                 warn(line)
     good = realizable and refusal is None and not (strict and warnings)
     return ExitCode.OK if good else ExitCode.NEGATIVE
+
+
+def _seen(ahead: Rehearsal) -> str:
+    """``without hidden obstacles: completed in tick 30; late: digit``."""
+    result = ahead.result
+    line = f"without hidden obstacles: {result.outcome.value} in tick {result.ticks}"
+    if result.outcome is not Outcome.COMPLETED:
+        line += f": {result.explanation}"
+    return f"{line}; late: {listed(ahead.late)}" if ahead.late else line
+
+
+def _empty(plan: Scenario, ahead: Rehearsal | None) -> Iterator[str]:
+    """Yield warnings of batteries that run empty, unless a robot would bring another one."""
+    if ahead is not None and plan.flat is None:
+        for robot, tick in ahead.flat.items():
+            yield f"the battery of {robot} is empty in tick {tick} without hidden obstacles"
 
 
 def _with_inputs(plan: Scenario, synthesizer: Synthesizer) -> Iterator[str]:

@@ -9,15 +9,12 @@ import click
 
 from safenav.cli import options, specification
 from safenav.errors import ExitCode, InputError, UsageError, exit_code_of
-from safenav.outcome import Outcome
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.report.terminal.worst_cases import deadline_lines
 from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.analysis.postmortem import explain_run
-from safenav.runtime.analysis.team_simulation import simulate_team
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -82,7 +79,4 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
         click.echo(json.dumps(postmortem_data(found, plan), indent=2))
     else:
         echo_folded(postmortem_lines(found, plan.map.word))
-        refused = found.result.outcome is Outcome.UNREALIZABLE  # its reason has been printed
-        ahead = None if refused else simulate_team(plan, default_synthesizer(plan))
-        echo_folded(f"without obstacles: {line}" for line in deadline_lines(plan, ahead))
     return exit_code_of(found.result.outcome)

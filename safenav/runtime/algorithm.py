@@ -35,7 +35,6 @@ from safenav.runtime.coordination.decision import Decision, coordinate, reconsid
 from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import NotYet, StrategySearch, TaskResult, failed
-from safenav.runtime.coordination.task_candidates import misses_its_rounds
 from safenav.runtime.deadline_monitor.ledger import Deadlines
 from safenav.runtime.deadline_monitor.refusal import refusal_of
 from safenav.runtime.energy.batteries import Batteries
@@ -95,12 +94,10 @@ class Algorithm(Struct):
             self.deadlines.turn_ends(number)
 
     def _step(self, robot: RobotState) -> Iterator[Event]:
-        rounds, turn = robot.own.rounds, robot.own.memory.index
+        turn = robot.own.memory.index
         yield from self.turns.step(robot)
         if robot.serves_later and robot.own.memory.index != turn:
             yield Unsettled(Reason.REQUEST)
-        if robot.own.rounds > rounds and misses_its_rounds(self.team, robot):
-            yield events.OutsideStrategy(robot.name, Reason.ROUND)
         yield from self.batteries.turn_ends(robot, completes=self.completes())
 
     def settle(self, arising: Iterable[Event]) -> None:

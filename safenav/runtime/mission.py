@@ -10,7 +10,7 @@ real robots.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Hashable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from threading import get_ident
 from typing import NoReturn, cast
@@ -42,7 +42,7 @@ from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent, implements
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import InputWorld, SimulatedWorld
-from safenav.scenario.model import Scenario, Tracking
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.compatibility import unsafe_live
 from safenav.scenario.settings import Clock
 from safenav.synthesis.binary import Binary
@@ -106,7 +106,7 @@ class Mission:
         self._times = CommandTimes()
         self.state = TeamState.initial(scenario, (*listeners, self._note, self._times))
         self._deadlines = Deadlines(self.state)
-        self.state.dues = self._deadlines.dues
+        self.state.dues = self._deadlines.due
         self.state.listeners = (*self.state.listeners, self._deadlines)
         if world is None:
             live = scenario.clock is Clock.LIVE
@@ -266,21 +266,6 @@ class Mission:
             raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
         self._thread = get_ident()
         self._guarded(self._algorithm.tick)
-
-    def state_key(self) -> Hashable:
-        """The state that determines how a lockstep run continues without new observations, except
-        the round counts; None during a joint plan, or if robots hold beliefs."""
-        adapter, traffic = self._commands.world, self._traffic.state_key()
-        remembers = any(r.tracking is not Tracking.NEARBY for r in self.scenario.robots)
-        if traffic is None or remembers or not isinstance(adapter, BlockingAdapter):
-            return None
-        robots = tuple(robot.state_key for robot in self.state.robots.values())
-        return robots, traffic, self._deadlines.ages(), adapter.left
-
-    @property
-    def spent_searches(self) -> int:
-        """The number of searches for a joint plan that have exhausted their budget."""
-        return self._traffic.search.spent
 
     def _guarded(self, part: Callable[[], None]) -> None:
         """Run a part of the mission; end the run if the part raises."""

@@ -13,16 +13,14 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.beliefs import Beliefs
-from safenav.runtime.deadlines.choice import Dues
 from safenav.runtime.duties.reasons import Shortfall
-from safenav.runtime.duties.requests import Requests
+from safenav.runtime.duties.requests import OpenRequest, Requests
 from safenav.runtime.duties.settlement import Settled
 from safenav.runtime.failures import FailureCounts
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
 from safenav.runtime.progress import Progress
-from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.stops import Stops
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.worlds.protocol import Acted, Ended
@@ -45,7 +43,6 @@ class Role(Enum):
 
     OWN = "its own objective"
     HELPS = "resolves an obstacle"
-    EARLY = "goes to where it acts next, before its need"
     WAITS = "waits"
     CHARGES = "goes to a charger, or charges"
 
@@ -172,16 +169,6 @@ class RobotState(Struct):
         """The regions that the robot occupies now: two while it is in transit."""
         return frozenset({self.pose.region, self.next_pose.region})
 
-    @property
-    def state_key(self) -> Hashable:
-        """State on which its decisions depend in lockstep without new observations, except counted
-        rounds."""
-        node = id(self.planner.strategy), self.planner.node, self.planner.behind
-        own, transit = self.own, None if self.transit is None else self.transit.pose
-        met = own.memory.index, tuple(sorted(own.memory.values.items())), own.seen
-        does = self.assignment.role, self.assignment.objective, self.active, self.held
-        return self.pose, transit, node, met, does, self.charge, self.stop, self.begun
-
     def assign(self, assignment: Assignment) -> None:
         """Give the robot another assignment, or its own objective again."""
         before = self.progress
@@ -205,8 +192,8 @@ class TeamState(Struct):
     waits instead of ending, for an operator or a change of the scenario at ``waits_until``
     (``changes_to_come``: whether it has any left), ``outdated`` if a robot has been put in or out
     of service or moved elsewhere since; ``changes``: number of changes on which
-    decisions depend, ``moves``: of departures and arrivals; ``emitted``: of records. ``dues``:
-    deadlines of the open obstacles; ``stops``: those of a robot with a battery; ``frees``: whether
+    decisions depend, ``moves``: of departures and arrivals; ``emitted``: of records. ``dues``: the
+    tick in which a request is due; ``stops``: those of a robot with a battery; ``frees``: whether
     a joint plan may help a robot that has no strategy from its pose. ``inputs``: their values in
     this tick, and in the one before.
     """
@@ -231,7 +218,7 @@ class TeamState(Struct):
     changes: int = 0
     moves: int = 0
     emitted: int = 0
-    dues: Callable[[Floor], Dues | None] = lambda _: None
+    dues: Callable[[OpenRequest], int | None] = lambda _: None
     stops: Callable[[RobotState], Stops | None] = lambda _: None
     changes_to_come: Callable[[], bool] = lambda: False
     frees: Callable[[str], bool] = lambda _: False

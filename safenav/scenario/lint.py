@@ -173,7 +173,7 @@ def _misnamed(scenario: Scenario) -> Iterator[str]:
     """Names that are legal and probably slips: a built-in model or type is used in place of the
     scenario's own, or a robot is alone on its layer."""
     usual, own, team = built_in(), scenario.catalogue, scenario.robots
-    types = {each.type.name for each in (*scenario.obstacles, *(scenario.suspects or ()))}
+    types = {each.type.name for each in scenario.obstacles}
     used = [
         ("robot model", own.robots, usual.robots, {robot.model.name for robot in team}),
         ("obstacle type", own.obstacles, usual.obstacles, types),

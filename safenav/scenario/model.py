@@ -271,11 +271,10 @@ class Scenario(Struct, frozen=True):
     models and types, including its own. ``failures``: policies of a live run.
     ``requirements``: formulas over the motion, by name.
     ``never_together``: exclusions of the team.
-    ``resolve_within``: the deadline of obstacles without their own; ``suspects``: possible
-    obstacles that the team knows of, if any; ``late``: whether a missed deadline ends the run.
-    ``chargers``: regions where batteries are charged; ``flat``: the obstacle type that represents a
-    robot without charge. ``inputs``: Booleans that the environment sets. ``begun``: the state of
-    the run that this one continues.
+    ``resolve_within``: the deadline of obstacles without their own; ``late``: whether a missed
+    deadline ends the run. ``chargers``: regions where batteries are charged; ``flat``: the obstacle
+    type that represents a robot without charge. ``inputs``: Booleans that the environment sets.
+    ``begun``: the state of the run that this one continues.
     """
 
     name: str
@@ -296,7 +295,6 @@ class Scenario(Struct, frozen=True):
     failures: settings.Failures = settings.Failures()
     never_together: tuple[settings.Exclusion, ...] = ()
     resolve_within: int | None = None
-    suspects: tuple[Obstacle, ...] | None = None
     late: settings.LatePolicy = settings.LatePolicy.GO_ON
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.scenario.objective import Ltl
 from safenav.scenario.objective_text import describe
 from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
-from safenav.spec.objective import encode, next_is
+from safenav.spec.objective import encode
 from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
-from safenav.world.map import Heading, RegionMap
-from safenav.world.moves import Mobility, Pose
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility
 
 
 def compile_task(task: Task, world: RegionMap) -> Specification:
@@ -53,7 +52,6 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
         *_motion(task, world, others),
         *(assignable.guarantees(task, world) if steered else ()),
         *(assignable.unless_elsewhere(c) if anywhere else c for c in own),
-        *_goal_places(task),
     ]
     title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
     return Specification(robot.name, title, tuple(variables), tuple(constraints))
@@ -67,22 +65,6 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
         if constraint.section is Section.ENV_LIVENESS
     )
     return list(dict.fromkeys(rules))
-
-
-def _goal_places(task: Task) -> Iterator[Constraint]:
-    """Yield guarantees that the next target is entered only in its ``goal_places``."""
-    objective = task.objective
-    origin = Origin(f"{task.item}.objective", "where it is in time", "deadlines")
-    for index, places in enumerate(task.goal_places):
-        assert not isinstance(objective, Ltl)
-        turn = f"{next_is(objective, index)} & " if objective.remembers else ""
-        for region in sorted(objective.targets[index]):
-            turning = task.robot.model.mobility is Mobility.HEADING
-            for heading in Heading if turning else (None,):
-                if Pose(region, heading) not in places:
-                    faces = "" if heading is None else f" & heading' = {heading:d}"
-                    formula = f"!({turn}region' = {region}{faces})"
-                    yield Constraint(Section.SYS_TRANS, formula, origin, (region,))
 
 
 def _environment(task: Task) -> Iterator[Constraint]:

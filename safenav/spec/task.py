@@ -68,10 +68,9 @@ class Task(Struct, frozen=True):
     ``fairness``. For beliefs: the ``partition`` of the map (None for its rooms), and the ``closed``
     regions, whose obstacles block the view. ``assignable``: goals can be assigned at runtime.
     ``forbidden``: poses from which the team could not continue. ``exclusive``: one other robot can
-    close many regions to it (``never_together``). ``goal_places``: for each target the poses that
-    count while it is next, so that rounds are short (none: any). ``inputs``: the objective's inputs
-    with their present values. ``live``: other robots may move any distance between two
-    observations.
+    close many regions to it (``never_together``). ``inputs``: the
+    objective's inputs with their present values. ``live``: other robots may move any distance
+    between two observations.
     """
 
     robot: Robot
@@ -87,7 +86,6 @@ class Task(Struct, frozen=True):
     assignable: bool = False
     forbidden: frozenset[Pose] = frozenset()
     exclusive: bool = False
-    goal_places: tuple[frozenset[Pose], ...] = ()
     inputs: tuple[tuple[Input, bool], ...] = ()
     live: bool = False
 

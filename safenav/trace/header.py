@@ -54,7 +54,6 @@ def scenario_header(
         )
         or None,
         promises=None if live else _promises(scenario),
-        suspects=None if scenario.suspects is None else tuple(o.name for o in scenario.suspects),
         chargers=tuple(sorted(scenario.chargers)) or None,
         inputs=convert(scenario.inputs, tuple[setting.InputHeader, ...], from_attributes=True)
         or None,

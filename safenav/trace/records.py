@@ -88,9 +88,9 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     (inputs for knowledge only), ``fairness`` and ``others_targets``, ``tracking``, ``knowledge`` of
     others at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
     other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral`` (what
-    can be assigned; ``places_from``: what only from some places), ``forbidden`` and ``goal_places``
-    beyond the objective, ``form``, what that ``allows`` and why no stronger one was asked for, and
-    ``tried`` before.
+    can be assigned; ``places_from``: what only from some places), ``forbidden`` beyond the
+    objective, ``form``, what that ``allows`` and why no stronger one was asked for, and ``tried``
+    before.
     """
 
     robot: str
@@ -123,7 +123,6 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     neutral: int | None = None
     places_from: tuple[PlacesFrom, ...] | None = None
     forbidden: tuple[Place, ...] | None = None
-    goal_places: tuple[tuple[Place, ...], ...] | None = None
     form: vocabulary.Form | None = None
     allows: str | None = None
     tried: tuple[Tried, ...] | None = None
@@ -456,36 +455,13 @@ class Assumption(Record, frozen=True, tag="assumption"):
 class Deadline(Record, frozen=True, tag="deadline"):
     """The state of a deadline ``of`` a robot (a round), an obstacle (its resolution) or the
     ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot be
-    met, whatever the robots do; ``planned``: the tick in which the chosen acts resolve it;
-    ``cause``: ``battery`` if a charge sets it."""
+    met, whatever the robots do; ``cause``: ``battery`` if a charge sets it."""
 
     of: str
     due: Count
     verdict: vocabulary.DeadlineVerdict
     earliest: Count | None = None
     cause: str | None = None
-    planned: Count | None = None
-
-
-class ScheduledAct(Struct, frozen=True):
-    """Robots take part in need number ``need`` of an obstacle in tick ``at``, each in its place."""
-
-    obstacle: str
-    need: Count
-    at: Count
-    robots: Mapping[str, Place]
-
-
-class Acts(Record, frozen=True, tag="acts"):
-    """Next acts for a pending deadline; the duties follow from it. ``beyond``: obstacles that no
-    order of acts found resolves when they are due. ``spent``: the search for all of them exhausted
-    its budget; without acts, the duties follow the rules without deadlines. ``around``: the regions
-    that robots avoid, since an obstacle may be there."""
-
-    acts: tuple[ScheduledAct, ...] = ()
-    beyond: tuple[str, ...] = ()
-    spent: bool | None = None
-    around: Mapping[str, tuple[Region, ...]] | None = None
 
 
 class Plan(Record, frozen=True, tag="plan"):

@@ -197,7 +197,6 @@ class ScenarioHeader(Struct, frozen=True):
     requirements: Mapping[str, str] | None = None
     never_together: tuple[ExclusionHeader, ...] | None = None
     promises: PromisesHeader | None = None
-    suspects: tuple[str, ...] | None = None
     chargers: tuple[Region, ...] | None = None
     inputs: tuple[InputHeader, ...] | None = None
     flat: str | None = None

@@ -25,7 +25,6 @@ class Reason(StrEnum):
     """It is back in service."""
     CHARGE = "charge"
     """It goes to a charger, or has charged enough."""
-    ROUND = "round"
     """It begins a round that is in time only if it meets its targets in other poses."""
 
 

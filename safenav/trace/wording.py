@@ -21,7 +21,6 @@ from safenav.trace.words import (
     MANY,
     _natural,
     counted,
-    listed,
     obstacle_words,
     seconds_words,
     some,
@@ -44,7 +43,6 @@ _WHY = {
     vocabulary.Reason.SERVICE: "back in service",
     vocabulary.Reason.PLAN: "after a joint plan",
     vocabulary.Reason.CHARGE: "for its battery",
-    vocabulary.Reason.ROUND: "for its next round",
 }
 
 _BLOCKED = {
@@ -130,8 +128,6 @@ class Wording(Struct, frozen=True):
                 return f"{obstacle} permanently blocks {robots}: {why}"
             case records.Deadline():
                 return self._deadline(line)
-            case records.Acts():
-                return self._acts(line)
             case records.Truth():
                 truth = "traversable" if line.traversable else "not traversable"
                 return f"{self.strong(self.obstacle(line.obstacle))} is {truth} from now on"
@@ -249,8 +245,7 @@ class Wording(Struct, frozen=True):
         soonest = "ever" if line.earliest is None else f"before tick {line.earliest}"
         match line.verdict:
             case vocabulary.DeadlineVerdict.SET:
-                planned = "" if line.planned is None else f", and planned for tick {line.planned}"
-                return f"{what} is due at tick {line.due}{planned}"
+                return f"{what} is due at tick {line.due}"
             case vocabulary.DeadlineVerdict.LOST:
                 return f"{what} cannot {does} {soonest}, and is due at tick {line.due}"
             case vocabulary.DeadlineVerdict.KEPT:
@@ -258,20 +253,6 @@ class Wording(Struct, frozen=True):
             case vocabulary.DeadlineVerdict.EXCUSED:
                 return f"{what}, due at tick {line.due}, is excused"
         return f"{what} has missed its deadline, tick {line.due}"
-
-    def _acts(self, line: records.Acts) -> str:
-        """``planned for the deadlines: digit at 46 for door@47 (tick 14)``."""
-        sentences = []
-        for act in line.acts:
-            team = (f"{name} at {self.word(place)}" for name, (place, _) in act.robots.items())
-            sentences.append(f"{listed([*team])} for {self.obstacle(act.obstacle)} (tick {act.at})")
-        late = "may" if line.spent else "will"
-        sentences += [f"{self.obstacle(name)} {late} miss its deadline" for name in line.beyond]
-        chosen = f"planned for the deadlines: {'; '.join(sentences)}" if sentences else ""
-        if line.spent:
-            traced = "search budget exhausted: no verdict whether all deadlines can be met"
-            return f"{traced}; {chosen}" if chosen else traced
-        return chosen or "no deadline determines the next acts any longer"
 
     def _operator(self, line: records.Operator) -> str:
         back = line.intervention is vocabulary.OperatorIntervention.ADDED

@@ -60,7 +60,6 @@ obstacles:
   - {type: uncertainty, region: 13, traversable: {probability: 0.5}}
   - {type: uncertainty, region: 8, traversable: false, from: 4}
 orders: [{at: 10, type: parcel, region: 7, resolve_within: 90}]
-suspects: [{type: door, region: 13}]
 changes:
   - {at: 12, robot: cat, objective: {circuit: [7, dock, 10]}}
   - {at: 20, robot: bob, service: out}

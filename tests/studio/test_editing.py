@@ -255,7 +255,7 @@ def test_areas_are_drawn_and_used_as_targets() -> None:
 
 
 TIMED = DOOR.replace("{patrol: [58, 28]}", "{patrol: [58, 28], within: 40}") + (
-    "chargers: [14]\nlate: go_on\nsuspects: [{type: door, region: 47}]\nresolve_within: 30\n"
+    "chargers: [14]\nlate: go_on\nresolve_within: 30\n"
 )
 
 

@@ -3,9 +3,6 @@
 The bounds ignore collisions and assume that robots are never busy and that each open obstacle is
 gone from the earliest turn in which all its needs could be met (docs/deadlines.md). Turn ``tick * n
 + i`` is that of robot i.
-
-The acts that a team has chosen because of a deadline are judged by the same rules with the slowest
-steps: each robot takes the fastest path to its next place that the open obstacles leave.
 """
 
 from __future__ import annotations
@@ -18,7 +15,6 @@ from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line
-from safenav.audit.possibilities.deriving import open_obstacle
 from safenav.audit.run.situation import Situation
 
 NEVER = 1 << 40
@@ -27,11 +23,10 @@ Ticks = dict[Pose, int]
 
 class Bound:
     """Bounds at the end of a turn. ``had``: the number of robots that have had their turn in this
-    tick. ``slow``: steps take the most ticks, and the caller sets the turns of unmet needs
-    (``met``)."""
+    tick."""
 
-    def __init__(self, now: Situation, tick: int, had: int, *, slow: bool = False) -> None:
-        self.now, self.names, self._slow = now, [*now.header.robots], slow
+    def __init__(self, now: Situation, tick: int, had: int) -> None:
+        self.now, self.names = now, [*now.header.robots]
         self.turn = tick * len(self.names) + had - 1
         self.start: dict[str, tuple[Pose, int]] = {}
         self.until: dict[str, int] = {}  # latest arrival of robots in transit
@@ -52,7 +47,7 @@ class Bound:
             for name in self.names
         }
         requested = [now.obstacles[name] for name in now.requests]
-        self.open = [o for o in requested if slow or o.until is None]  # else it may be gone by then
+        self.open = [o for o in requested if o.until is None]  # else it may be gone by then
         self.ends = {obstacle.name: NEVER for obstacle in self.open}
         self.met = {
             o.name: [
@@ -61,7 +56,7 @@ class Bound:
             ]
             for o in self.open
         }
-        changed = not slow
+        changed = True
         while changed:
             found = {obstacle.name: self._needs(obstacle) for obstacle in self.open}
             changed = found != self.met
@@ -95,9 +90,7 @@ class Bound:
     def takes(self, robot: str) -> int:
         """Return the ticks of a robot's step."""
         timing = self.now.header.robots[robot].timing
-        if timing is None:
-            return 1
-        return timing.most if self._slow else timing.least
+        return 1 if timing is None else timing.least
 
     def sets_out(self, robot: str, turn: int) -> int:
         """Return the tick after which a robot can depart and still be in its region in that turn:
@@ -319,70 +312,3 @@ def _least_round(now: Situation, robot: str, strict: bool) -> int | None:
         if any(tick <= most and pose in kept for pose, tick in first.items()):
             return most
     return None
-
-
-def impossible(line: Line, now: Situation, tick: int, had: int) -> Iterator[str]:
-    """Yield claims of an ``acts`` line that are impossible; ``had`` as in ``Bound``."""
-    bound = Bound(now, tick, had, slow=True)
-    for name, regions in (line.around or {}).items():
-        bound.sealed[name] |= {*regions}
-    first, count = bound.turn + 1, len(bound.names)
-    open_ = {obstacle.name: open_obstacle(obstacle.name, now) for obstacle in bound.open}
-    seeds = {name: dict([seed]) for name, seed in bound.start.items()}
-    since, last = dict.fromkeys(open_, first), first
-    unloaded = dict.fromkeys(bound.names, first)
-
-    def is_full(robot: str) -> bool:
-        most = now.header.robots[robot].carries
-        return most is not None and sum(robot in o.carriers() for o in open_.values()) >= most
-
-    for act in line.acts:
-        obstacle = open_.get(act.obstacle)
-        if obstacle is None or not obstacle.left or obstacle.stage != act.need:
-            yield f"need {act.need} of {act.obstacle} is not the next one"
-            return
-        need, turns, came = obstacle.left[0], [], {}
-        for robot, place in act.robots.items():
-            able = robot in need.able - obstacle.done - need.cut_off
-            if not able or (obstacle.takes() and is_full(robot)):
-                yield f"{robot} cannot meet need {act.need} of {act.obstacle}"
-                return
-            own = bound.names.index(robot)
-            if _leaves(robot, place, now) and act.at <= bound.until[robot]:
-                turns.append(bound.leaving(robot, need, since[act.obstacle]))
-                if turns[-1] < NEVER:
-                    continue
-            ticks, _ = bound.ticks(robot, seeds[robot])
-            came[robot] = ticks.get(tuple(place), NEVER)
-            if place[0] not in need.regions or came[robot] > act.at:
-                yield f"{robot} cannot act on {act.obstacle} from {place[0]} in tick {act.at}"
-                return
-            turns.append(came[robot] * count + own)
-        there = max(since[act.obstacle], *turns)
-        if obstacle.takes():
-            there = max(there, *(unloaded[robot] for robot in act.robots))
-        mine = [there + (bound.names.index(robot) - there) % count for robot in act.robots]
-        turn = min(mine)
-        if not need.together:
-            turn += count * (act.at - turn // count)
-        gone = any(
-            turn >= bound.until[robot] * count + bound.names.index(robot)
-            for robot in act.robots.keys() - came.keys()
-        )
-        if turn // count != act.at or turn < there or turn < last or gone:
-            yield f"{act.obstacle} is not reached in tick {act.at} and in this order"
-            return
-        last, full = turn, {robot for robot in bound.names if is_full(robot)}
-        for robot, tick in came.items():
-            acted = (turn - bound.names.index(robot)) // count  # it departs after acting
-            seeds[robot] = {tuple(act.robots[robot]): max(acted, tick)}
-        open_[act.obstacle] = obstacle.acted(act.robots)
-        if len(open_[act.obstacle].left) < len(obstacle.left):
-            bound.met[act.obstacle][act.need] = since[act.obstacle] = turn
-        unloaded |= {robot: turn for robot in full if not is_full(robot)}
-
-
-def _leaves(robot: str, place: Iterable[object], now: Situation) -> bool:
-    """Return whether a robot in transit departed from a place."""
-    heading = now.heading[robot] if now.has_heading(robot) else None
-    return now.toward[robot] is not None and tuple(place) == (now.region[robot], heading)

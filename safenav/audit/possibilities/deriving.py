@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from itertools import product
+from math import inf
 
 from safenav.audit.formulas import Formulas, rules_of
 from safenav.audit.kinds import shape_of
@@ -22,7 +23,9 @@ def open_obstacles(
 ) -> tuple[OpenObstacle, ...]:
     """Return the obstacles with an open request in the order in which they are served. ``refused``:
     robots that have no strategy for serving an obstacle, besides those that leave it to others."""
-    return tuple(open_obstacle(name, now, refused) for name in reversed([*now.requests]))
+    names = [*now.requests][::-1]
+    names.sort(key=lambda name: now.dues.get(name, inf))
+    return tuple(open_obstacle(name, now, refused) for name in names)
 
 
 def open_obstacle(
@@ -117,10 +120,10 @@ def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
 
 def serving(now: Situation, *, own: bool = False, exact: bool = False) -> dict[str, frozenset[str]]:
     """Return the robots that serve each requested obstacle, by the objectives in force. If several
-    obstacles have the same regions, a robot serves the one of its first act, if there was a
-    deadline, or the one for which it was last named. ``own``: also count robots whose own objective
-    equals the duty, which the objectives cannot show. ``exact``: count only robots whose target is
-    all regions of a need; the others may serve another obstacle."""
+    obstacles have the same regions, a robot serves the one for which it was last named. ``own``:
+    also count robots whose own objective equals the duty, which the objectives cannot show.
+    ``exact``: count only robots whose target is all regions of a need; the others may serve another
+    obstacle."""
     found = dict[str, frozenset[str]]()
     for name in now.requests:
         needs = now.obstacles[name].all_needs[: now.open[name].stage + 1]
@@ -139,9 +142,7 @@ def serving(now: Situation, *, own: bool = False, exact: bool = False) -> dict[s
                 )
             )
         )
-    acts = (act for act in reversed(now.acts) if act.obstacle in found)
-    first = {robot: act.obstacle for act in acts for robot in act.robots}
-    for robot, name in {**now.named, **first}.items():
+    for robot, name in now.named.items():
         if robot in found.get(name, ()) or name not in found:  # resolved in this turn
             found = {one: who if one == name else who - {robot} for one, who in found.items()}
     return found

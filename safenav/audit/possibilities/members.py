@@ -1,21 +1,12 @@
-"""Data of ``team``: the members of a team, acts, duties and settlements."""
+"""Data of ``team``: the members of a team, duties and settlements."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from safenav.audit.language import Pose
 from safenav.audit.poses import PoseGraph, Poses
 
 FAR = 1 << 30
-
-
-class Act(NamedTuple):
-    """``robots``, each in its pose, do their part of need number ``need`` of an obstacle."""
-
-    obstacle: str
-    need: int
-    robots: dict[str, Pose]
 
 
 class Member(NamedTuple):
@@ -53,9 +44,7 @@ class Duty(NamedTuple):
 
 
 class Settlement(NamedTuple):
-    """``served``: obstacles that will be resolved; ``duties``: duty of each robot; ``early``: later
-    duties for which robots depart now, because of a deadline."""
+    """``served``: obstacles that will be resolved; ``duties``: duty of each robot."""
 
     served: tuple[str, ...]
     duties: dict[str, Duty]
-    early: dict[str, Duty]

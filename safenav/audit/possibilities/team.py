@@ -7,23 +7,19 @@ decisions.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from itertools import combinations, product
 
 from safenav.audit.language import Pose, distance
 from safenav.audit.needs import OpenObstacle, OpenObstacles
 from safenav.audit.poses import Poses
-from safenav.audit.possibilities.members import FAR, Act, Duty, Member, Sets, Settlement, Step
+from safenav.audit.possibilities.members import FAR, Duty, Member, Sets, Settlement, Step
 
 MOST_NODES = 20_000
 
 
 class TooManyError(Exception):
     """A search exceeded the limits of this check."""
-
-
-class TrappedError(Exception):
-    """The team cannot continue after the acts that it has chosen."""
 
 
 class Team:
@@ -226,12 +222,10 @@ class Team:
         obstacles: OpenObstacles,
         present: Mapping[str, frozenset[str]],
         aside: Collection[str] = (),
-        acts: Sequence[Act] = (),
     ) -> Settlement | None:
         """Return the duties of the robots; None if no order of resolutions lets every robot
         continue. ``obstacles``: in the order of service; ``present``: the robots that serve them
-        now; ``aside``: obstacles that no joint state serves; ``acts``: acts that come first,
-        because of a deadline. Raises TooManyError, TrappedError."""
+        now; ``aside``: obstacles that no joint state serves. Raises TooManyError."""
         sets = tuple(self.around(name, at[name], obstacles) for name in self.names)
         served = frozenset[str]()
         if self.solve(sets, sets, obstacles, served, {}) is None:
@@ -241,10 +235,8 @@ class Team:
                 continue  # no joint state serves it
             if self.solve(sets, sets, obstacles, served | {obstacle.name}, {}) is not None:
                 served |= {obstacle.name}
-        rest = self._planned(*self._scheduled(at, obstacles, acts), served, present)
-        if rest is None:
-            raise TrappedError
-        plan = self._steps(obstacles, acts) + rest
+        plan = self._planned(at, obstacles, served, present)
+        assert plan is not None, "what can be done can be planned"
         duties, begun, busy = dict[str, Duty](), set[int](), set[str]()
         for step in plan:
             obstacle = obstacles[step.obstacle]
@@ -260,22 +252,10 @@ class Team:
                     after = self.after(now, sets, obstacles)
                     lasting = self._lasting(name, there, *after, served) or there
                     regions = frozenset(region for region, _ in lasting)
-                    here = bool(acts) and at[name] in lasting
-                    stays = obstacle.left[0].together or len(step.group) > 1 or here
+                    stays = obstacle.left[0].together or len(step.group) > 1
                     duties[name] = Duty(obstacle.name, step.group, regions, stays)
-        early = dict[str, Duty]()
-        for act in reversed(acts):
-            for name, pose in act.robots.items():
-                region, reached = pose[0], self.reach(name, frozenset([at[name]]), obstacles)
-                there = frozenset(p for p in reached if p[0] == region)
-                early.pop(name, None)
-                if name in duties or self.in_the_way(name, region, at, obstacles, duties):
-                    continue
-                if self._lasting(name, there, sets, obstacles, served):
-                    group, stands = (*act.robots,), frozenset([region])
-                    early[name] = Duty(act.obstacle, group, stands, stays=True)
         names = tuple(obstacle.name for obstacle in obstacles if obstacle.name in served)
-        return Settlement(names, duties, early)
+        return Settlement(names, duties)
 
     def _planned(
         self,
@@ -293,32 +273,6 @@ class Team:
                 rest = [step for step in plan if obstacles[step.obstacle].name != name]
                 plan = self._replayed(rest, sets, obstacles, served) or plan
         return plan
-
-    def _scheduled(
-        self, at: Mapping[str, Pose], obstacles: OpenObstacles, acts: Sequence[Act]
-    ) -> tuple[dict[str, Pose], OpenObstacles]:
-        """Return the poses of the robots, and the obstacles, after some acts."""
-        where = dict(at)
-        for act in acts:
-            where |= act.robots
-            k = next(k for k, obstacle in enumerate(obstacles) if obstacle.name == act.obstacle)
-            obstacles = _replaced(obstacles, k, obstacles[k].acted(act.robots))
-        return where, obstacles
-
-    def _steps(self, obstacles: OpenObstacles, acts: Sequence[Act]) -> list[Step]:
-        """Return a step for each need of the acts, in their order. A robot that acts again later
-        acts in the region that the act names."""
-        names, found = [obstacle.name for obstacle in obstacles], dict[tuple[str, int], Step]()
-        for number, act in enumerate(acts):
-            k = names.index(act.obstacle)
-            again = {name for later in acts[number + 1 :] for name in later.robots}
-            step = found.get((act.obstacle, act.need), Step(k, (), (), lossless=False))
-            for name, pose in act.robots.items():
-                steps = self.members[name].steps
-                there = frozenset(p for p in steps if p[0] == pose[0] or name not in again)
-                step = step._replace(group=(*step.group, name), at=(*step.at, there))
-            found[act.obstacle, act.need] = step
-        return [*found.values()]
 
     def _spots(self, name: str, sets: Sets, obstacles: OpenObstacles, k: int) -> Poses:
         """Return the poses where a robot can meet the next need of an obstacle."""

@@ -10,19 +10,16 @@ from safenav.audit.lines import Line
 from safenav.audit.possibilities.bound import (
     Bound,
     goals_left,
-    impossible,
     least_within,
     mission_end,
     mission_ends,
 )
 from safenav.audit.rules.batteries import BATTERY, lasts_until
-from safenav.audit.rules.requests import SETTLES
 from safenav.audit.rules.rule import UNREAD, Message, Rule, differences
 from safenav.audit.run.situation import Situation
 
 MISSION = "mission"
 ENDS = ("kept", "late", "excused")
-_SETTLES_AGAIN = ("request", "push", "pop", "blocked", "service", "objective")
 
 
 @dataclass
@@ -59,9 +56,8 @@ class DeadlineRule(Rule):
     many ticks later. Each promise has one end, as the other lines imply: ``kept`` in its turn, or
     ``late`` among the first lines of the tick after it was due (``excused``: a round in which the
     robot did something else, or the round after it). A ``lost`` line is true by the bound of this
-    check, and ``earliest`` is that bound. The acts of an ``acts`` line are possible in their ticks
-    if robots do not collide, and in time except those in ``beyond``; ``planned`` is the last of
-    them. The outcome lists the late promises; a refused promise could not be kept (T Deadlines)."""
+    check, and ``earliest`` is that bound. The outcome lists the late promises; a refused promise
+    could not be kept (T Deadlines)."""
 
     name = "deadline"
 
@@ -79,11 +75,6 @@ class DeadlineRule(Rule):
         self._first: dict[str, int] = {}  # the target with which a strict strategy begins
         self._tick, self._had = 0, 0
         self._bound: tuple[int, int, Bound] | None = None
-        self._acts: Line | None = None
-        self._planned: dict[str, int] = {}
-        self._beyond: frozenset[str] = frozenset()
-        self._around: dict[str, tuple[int, ...]] = {}
-        self._since = (0, 0)
 
     def opening(self, now: Situation) -> Iterable[Message]:
         promises = now.header.promises
@@ -116,23 +107,6 @@ class DeadlineRule(Rule):
         return self._within.get(robot), (clock.begun, clock.away, clock.before, clock.over)
 
     def line(self, record: Line, now: Situation) -> Iterator[Message]:
-        if record.type not in SETTLES or record.type == "acts":
-            yield from self._chosen(now)
-        if record.type == "acts":
-            self._acts = record
-            self._planned = {act.obstacle: act.at for act in record.acts}
-            self._beyond = frozenset(record.beyond)
-            self._around, self._since = dict(record.around or {}), (self._tick, self._had)
-            if self._around and now.header.suspects is None:
-                yield "the scenario has no suspects"
-        elif record.type in _SETTLES_AGAIN and self._since != (self._tick, self._had):
-            self._around = {}
-        elif (
-            record.type == "move"
-            and record.to != record.from_
-            and record.to in self._around.get(record.robot, ())
-        ):
-            yield f"{record.robot} is in {now.show(record.to)}, which it must avoid"
         if self._had or record.type != "move":  # the first turn includes the lines before it
             over = record.type in ("deadline", "move") or record.tick > self._tick
             self._limit(now) if over else None
@@ -177,21 +151,6 @@ class DeadlineRule(Rule):
             yield from self._missing([o for o in self._turn_owes if o[0] != MISSION])
         for of in _promised(outcome):
             yield from self._refused(of, outcome, now)
-
-    def _chosen(self, now: Situation) -> Iterator[Message]:
-        """Judge the acts of a settlement whose lines have taken effect."""
-        record, self._acts = self._acts, None
-        if record is None or now.is_cut_short():
-            return
-        if not self._active:
-            yield None, "nothing is due", record
-        for problem in impossible(record, now, self._tick, self._had):
-            yield None, problem, record
-        for act in record.acts:
-            due = self._open.get(act.obstacle)
-            if due is not None and act.at > due and act.obstacle not in self._beyond:
-                problem = f"{act.obstacle} is due at {due}, before the act in tick {act.at}"
-                yield None, problem, record
 
     def _look(self, now: Situation) -> None:
         for name, clock in self._clocks.items():
@@ -292,7 +251,6 @@ class DeadlineRule(Rule):
         self._turn_owes = [o for o in self._turn_owes if (o[0], o[2]) != (of, "set")]
         self._requested = [request for request in self._requested if request.obstacle != of]
         self._past.discard(of)
-        self._planned.pop(of, None)
         due = self._open.pop(of, None)
         if due is not None:
             self._turn_owes.append((of, due, verdict))
@@ -325,12 +283,7 @@ class DeadlineRule(Rule):
             self._past.add(record.of)
         elif record.verdict == "set":
             self._open[record.of] = record.due
-            earliest = self._bounds(now).resolution(record.of)
-            planned = self._planned.get(record.of)
-            yield from differences(record, now, earliest=earliest, planned=planned)
-            late = planned is not None and planned > record.due
-            if late and record.planned == planned and record.of not in self._beyond:
-                yield f"{record.of} is planned for {planned}, and due at {record.due}"
+            yield from differences(record, now, earliest=self._bounds(now).resolution(record.of))
         elif (
             record.verdict == "kept"
             and record.of in self._lost

@@ -153,10 +153,10 @@ class NeedRule(Rule):
 
 class MissedResolutionRule(Rule):
     """If enough robots with the action of an obstacle's next need stand in its regions after a
-    turn, they have met the need, even without a request (D 5.2). They act before they depart,
-    unless they follow assigned acts. Live, they act on an obstacle without a request only on
-    arrival, and not while enough others act on it. If two obstacles could be resolved and the first
-    resolution ended the run, the second is not missed. Outside a simulated world actions may fail.
+    turn, they have met the need, even without a request (D 5.2). They act before they depart.
+    Live, they act on an obstacle without a request only on arrival, and not while enough others act
+    on it. If two obstacles could be resolved and the first resolution ended the run, the second is
+    not missed. Outside a simulated world actions may fail.
     """
 
     name, kinds = "missed-resolution", ("acted", "appeared", "arrive", "depart", "met", "move")
@@ -176,7 +176,7 @@ class MissedResolutionRule(Rule):
         elif record.type == "arrive":
             self._came[robot] = record.line
             self._tried = {tried for tried in self._tried if tried[0] != robot}
-        elif _departs(record, now) and not now.external and not now.has_act(robot):
+        elif _departs(record, now) and not now.external:
             for name, status in now.status.items():
                 if status is not Status.UNRESOLVED:
                     continue

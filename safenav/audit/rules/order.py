@@ -15,7 +15,7 @@ _AT_ANY_MOMENT = (
     *("plan", "plan_end", "depart", "arrive", "act", "acted", "hold", "late", "reopened"),
     *("waiting", "operator"),
 )
-_WITHOUT_TURN = ("acts", "deadline", "outcome")
+_WITHOUT_TURN = ("deadline", "outcome")
 _SETTLING = ("blocked", "pop", "goal", "request", "push", "told")
 """Lines that precede the first move of a tick only after a line that records a change in it."""
 

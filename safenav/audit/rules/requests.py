@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
-from safenav.audit.needs import OpenObstacles
 from safenav.audit.possibilities.deriving import (
     is_stop,
     meets_own_first,
@@ -15,13 +14,13 @@ from safenav.audit.possibilities.deriving import (
     serving,
     team_of,
 )
-from safenav.audit.possibilities.members import Act, Duty, Settlement
-from safenav.audit.possibilities.team import MOST_NODES, TooManyError, TrappedError
+from safenav.audit.possibilities.members import Duty, Settlement
+from safenav.audit.possibilities.team import MOST_NODES, TooManyError
 from safenav.audit.rules.rule import Finding, Message, Postponed, Rule, differences, judges, names
 from safenav.audit.run.situation import RESYNTHESIS, Situation
 from safenav.audit.run.turn import FINAL, helpers_of
 
-SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")
+SETTLES = ("blocked", "pop", "request", "push", "told", "synthesis")
 """The lines of a settlement."""
 Serving = Mapping[str, frozenset[str]]
 """The robots that serve each obstacle."""
@@ -155,7 +154,7 @@ class HelperRule(Rule):
     """Helpers are the robots to which the rules of docs/coordination.md (Who helps) give a duty,
     recomputed from all poses and the known state. A robot without a strategy for the duty is passed
     over. The other objectives are recomputed likewise: a helper goes to the regions where it can
-    meet the need; a robot of a later act goes to its place; a requester that is served waits (with
+    meet the need; a requester that is served waits (with
     free mobility, in no helper's way if possible) or pursues its objective for that time; the
     others have their own objective or wait (D 5.2)."""
 
@@ -210,9 +209,7 @@ class HelperRule(Rule):
     def _judged(self, now: Situation) -> Iterator[Message]:
         """Yield the errors of the last settlement, whose lines have taken effect."""
         lines, self._lines, self._duties = self._lines, [], None
-        recorded = [
-            line for line in lines if line.type in ("request", "push", "pop", "told", "acts")
-        ]
+        recorded = [line for line in lines if line.type in ("request", "push", "pop", "told")]
         if not recorded or now.is_cut_short() or now.external:
             return
         sure, *perhaps = self._present
@@ -231,10 +228,6 @@ class HelperRule(Rule):
         before it."""
         try:
             found = self._derived(lines, present, now)
-        except TrappedError:
-            (line,) = [line for line in lines if line.type == "acts"]
-            yield None, "the team could not continue after these acts", line
-            return
         except TooManyError:
             what = f"which robots serve which requests (a search of more than {MOST_NODES} steps)"
             yield self.not_judged(recorded[0], None, what)
@@ -256,16 +249,10 @@ class HelperRule(Rule):
             for robot, objective in given.items():
                 if problem := self._wrong(robot, objective, found, now):
                     yield Finding(line.type, line.tick, robot, line.line, problem)
-        for robot in () if wrong else found.early:
-            if problem := self._wrong(robot, now.objectives[robot], found, now):
-                yield robot, problem, recorded[-1]
 
     def _derived(self, lines: list[Line], present: Serving, now: Situation) -> Settlement | None:
-        refused, asked, acts = set[tuple[str, str]](), "", list[Act]()
+        refused, asked = set[tuple[str, str]](), ""
         for line in lines:
-            if line.type == "acts":
-                at = ({n: (p[0], p[1]) for n, p in act.robots.items()} for act in line.acts)
-                acts = [Act(a.obstacle, a.need, p) for a, p in zip(line.acts, at, strict=True)]
             if line.type == "request":
                 asked = line.obstacle
             elif line.type == "synthesis" and line.verdict != "realizable":
@@ -274,8 +261,7 @@ class HelperRule(Rule):
         if team is None:
             return None
         poses = {name: now.pose(name) for name in now.header.robots}
-        obstacles = open_obstacles(now, refused)
-        return team.settle(poses, obstacles, present, now.aside, [*_possible(acts, obstacles)])
+        return team.settle(poses, open_obstacles(now, refused), present, now.aside)
 
     def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Message]:
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}
@@ -291,7 +277,7 @@ class HelperRule(Rule):
         """Return why an objective does not follow from the known state, or an empty text."""
         own = now.own[robot]
         own_wait = now.header.robots[robot].while_waiting
-        duty = found.duties.get(robot) or found.early.get(robot)
+        duty = found.duties.get(robot)
         if objective.kind == "ltl" == own.kind:
             return ""  # formulas keep their safety and get another goal
         if robot in now.out:
@@ -303,7 +289,7 @@ class HelperRule(Rule):
             if serves or is_stop(robot, objective.targets, now):
                 return ""
             first = partial(meets_own_first, robot, duty.obstacle, duty.regions, now)
-            if objective == own and robot in found.duties and first():
+            if objective == own and first():
                 return ""
             where = _list(sorted(duty.regions))
             return f"{robot} must serve {duty.obstacle} from {where}, but gets {objective}"
@@ -337,16 +323,6 @@ class HelperRule(Rule):
         clear = team.clear(robot, *derived) - held - {region for region, _ in at.values()}
         way = f"{robot} waits at {now.show(place)} in a helper's way"
         return f"{way}, not at {now.show(min(clear))}" if clear else ""
-
-
-def _possible(acts: Iterable[Act], obstacles: OpenObstacles) -> Iterator[Act]:
-    """Yield the acts up to the first without an open need: another rule judges that one."""
-    left = {obstacle.name: obstacle for obstacle in obstacles}
-    for act in acts:
-        if act.obstacle not in left or not left[act.obstacle].left:
-            return
-        left[act.obstacle] = left[act.obstacle].acted(act.robots)
-        yield act
 
 
 def _other_syntheses(lines: list[Line]) -> Iterator[Message]:

@@ -16,7 +16,6 @@ _CAUSES: dict[str, tuple[str, ...]] = {
     "gone": ("gone",),
     "service": ("service", "operator"),
     "objective": ("objective",),
-    "round": ("goal",),
 }
 _BEGINS = ("move", "depart", "act", "outcome")
 """Lines that follow all decisions on the reports and changes of the first tick."""

@@ -35,7 +35,7 @@ class Actions(State):
         ):
             # Robots choose whether to take a load as a whole; the line ``met`` records that.
             whole = self.need(name).robots == 1 or self.need(name).together
-            asked = self._is_next(robot, name) if act is None else name in act.obstacles
+            asked = act is None or name in act.obstacles
             if not whole and name in self.requests and asked:
                 self.perform_at(robot, name)
 
@@ -59,20 +59,6 @@ class Actions(State):
             group = frozenset(self.standing(name)) if need.together else done
             if len(group) < need.robots or not self._meet(name, group):
                 return
-
-    def _is_next(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot's acts allow its part in a load now: it performs no earlier act
-        elsewhere."""
-        mine = [act for act in self._acts_to_come() if robot in act.robots]
-        if not mine:
-            return True
-        for act in mine:
-            need = self.obstacles[act.obstacle].all_needs[act.need]
-            if self.region[robot] not in need.regions:
-                return False
-            if act.obstacle == obstacle:
-                return True
-        return False
 
     def _meet(self, name: str, group: frozenset[str]) -> bool:
         """Record that a group meets the next need of an obstacle; return whether another need

@@ -173,6 +173,7 @@ class Situation(Actions):
                 self.requests.pop(name, None)
                 self.given_up.pop(name, None)
                 self.until.pop(name, None)
+                self.dues.pop(name, None)
                 if record.type == "appeared":
                     self._begin(name)
                     listed = [one for one in self.coming if one.name == name]
@@ -199,13 +200,21 @@ class Situation(Actions):
                 self._fit_again(obstacle=name)
                 whole = len(self.obstacles[name].all_needs)
                 self.open[name] = self.open[name]._replace(stage=whole)
+                self.dues.pop(name, None)
                 self.requests.pop(name, None)
                 self.given_up.pop(name, None)
                 gone = record.traversable is not False
                 self.status[name] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
             case "truth":
                 self.truth[name] = record.traversable
+            case "deadline" if record.verdict == "set":
+                self.dues[record.of] = record.due
+            case "request":
+                limit = self.obstacles[name].resolve_within
+                if limit is not None and not self.live:
+                    self.dues.setdefault(name, record.tick + limit)
             case "blocked":
+                self.dues.pop(name, None)
                 self.given_up[name] = self.requests.pop(name, {})
                 found = record.reason == "untraversable"
                 self.status[name] = Status.UNTRAVERSABLE if found else Status.GIVEN_UP
@@ -221,8 +230,6 @@ class Situation(Actions):
         match record.type:
             case "waiting":
                 self.waits, self.fails_in = record, None
-            case "acts":
-                self.acts = record.acts
             case "plan" | "plan_end":
                 self.plan = record if record.type == "plan" else None
             case "resolved":

@@ -45,10 +45,10 @@ class State(Robots):
         """The same, at the last change of the objectives in force."""
         self.barred: set[tuple[str, str]] = set()
         """Live: (robot, obstacle) that the robot leaves to others, because its actions failed."""
-        self.acts: tuple[Line, ...] = ()
-        """The acts of the last ``acts`` line."""
+        self.dues = dict.fromkeys(self.begun.late or (), 0) | dict(self.begun.due or {})
+        """The ticks in which requests are due, also where these have passed."""
         self.plan: Line | None = None
-        """The joint plan in force; meanwhile robots do not follow their acts."""
+        """The joint plan in force."""
         self.waits: Line | None = None
         """The line by which the team waits for an operator, or for a change of the scenario."""
         self.fails_in: int | None = None
@@ -194,29 +194,7 @@ class State(Robots):
         out, act = self.unmet(self.open[obstacle])[0].cut_off, self.turn.act
         there -= out - self.open[obstacle].done - {*(act.robots if act is not None else ())}
         carriers = self.carriers(obstacle)
-        return {n for n in there if n in carriers or self._may_take(n, obstacle)}
-
-    def _may_take(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot has room for a load, and may take it. While acts without a joint
-        plan are in force, only the robots of the load's act may; if it has none, only robots
-        without an act."""
-        acts = self._acts_to_come()
-        if self.is_full(robot) or not acts:
-            return not self.is_full(robot)
-        next_ = obstacle, self.open[obstacle].stage
-        groups = [act.robots for act in acts if (act.obstacle, act.need) == next_]
-        if groups:
-            return any(robot in group for group in groups)
-        return all(robot not in act.robots for act in acts)
-
-    def has_act(self, robot: str) -> bool:
-        """Return whether the acts chosen for deadlines determine where a robot acts next."""
-        return any(robot in act.robots for act in self._acts_to_come())
-
-    def _acts_to_come(self) -> list[Line]:
-        unresolved = {name for name, is_ in self.status.items() if is_ is Status.UNRESOLVED}
-        acts = [act for act in self.acts if act.obstacle in unresolved and self.plan is None]
-        return [act for act in acts if self.open[act.obstacle].stage <= act.need]
+        return {n for n in there if n in carriers or not self.is_full(n)}
 
     def takers(self, robot: str, obstacle: str) -> frozenset[str] | None:
         """Return all robots that take a load with this one in its turn; None if it cannot take

@@ -60,8 +60,6 @@ class Task:
         self.closed = {region for region, _ in line.get("closed") or ()}
         self.leaves = self.closed & {line["region"]}  # its start, if closed: it never returns
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
-        listed = line.get("goal_places") or ()  # poses in which each target may be entered
-        self.goal_places = [poses_of(places, robot["mobility"]) for places in listed]
         self.moving = list(line.get("moving") or ())
         slow = world.live and self.moving and robot["tracking"] != "nearby"
         require(not slow, "in a live run it relies on the speed of robots in conflict with it")
@@ -179,9 +177,6 @@ class Task:
         if shape.strict:  # none of the targets whose turn it is not
             shut = shut.union(*(t for k, t in enumerate(self.targets) if k != awaited))
         legal = [after for after in moves - self.forbidden if after[0] not in shut]
-        if self.goal_places:
-            aim, places = self.targets[awaited], self.goal_places[awaited]
-            legal = [after for after in legal if after[0] not in aim or after in places]
         hears = (*heard, *(seen[name] for name in self.heard))
         ways = ((after, self.memories(memory, hears, pose, after)) for after in legal)
         return {(after, awaited, way) for after, some in ways for way in some}

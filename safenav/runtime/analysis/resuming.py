@@ -43,9 +43,7 @@ from safenav.trace.words import listed
 from safenav.world.map import Frame, RegionMap
 from safenav.world.moves import Mobility, Pose
 
-UNREAD = {"promises": "deadlines"} | {
-    key: key for key in ("suspects", "chargers", "inputs", "partition")
-}
+UNREAD = {"promises": "deadlines"} | {key: key for key in ("chargers", "inputs", "partition")}
 """Parts of a header that do not suffice to rebuild a scenario, with their names: the scenario's
 file is needed."""
 ENDED = ("completed", "unrealizable")

@@ -39,7 +39,7 @@ def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> d
         place = _next(team, robot, switch, team.graph(robot).on(awaited))
         if place == here:
             return switch.inputs(None, here)
-    if assignment.role in (Role.HELPS, Role.EARLY):
+    if assignment.role is Role.HELPS:
         place = _next(team, robot, switch, assignment.goal)
     elif (stay := station(assignment.objective)) is not None:
         place = _next(team, robot, switch, team.graph(robot).on(stay))

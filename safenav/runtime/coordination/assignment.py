@@ -116,18 +116,13 @@ class Assigner(Struct, frozen=True, dict=True):
         if (duty := found.duties.get(self.index)) is not None:
             first = self._own() if self._meets_own_first(duty) else None
             return self._help(duty) if first is None else self._later(first, duty)
-        if not self.idle and (duty := found.early.get(self.index)) is not None:
-            return self._help(duty, Role.EARLY)
         own = None if self.idle or self._waits_for_help else self._own()
         return own or self._wait()
 
     def is_stranded(self) -> bool:
         """Whether a robot without a reason to wait cannot pursue its own objective: the last
         decision did not expect it in this pose."""
-        busy = self.robot.stop is not None or self.index in {
-            **self.found.duties,
-            **self.found.early,
-        }
+        busy = self.robot.stop is not None or self.index in self.found.duties
         if busy or not self.robot.active or self._waits_for_help:
             return False
         return self._own() is None
@@ -143,7 +138,11 @@ class Assigner(Struct, frozen=True, dict=True):
         role = Role.OWN if objective == robot.own.objective else Role.CHARGES
         duty = self.found.duties.get(self.index)  # the duty after charging
         obstacle = None if duty is None else self.floor.gates[duty.gate]
-        return self._toward((goal,), Assignment(role, objective, obstacle, goal))
+        draft = self._toward((goal,), Assignment(role, objective, obstacle, goal))
+        if role is Role.OWN or charger.heading is None or self.team.rivals(robot.robot):
+            return draft
+        others = self._graph.poses(goal) - {charger}  # it arrives with the heading of its stop
+        return replace(draft, forbidden=draft.forbidden | others)
 
     def _toward(self, targets: tuple[Mask, ...], assignment: Assignment) -> TaskDraft:
         """The draft of an assignment with these targets, around the obstacles in its way."""
@@ -157,32 +156,19 @@ class Assigner(Struct, frozen=True, dict=True):
             return self._graph.on({stop.region})
         return 1 << self._graph.number(stop)
 
-    def _help(self, duty: Duty, role: Role = Role.HELPS) -> TaskDraft:
+    def _help(self, duty: Duty) -> TaskDraft:
         graph, obstacle = self._graph, self.floor.gates[duty.gate]
         places = frozenset(bits(graph.regions_of(duty.goal)))
-        direct = duty.stays or bool(duty.around)
-        own = None if direct else self._own_target(duty.goal)
+        own = None if duty.stays else self._own_target(duty.goal)
         stays = duty.stays and self._may_stay_at(graph.poses(duty.goal))
         objective = helping(self._own_rules, places, own, stays=stays)
-        for before in () if direct else self._before(obstacle):
+        for before in () if duty.stays else self._before(obstacle):
             others = graph.on_each(before.targets[1:])
             if before.targets[0] == places and self._alternates((duty.goal, *others)):
                 objective = ruled(before, self._own_rules)  # it keeps its former order
                 break
         wanted = (duty.goal,) if own is None else (duty.goal, graph.on(own))
-        served = obstacle if role is Role.HELPS else None
-        draft = self._toward(wanted, Assignment(role, objective, served, duty.goal))
-        around = graph.poses_on(duty.around) & ~(1 << self.floor.poses[self.index])
-        forbidden = draft.forbidden | graph.poses(around)
-        return replace(draft, forbidden=forbidden, places=self._spots(duty, wanted))
-
-    def _spots(self, duty: Duty, targets: tuple[Mask, ...]) -> frozenset[Pose]:
-        """The only poses in which a robot enters the region of its duty; none if any suffices, or
-        if it cannot reach its duty and its other target without the rest."""
-        others = self._graph.poses_on(self._graph.regions_of(duty.goal)) & ~duty.goal
-        if not (duty.exact and others) or not self._alternates(targets, others):
-            return frozenset()
-        return self._graph.poses(duty.goal)
+        return self._toward(wanted, Assignment(Role.HELPS, objective, obstacle, duty.goal))
 
     def _meets_own_first(self, duty: Duty) -> bool:
         """Whether a robot can and must meet the next target of its ``once`` before its duty, since

@@ -1,9 +1,9 @@
-"""The longer trace lines of a decision: acts for deadlines, requests and bids, the stack,
-syntheses. They are pure functions of the decision."""
+"""The longer trace lines of a decision: requests and bids, the stack, syntheses. They are
+pure functions of the decision."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 
 from msgspec.structs import replace
 
@@ -29,38 +29,6 @@ from safenav.trace.proofs import Proof
 from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.words import listed
 from safenav.world.moves import Pose
-from safenav.world.poses import bits
-
-
-def _acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
-    """The line of the acts chosen for deadlines."""
-    floor, chosen = settled.floor, settled.in_time
-    if chosen is None or not (chosen.acts or chosen.beyond or chosen.spent):
-        if _has_acts_to_come(team.settled, floor):
-            yield records.Acts(team.tick, (), ())  # they no longer bind the robots
-        return
-    listed_acts = []
-    for act in chosen.acts:
-        places = {}
-        for robot, number in zip(act.group, act.poses, strict=True):
-            graph = floor.problem.members[robot].graph
-            places[floor.names[robot]] = graph.pose(number).place
-        at = act.turn // len(floor.names)
-        listed_acts.append(records.ScheduledAct(floor.gates[act.gate], act.need, at, places))
-    beyond = tuple(floor.gates[gate] for gate in sorted(chosen.beyond))
-    around = {
-        floor.names[robot]: tuple(bits(duty.around))
-        for robot, duty in (settled.found.duties | settled.found.early).items()
-        if duty.around
-    }
-    yield records.Acts(team.tick, tuple(listed_acts), beyond, chosen.spent or None, around or None)
-
-
-def _has_acts_to_come(settled: Settled | None, floor: Floor) -> bool:
-    """Whether the settlement has acts on obstacles that are still open."""
-    if settled is None or settled.in_time is None:
-        return False
-    return any(settled.floor.gates[a.gate] in floor.gates for a in settled.in_time.acts)
 
 
 def blocked(
@@ -127,7 +95,7 @@ def stack(
     refused: Mapping[tuple[str, str], TaskResult],
 ) -> tuple[Requests, tuple[records.Record, ...]]:
     """The lines about a decision once every robot has its task, and the requests after them: the
-    acts, the pops of closed requests, then each open request with new helpers, and its pushes. If
+    pops of closed requests, then each open request with new helpers, and its pushes. If
     there are any such lines, requests for which a robot has no strategy are recorded again, since
     the lines depend on them.
     """
@@ -136,7 +104,6 @@ def stack(
         name: objective_in_trace(draft.assignment.objective) for name, draft in drafts.items()
     }
     entries = _StackLines(team, objectives)
-    entries.lines += _acts(team, settled)
     for request in team.requests.closed:
         entries.pop(request)
     active = {n: d.assignment.obstacle for n, d in drafts.items() if team.robots[n].active}
@@ -314,7 +281,6 @@ def synthesis_record(
         neutral=neutral(possible) if possible is not None else None,
         places_from=_places_from(possible) if possible is not None else None,
         forbidden=_places(task.forbidden) or None,
-        goal_places=tuple(map(_places, task.goal_places)) or None,
         form=found.form,
         allows=found.allows(world.word),
         tried=found.tried or None,

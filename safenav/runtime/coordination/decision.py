@@ -27,14 +27,12 @@ from safenav.runtime.coordination.snapshot import floor_of, moved_on, serving
 from safenav.runtime.coordination.strategies import only_off, outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.coordination.task_candidates import Candidate, TaskDraft, task_candidates
-from safenav.runtime.coordination.waiting import early
-from safenav.runtime.deadlines.choice import InTime, after, choose
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.duties.requests import Requests
 from safenav.runtime.duties.settlement import Settled, Settlement, settle
 from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
 from safenav.runtime.resolution.problem import BudgetExhaustedError
-from safenav.runtime.resolution.solve import Plan, Solver
+from safenav.runtime.resolution.solve import Solver
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Obstacle
@@ -337,27 +335,8 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
     floor = floor_of(team, refused)
     solver = Solver(floor.problem, stopping)
     order = [gate for gate, name in enumerate(floor.gates) if name not in team.requests.aside]
-    dues = team.dues(floor)
-    present, in_time = serving(team, floor), list[InTime]()
-
-    def planning(served: frozenset[int]) -> Plan | None:
-        if dues is None or not served:
-            return None
-        chosen = choose(solver, floor, served, dues)
-        in_time.append(chosen)
-        if not chosen.steps:
-            return None
-        poses, stages = after(floor, chosen.acts)
-        rest = solver.plan(poses, stages, served, present)
-        assert rest is not None, "the team can continue after each act"
-        return (*chosen.steps, *rest)
-
-    found = settle(solver, floor.poses, floor.stages, order, present, planning)
-    for chosen in in_time:
-        found = replace(found, early=early(floor, found, chosen))
-        if chosen.around and dues is not None:
-            found = found.around(dues.suspected)
-    return Settled(floor, solver, found, next(iter(in_time), None))
+    found = settle(solver, floor.poses, floor.stages, order, serving(team, floor))
+    return Settled(floor, solver, found)
 
 
 def _meanwhile(team: TeamState, event: Event, name: str, reason: Reason) -> Decision:

@@ -45,16 +45,6 @@ def foresee(scenario: Scenario) -> Foresight:
     return Foresight(reach, stuck, shortfalls(floor, closure))
 
 
-def unserved(scenario: Scenario) -> frozenset[str]:
-    """The obstacles that robots from their start can never serve, each known alone; none if all
-    can be served together."""
-    if not _unserved(scenario):
-        return frozenset()
-    there = (each for each in scenario.obstacles if each.appears is None and each.goes is None)
-    alone = ((each.name, replace(scenario, obstacles=(each,))) for each in there)
-    return frozenset(name for name, one in alone if _unserved(one))
-
-
 def _all_known(scenario: Scenario) -> TeamState:
     """The team at its start, with every obstacle known and requested."""
     state = TeamState.initial(scenario)

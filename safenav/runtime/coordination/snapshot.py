@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from functools import lru_cache
+from math import inf
 
 from msgspec.structs import replace
 
 from safenav.bounds import Place
+from safenav.runtime.duties.requests import OpenRequest
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Problem, Stage
@@ -26,7 +28,8 @@ def floor_of(
     robots = [entry.robot for entry in state.robots.values()]
     names = tuple(state.robots)
     gates, stages = [], []
-    requests = tuple(state.requests)[::-1]
+    requests = [*state.requests][::-1]
+    requests.sort(key=lambda request: _due(state, request))
     for request in requests:
         obstacle = state.knowledge.pending[request.obstacle.name].obstacle
         none = {*state.failures.barred}
@@ -68,6 +71,12 @@ def floor_of(
         tuple(request.obstacle.name for request in requests),
         tuple(state.knowledge.given_up()),
     )
+
+
+def _due(state: TeamState, request: OpenRequest) -> float:
+    """Return the tick in which a request is due; infinite without a deadline."""
+    due = state.dues(request)
+    return inf if due is None else due
 
 
 def moved_on(floor: Floor, state: TeamState) -> Floor:
@@ -162,14 +171,7 @@ def cut_off(team: TeamState, obstacle: Obstacle, need: int) -> frozenset[str]:
     return frozenset(r.name for r, here in at if is_cut_off(r, here, obstacle, need, world))
 
 
-def takers(
-    team: TeamState, chosen: Mapping[str, frozenset[str]], loads: Iterable[Obstacle]
-) -> dict[str, frozenset[str]]:
-    """Return the only robots that take each load next. ``chosen``: for some loads, those of the
-    acts for deadlines."""
-    found = dict(chosen)
-    for load in loads:
-        out = cut_off(team, load, team.knowledge.need_of(load))
-        if out:
-            found[load.name] = found.get(load.name, frozenset(team.robots)) - out
-    return found
+def takers(team: TeamState, loads: Iterable[Obstacle]) -> dict[str, frozenset[str]]:
+    """Return the only robots that take each load next, if some cannot."""
+    found = {load.name: cut_off(team, load, team.knowledge.need_of(load)) for load in loads}
+    return {name: frozenset(team.robots) - out for name, out in found.items() if out}

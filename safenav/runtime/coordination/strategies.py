@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from safenav.runtime.coordination.coordination_recorder import synthesis_record
 from safenav.runtime.coordination.strategy_search import TaskResult
-from safenav.runtime.coordination.task_candidates import TaskDraft, wants_places
+from safenav.runtime.coordination.task_candidates import TaskDraft
 from safenav.runtime.navigation import Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
@@ -131,21 +131,6 @@ def _falls_short(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
         return True
     if not draft.forbidden <= old.forbidden:
         return True
-    if _meets_elsewhere(team, state, draft):
-        return True
     if old.tracking is Tracking.BELIEF and old.observed:
         return old.closed != team.knowledge.standing
     return False
-
-
-def _meets_elsewhere(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
-    """Return whether the strategy in force meets its targets in poses other than a draft
-    requires."""
-    places, role = state.planner.task.goal_places, draft.assignment.role
-    if role is Role.CHARGES and places:
-        return places != (frozenset({state.stop}),)
-    if role in (Role.HELPS, Role.EARLY):
-        return frozenset().union(*places[:1]) != draft.places
-    if state.robot.within is None:
-        return bool(places) and state.assignment.role in (Role.HELPS, Role.EARLY)
-    return wants_places(team, state, draft) != bool(places)

@@ -9,10 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from msgspec.structs import replace
-
-from safenav.runtime.deadlines.choice import InTime, spot_of
-from safenav.runtime.duties.settlement import Duty, Settlement
+from safenav.runtime.duties.settlement import Duty
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.solve import fits
 from safenav.world.map import Region
@@ -52,25 +49,3 @@ def clear_region(
         frontier = graph.forward(frontier) & allowed & ~found
         found |= frontier
     return None
-
-
-def early(floor: Floor, found: Settlement, chosen: InTime) -> dict[int, Duty]:
-    """Return duties for robots with acts but without a present duty: to wait in the region of their
-    first act, if they can get there and block no helper there."""
-    goals = dict[int, Duty]()
-    for act in reversed(chosen.acts):
-        for robot, pose in zip(act.group, act.poses, strict=True):
-            graph = floor.problem.members[robot].graph
-            there = spot_of(floor, robot, pose)
-            if robot not in goals:  # its last act
-                there = graph.poses_on(1 << pose % graph.size)
-            goals[robot] = Duty(act.gate, act.need, act.group, there, stays=True)
-    for robot, duty in [*goals.items()]:
-        graph = floor.problem.members[robot].graph
-        there = duty.goal & floor.reach(robot) & found.safe_poses[robot]
-        (region,) = bits(graph.regions_of(duty.goal))
-        if robot in found.duties or not there or in_the_way(floor, found.duties, robot, region):
-            del goals[robot]
-        else:
-            goals[robot] = replace(duty, goal=there, exact=there.bit_count() == 1)
-    return goals

@@ -15,16 +15,14 @@ from safenav.begun import Begun, Done, RoundClock
 from safenav.outcome import Outcome
 from safenav.runtime.deadline_monitor.moment import goals_left, moment_of, objectives_change
 from safenav.runtime.deadlines import bound
-from safenav.runtime.deadlines.choice import Dues
-from safenav.runtime.resolution.problem import Floor
-from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.duties.requests import OpenRequest
+from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.settings import LatePolicy
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.trace.wording import Wording
-from safenav.world.map import Region
-from safenav.world.poses import Mask, region_mask
+from safenav.world.poses import Mask
 
 MISSION = "mission"
 BATTERY = "battery"
@@ -78,9 +76,8 @@ class Deadlines(Struct):
     _rounds: dict[str, Round] = field(default_factory=dict)
     _turn: list[records.Record] = field(default_factory=list)
     _begun: dict[str, int] = field(default_factory=dict)
-    _past: set[str] = field(default_factory=set)
+    _past: dict[str, int] = field(default_factory=dict)
     _had: int = 0
-    _refuted: set[str] = field(default_factory=set)
     active: bool = False
     lasts_until: Callable[..., int | None] | None = None
     """The last tick for which a robot's charge lasts behind an obstacle."""
@@ -92,7 +89,7 @@ class Deadlines(Struct):
             self._open[MISSION] = RunningDeadline(scenario.until.by)
         begun = scenario.begun or Begun()
         self._open |= {of: RunningDeadline(left) for of, left in begun.due.items()}
-        self._past |= {*begun.late}
+        self._past |= dict.fromkeys(begun.late, 0)
         for robot in self.team.robots:
             done = begun.robots.get(robot, Done())
             self._rounds[robot] = Round.continued(done.clock, done.rounds)
@@ -105,16 +102,12 @@ class Deadlines(Struct):
             else:
                 self._begun.setdefault(record.robot, record.tick)
             self._look()
-            self._refute(record.to, self.team.robots[record.robot])
         elif isinstance(record, records.Goal):
             robot = self.team.robots[record.robot]
             if robot.progress is robot.own:
                 self._turn.append(record)
         elif isinstance(record, records.NewObjective):
             self._rounds[record.robot] = Round(self.team.tick)  # it begins before the next turn
-        elif isinstance(record, records.Acts) and record.spent:
-            sentence = Wording(self.team.scenario.map.word).sentence(record)
-            self.reasons.append(f"tick {record.tick}: {sentence}")
         elif not isinstance(record, records.Deadline):
             self._turn.append(record)
 
@@ -141,55 +134,15 @@ class Deadlines(Struct):
         """Record that robot ``number`` (from 1) has its turn."""
         self._had = number
 
-    def dues(self, floor: Floor) -> Dues | None:
-        """The deadlines of open obstacles, for the choice of acts; None if there are none."""
+    def due(self, request: OpenRequest) -> int | None:
+        """Return the tick in which a request is due; None without a deadline in ticks. A deadline
+        that a charge implies is known from the end of the turn of the request on."""
         if not self.active or self.team.live:
             return None
-        tick, by = self.team.tick, dict[int, int]()
-        for gate, name in enumerate(floor.gates):
-            promise = self._open.get(name)
-            due = None if promise is None else promise.due
-            if name in self._past:
-                due = tick - 1  # already late: as soon as possible
-            elif promise is None:
-                found = self._due(name)
-                due = None if found is None else found[0]
-            if due is not None:
-                by[gate] = due
-        mission = self._open.get(MISSION)
-        if not by and (mission is None or not floor.gates):
-            return None
-        ready, leaves = [], list[int | None]()
-        for index, (name, robot) in enumerate(self.team.robots.items()):
-            since, left, timing = tick - (index >= self._had), None, robot.robot.model.timing
-            if robot.transit is not None:
-                most = timing.most
-                if timing.least == most:
-                    left = floor.problem.members[index].graph.number(robot.pose)
-                since = max(since + 1, self._begun.get(name, tick) + most - 1)
-            ready.append(since)
-            leaves.append(left)
-        now = tick * len(ready) + self._had - 1
-        return Dues(by, mission is not None, now, ready, leaves, self._suspected())
-
-    def _suspected(self) -> list[Mask]:
-        """The regions that each robot may have to avoid: those of suspects that no robot has
-        encountered, and that no robot blocked by them has entered."""
-        left = [
-            suspect
-            for suspect in self.team.scenario.suspects or ()
-            if suspect.name not in self._refuted and not self.team.knowledge.knows(suspect)
-        ]
-        return [
-            region_mask(suspect.region for suspect in left if suspect.closed_to(robot.robot))
-            for robot in self.team.robots.values()
-        ]
-
-    def _refute(self, region: Region, robot: RobotState) -> None:
-        """Record that a robot is in a region, so no suspect there blocks it."""
-        for suspect in self.team.scenario.suspects or ():
-            if suspect.region == region and suspect.blocks(robot.robot):
-                self._refuted.add(suspect.name)
+        of, limit = request.obstacle.name, self.team.scenario.limit_of(request.obstacle)
+        if of in self._open:
+            return self._open[of].due
+        return self._past.get(of, None if limit is None else self.team.tick + limit)
 
     def turn_ends(self, had_turn: int) -> None:
         """Update all deadlines after a turn, that of robot number ``had_turn`` (from 1)."""
@@ -203,10 +156,6 @@ class Deadlines(Struct):
         begins = [r.obstacle for r in heard if isinstance(r, records.Request)]
         if had_turn == len(self.team.robots) or begins:
             self._foresee(had_turn, begins)
-
-    def ages(self) -> tuple[tuple[int, bool], ...]:
-        """Return the age of each round, and whether it is judged."""
-        return tuple((self.team.tick - each.begun, each.over) for each in self._rounds.values())
 
     def completed(self) -> None:
         """Record that the mission is completed at the end of this tick; process the remaining
@@ -234,14 +183,12 @@ class Deadlines(Struct):
         tick = self.team.tick
         match record:
             case records.Resolved():
-                self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.KEPT)
                 restarts = self.team.scenario.restarts_rounds(record.obstacle)
                 for clock in self._rounds.values() if restarts else ():
                     clock.restart(tick)
                     clock.done = 0
             case records.Gone() | records.KnownObstacle():
-                self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.EXCUSED)
             case records.Service(active=True):
                 self._rounds[record.robot].restart(tick)
@@ -259,7 +206,7 @@ class Deadlines(Struct):
         clock.restart(record.tick)
 
     def _ended(self, obstacle: str, verdict: DeadlineVerdict) -> None:
-        self._past.discard(obstacle)
+        self._past.pop(obstacle, None)
         promise = self._open.pop(obstacle, None)
         if promise is not None:
             self._judge(obstacle, promise.due, verdict, promise.cause)
@@ -267,7 +214,7 @@ class Deadlines(Struct):
     def _judge(self, of: str, due: int, verdict: DeadlineVerdict, cause: str | None = None) -> None:
         if verdict is DeadlineVerdict.LATE:
             self.late.append(of)
-            self._past.add(of)
+            self._past[of] = due
         self.team.emit(records.Deadline(self.team.tick, of, due, verdict, cause=cause))
 
     def _foresee(self, had_turn: int, begins: list[str]) -> None:
@@ -287,8 +234,7 @@ class Deadlines(Struct):
         for of, (due, cause) in wanted.items():
             self._open[of] = RunningDeadline(due, cause=cause)
             soonest, verdict = ends.get(of, tick), DeadlineVerdict.SET
-            planned = self._planned(of)
-            self.team.emit(records.Deadline(tick, of, due, verdict, soonest, cause, planned))
+            self.team.emit(records.Deadline(tick, of, due, verdict, soonest, cause))
         if MISSION in self._open and not objectives_change(self.team):
             rounds = self.team.scenario.until.rounds
             left = (goals_left(self.team, robot, rounds) for robot in self.team.robots.values())
@@ -319,13 +265,6 @@ class Deadlines(Struct):
         sentence = Wording(self.team.scenario.map.word).sentence(line)
         why = _nearest(self.team, moment, names.index(of)) if of in names else ""
         self.reasons.append(f"tick {self.team.tick}: {sentence}{why}")
-
-    def _planned(self, of: str) -> int | None:
-        """The tick in which an obstacle is resolved by the acts that were chosen."""
-        settled = self.team.settled
-        if settled is None or settled.in_time is None or of not in settled.floor.gates:
-            return None
-        return settled.in_time.ends.get(settled.floor.gates.index(of))
 
     def _due(self, name: str) -> tuple[int, str | None] | None:
         """Return the due tick of an obstacle: by its limit, or since its requester's charge runs

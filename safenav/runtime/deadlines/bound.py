@@ -22,8 +22,7 @@ class BoundRobot(Struct, frozen=True, eq=False):
     """State of a robot: in ``pose`` from the end of tick ``ready`` on; ``ticks``: duration of its
     fastest step. ``walls``: the poses that are closed to it permanently. ``leaves``: the pose from
     which a robot in transit departed; it can act there until it arrives, in tick ``until`` at the
-    latest. ``room``: the number of loads that it can carry, which bounds ignore; ``unloaded``: the
-    future turn in which it puts one down, having been full before."""
+    latest."""
 
     graph: PoseGraph
     pose: int
@@ -33,22 +32,13 @@ class BoundRobot(Struct, frozen=True, eq=False):
     walls: Mask = 0
     leaves: int | None = None
     until: int = 0
-    room: int = 1
-    unloaded: int = 0
 
 
 class BoundObstacle(Struct, frozen=True):
-    """State of an open obstacle. ``met``: the future turns in which the last needs before its stage
-    are met. ``sequential``: the robots of a later need set out when the one before it is met."""
+    """State of an open obstacle."""
 
     gate: OpenObstacle
     stage: Stage = Stage()
-    met: tuple[int, ...] = ()
-    sequential: bool = False
-
-    @property
-    def over(self) -> bool:
-        return self.gate.resolved(self.stage)
 
     @property
     def next(self) -> OpenNeed:
@@ -58,15 +48,6 @@ class BoundObstacle(Struct, frozen=True):
         """Return whether a robot may still take part in the next need."""
         group = self.stage.group
         return robot not in self.stage.done and (group is None or robot in group)
-
-    @property
-    def takes(self) -> bool:
-        """Return whether the robots that fulfil the next need then carry a load."""
-        return self.gate.takes(self.stage)
-
-    def turns(self, now: int) -> list[int]:
-        """Return the turns of the needs before its stage."""
-        return [*[now] * (self.stage.need - len(self.met)), *self.met]
 
 
 class BoundMoment(Struct, frozen=True):
@@ -92,7 +73,7 @@ Fields = dict[tuple[object, ...], "ReachByTick"]
 def known(moment: BoundMoment) -> Times:
     """Return the turns of the needs that are met; NEVER for the others."""
     return tuple(
-        (*one.turns(moment.now), *(NEVER,) * (len(one.gate.needs) - one.stage.need))
+        (moment.now,) * one.stage.need + (NEVER,) * (len(one.gate.needs) - one.stage.need)
         for one in moment.opens
     )
 
@@ -248,7 +229,7 @@ class ReachByTick:
 def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
     """Return the turn after which an obstacle no longer blocks a robot; None if it does not block
     it now."""
-    first = one.stage.need - len(one.met)
+    first = one.stage.need
     for number in range(first, len(one.gate.needs)):
         if robot not in one.gate.closed_to[number]:
             return turns[number - 1] if number > first else None
@@ -258,14 +239,14 @@ def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
 def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -> list[int]:
     """Return the earliest turn of each need, in sequence; for needs that are already met, the
     present turn."""
-    found = one.turns(moment.now)
+    found = [moment.now] * one.stage.need
     previous: Mapping[int, ReachByTick] = {}
     before = moment.now + 1
     parts, stage, done = one.gate.needs, one.stage.need, one.stage.done
     for number in range(stage, len(parts)):
         # Needs may be met in sequence in one turn, the first one not before the next turn.
         part = parts[number]
-        begun, before = before, found[-1] if one.met or number > stage else moment.now + 1
+        begun, before = before, found[-1] if number > stage else moment.now + 1
         if before >= NEVER:
             return found + [NEVER] * (len(parts) - number)
         turns, fields = [], dict[int, ReachByTick]()
@@ -302,11 +283,9 @@ def _field(
     begun, before = since
     if first and not one.open_to(robot):
         return None
-    if first or not (one.gate.needs[number].same or one.sequential):
+    if first or not one.gate.needs[number].same:
         return spread.field(spread.start())
     former = one.gate.needs[number - 1]
-    if not one.gate.needs[number].same:
-        return spread.field(_when_met(spread, robot, before, previous, former))
     if robot not in previous:
         return None
     # if it acts alone, it may have left long before the need is fulfilled
@@ -326,20 +305,6 @@ def _meets(spread: Spread, field: ReachByTick, part: OpenNeed, before: int) -> i
         return NEVER
     turn = max(tick * spread.count + spread.robot, before)
     return turn if part.together else own_turn(turn, spread.robot, spread.count)
-
-
-def _when_met(
-    spread: Spread, robot: int, turn: int, fields: Mapping[int, ReachByTick], need: OpenNeed
-) -> dict[int, Mask]:
-    """Return the poses of a robot, by tick, once a need is met in a turn: those from before, or
-    those in which it took part in the need."""
-    walker = spread.walker
-    first = max(walker.ready, (turn - robot) // spread.count)
-    had = fields[robot].on(walker.graph.poses_on(need.regions), first) if robot in fields else {}
-    alone = need.together or need.robots == 1  # otherwise it may have left since then
-    if had and alone and len(fields) == need.robots:
-        return had  # it took part, since no other robot could
-    return {first: 1 << walker.pose | had.pop(first, 0), **had}
 
 
 def rounds_done(moment: BoundMoment, robot: int, times: Times, goals: Iterable[Mask]) -> int:

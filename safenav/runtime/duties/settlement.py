@@ -1,19 +1,18 @@
 """Current duties of the robots, derived afresh from all poses and the team's knowledge.
 
-The rules (docs/coordination.md): requests are served newest first (or oldest first, by the
-scenario), as many as can be served together; one plan for all of them determines the duties: a step
-is a duty now if no earlier step concerns its obstacle or its robots. The functions of this module
-keep no state.
+The rules (docs/coordination.md): requests are served by due time, those without a deadline newest
+first, as many as can be served together; one plan for all of them determines the duties: a step is
+a duty now if no earlier step concerns its obstacle or its robots. The functions of this module keep
+no state.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.resolution.problem import Floor, Stages
 from safenav.runtime.resolution.proofs import Refutation, refute
 from safenav.runtime.resolution.solve import Plan, PoseSets, Present, Solver
@@ -23,17 +22,13 @@ from safenav.world.poses import Mask, bits
 
 class Duty(Struct, frozen=True):
     """A duty of a robot to serve ``gate``. ``goal``: the poses where it may do so and the team can
-    continue afterwards. ``stays``: it stays there. ``exact``: it must enter that region in such a
-    pose, to be in time for its next duty. ``around``: regions that it avoids on its way, since an
-    obstacle may be there."""
+    continue afterwards. ``stays``: it stays there."""
 
     gate: int
     need: int
     group: tuple[int, ...]
     goal: Mask
     stays: bool = False
-    exact: bool = False
-    around: Mask = 0
 
 
 class Settlement(Struct, frozen=True):
@@ -43,8 +38,7 @@ class Settlement(Struct, frozen=True):
     ones are walls for now. ``plan``: the steps to come. ``duties``: duty of each robot.
     ``reserved``: robots of later steps. ``safe_poses``: where each robot may go while the team can
     still complete all that it can now. ``proof``: that not every robot can continue; the other
-    fields are unused then. ``early``: later duties for which robots depart now, because of a
-    deadline.
+    fields are unused then.
     """
 
     served: tuple[int, ...] = ()
@@ -53,20 +47,11 @@ class Settlement(Struct, frozen=True):
     reserved: frozenset[int] = frozenset()
     safe_poses: tuple[Mask, ...] = ()
     proof: Refutation | None = None
-    early: dict[int, Duty] = field(default_factory=dict)
-
-    def around(self, regions: Sequence[Mask]) -> Settlement:
-        """The same, with regions that each robot avoids on its way."""
-        sent = (self.duties, self.early)
-        duties, early = (
-            {i: replace(duty, around=regions[i]) for i, duty in each.items()} for each in sent
-        )
-        return replace(self, duties=duties, early=early)
 
 
 class TrafficNotes(Struct):
     """Findings of traffic while a settlement is in force. A plan was requested: ``cleared``, for a
-    robot that blocks a helper; ``hurried``, for a deadline; ``turned``, with other targets first:
+    robot that blocks a helper; ``turned``, with other targets first:
     the robots that need a strategy for that before, each with its target (None: no such plan).
     ``followed``: a plan was begun, at whose end ``followers`` stand behind their helper;
     ``hopeless``: obstacles that no joint state serves; ``hemmed_in``: robots, with their poses,
@@ -74,7 +59,6 @@ class TrafficNotes(Struct):
     helped."""
 
     cleared: bool = False
-    hurried: bool = False
     turned: Mapping[str, int] | None = None
     followed: bool = False
     followers: frozenset[str] = frozenset()
@@ -84,18 +68,12 @@ class TrafficNotes(Struct):
 
 
 class Settled(Struct, frozen=True):
-    """The last settlement of a team: the problem, its solver, the duties, and the acts chosen for
-    deadlines (None: there are none)."""
+    """The last settlement of a team: the problem, its solver, and the duties."""
 
     floor: Floor
     solver: Solver
     found: Settlement
-    in_time: InTime | None = None
     notes: TrafficNotes = field(default_factory=TrafficNotes)
-
-
-Planning = Callable[[frozenset[int]], Plan | None]
-"""A function that plans resolutions with deadlines; it returns None where SOLVE's rules apply."""
 
 
 def settle(
@@ -104,7 +82,6 @@ def settle(
     stages: Stages,
     requests: Sequence[int],
     present: Present,
-    planning: Planning = lambda _: None,
 ) -> Settlement:
     """Return duties for robots at ``poses``. ``requests``: open obstacles in the order of service;
     ``present``: the robots that already serve an obstacle. Raises BudgetExhaustedError."""
@@ -115,15 +92,9 @@ def settle(
     for gate in requests:
         if solver.feasible(now, frozenset({*served, gate})):
             served.append(gate)
-    plan = timed = planning(frozenset(served))
-    if plan is None:
-        plan = solver.plan(poses, stages, frozenset(served), present)
+    plan = solver.plan(poses, stages, frozenset(served), present)
     assert plan is not None, "what can be done can be planned"
     duties, reserved = _walk(solver, plan, now, frozenset(served))
-    if timed is not None:  # a robot that is there acts in its next turn
-        for robot, duty in duties.items():
-            here, exact = bool(duty.goal >> poses[robot] & 1), duty.goal.bit_count() == 1
-            duties[robot] = replace(duty, stays=duty.stays or here, exact=exact)
     safe_poses = tuple(
         _safe_poses(solver, i, now, frozenset(served)) | (duties[i].goal if i in duties else 0)
         for i in range(len(solver.problem.members))

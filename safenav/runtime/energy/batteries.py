@@ -311,12 +311,11 @@ class Batteries:
         return self._free[key]
 
     def _duty(self, robot: RobotState) -> Duty | None:
-        """Return the present duty of a robot, or a later one for which it departs early; None if it
-        has none."""
+        """Return the present duty of a robot; None if it has none."""
         if self.team.settled is None:
             return None
         floor, found = self.team.settled.floor, self.team.settled.found
-        return {**found.early, **found.duties}.get(floor.index(robot.name))
+        return found.duties.get(floor.index(robot.name))
 
     def _stays(self, robot: RobotState) -> bool:
         """Return whether a robot stays in its region: it is out of service, or its only target is

@@ -1,7 +1,6 @@
 """Occasions and budgets of all joint searches.
 
     occasion                      search                         exhausted    budget spent
-    a request is due:             to its next need (timed)       as if a robot starved
     a robot starves, stands in the way of a helper, or (live) all wait: (plan_search)
       all moves can be undone       to the next goal of each       the mission  few, leg, later
       some remember                 for the mission, one round     forget it    last plan, row above

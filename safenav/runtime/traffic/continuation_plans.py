@@ -35,11 +35,6 @@ class ContinuationPlans:
         self._about: Hashable = None
         self._work = Effort(budgets.CERTIFICATE_WORK)
 
-    @property
-    def known(self) -> tuple[int, int]:
-        """Key that changes with new results."""
-        return len(self._known), id(self._last)
-
     def allow(self, name: str, pose: Pose) -> bool:
         """Return whether a robot may make a move that may be irreversible: it can return while all
         others stand, or a plan for the whole mission exists from there (or, with every robot in

@@ -172,7 +172,7 @@ class PlanProgress:
     def resume(self, left: PlanLeft) -> None:
         """Continue the plan of the earlier run, if each of its remaining steps is possible."""
         floor, notes = self.searches.floor(), self.state.last_settled.notes
-        notes.followed = notes.hurried = notes.cleared = True
+        notes.followed = notes.cleared = True
         plan = execution.scheduled(floor, left)
         joint = None if plan is None else execution.in_turn(plan)
         if plan is None or joint is None or joint[0] != floor.poses:

@@ -1,4 +1,4 @@
-"""Triggers of a joint plan: a deadline, a robot that blocks a helper, or starvation.
+"""Triggers of a joint plan: a robot that blocks a helper, or starvation.
 
 A strategy assumes that the others are infinitely often out of its way. No finite run refutes this,
 but it reveals a robot that makes no progress towards its goal poses. Only progress on its *current*
@@ -24,12 +24,10 @@ from safenav.world.poses import FAR, Mask
 
 
 class PlanTrigger(Struct, frozen=True):
-    """The reason for a joint plan, and the robot for which it is made. ``gate``: number of the
-    obstacle with a deadline, if any."""
+    """The reason for a joint plan, and the robot for which it is made."""
 
     reason: str
     robot: str
-    gate: int | None = None
 
 
 class PlanTriggers:
@@ -49,7 +47,7 @@ class PlanTriggers:
 
     def next(self) -> PlanTrigger | None:
         """Return the most urgent trigger after a tick."""
-        return self._due() or self._clearing() or self._starving()
+        return self._clearing() or self._starving()
 
     def stuck(self, *, all_still: bool) -> PlanTrigger | None:
         """Live: return a trigger if robots wait only for waiting robots. ``all_still``: no robot
@@ -91,20 +89,6 @@ class PlanTriggers:
         """Return the state on which the success of a plan depends."""
         robots = [(r.active, r.own.objective) for r in self.state.robots.values()]
         return floor.poses, floor.stages, tuple(robots), tuple(self.state.inputs.items())
-
-    def _due(self) -> PlanTrigger | None:
-        """Return a trigger if by the last decision an obstacle has a deadline and the robot that
-        acts next shares its floor; None if not, or if a plan was already requested for it."""
-        settled = self.state.last_settled
-        if settled.notes.hurried or settled.in_time is None:
-            return None
-        settled.notes.hurried = True
-        step = next(iter(settled.in_time.steps), None)
-        names, sharing = settled.floor.names, self._searches.sharing
-        if step is None or sharing.isdisjoint(names[i] for i in step.group):
-            return None
-        first = settled.floor.names[step.group[0]]
-        return PlanTrigger(f"{settled.floor.gates[step.gate]} is due", first, step.gate)
 
     def _clearing(self) -> PlanTrigger | None:
         """Return a trigger if by the last decision a robot that waits for help blocks its helper;
@@ -237,11 +221,6 @@ class StarvationMonitor:
             self._waits[robot] = _Wait(pursued, nearest, tick)
             return False
         return tick - wait.since >= (self.slowest if hasty else self.patience)
-
-    def ages(self, tick: float) -> Hashable:
-        """Return for each waiting robot its assignment, the distance, and how long it has
-        waited."""
-        return tuple((n, w.pursued, w.nearest, tick - w.since) for n, w in self._waits.items())
 
     def forget(self, robot: str) -> None:
         """Discard the time that a robot had waited before the run: it was for another target."""

@@ -7,7 +7,7 @@ beginning of a plan for the whole mission (docs/coordination.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -66,19 +66,6 @@ class Traffic:
         self.resolving = ResolutionPlans(state, searches, self.search)
         self.plan = PlanProgress(state, searches)
 
-    def state_key(self) -> Hashable:
-        """State on which plans depend in lockstep without new observations; None during a plan."""
-        if self.plan.active or self.wanted is not None:
-            return None
-        notes, spent = self.state.last_settled.notes, (self.search.failures, self.search.spent)
-        tried = (
-            *spent,
-            self.occasions.tried.total(),
-            self._certificates.known,
-            self._in_service.known,
-        )
-        return self.occasions.watch.ages(self.state.tick), tried, notes.cleared, notes.hurried
-
     def given_up(self) -> frozenset[str]:
         """The obstacles that no joint state can serve, by a search since the last call."""
         notes = self.state.last_settled.notes
@@ -123,15 +110,10 @@ class Traffic:
         return any(r.acting is not None or r.held is not None for r in self.state.robots.values())
 
     def tick(self) -> vocabulary.PlanEndReason | None:
-        """Examine the team after a tick; return the reason if the plan ends: it is finished, or the
-        acts for deadlines were chosen again. Raises RunEnded if no robot can continue, or a budget
-        is exhausted."""
+        """Examine the team after a tick; return the reason if the plan ends. Raises RunEnded if no
+        robot can continue, or a budget is exhausted."""
         if self.plan.execution is not None:
-            if self.plan.execution.finished:
-                return vocabulary.PlanEndReason.REACHED
-            settled = self.state.last_settled
-            again = settled.in_time is not None and not settled.notes.followed
-            return vocabulary.PlanEndReason.CHANGED if again else None
+            return vocabulary.PlanEndReason.REACHED if self.plan.execution.finished else None
         if not self.searches.sharing:
             return None
         if self.state.live:
@@ -145,8 +127,7 @@ class Traffic:
         moving = moving and not self.state.live
         if self.wanted is not None and not moving:
             occasion, self.wanted = self.wanted, None
-            if not self._hurry(occasion):
-                self._plan(occasion)
+            self._plan(occasion)
         return None
 
     def free(self, name: str) -> None:
@@ -170,26 +151,6 @@ class Traffic:
             plans = self._certificates, self._in_service
             return all(each.allow(name, pose) for each in plans)
         return self._certificates.undone(name, pose, self.plan.ahead(name))
-
-    def _hurry(self, occasion: PlanTrigger) -> bool:
-        """Begin the quickest plan for a deadline, if the trigger has one and such a plan exists.
-        Return whether no other plan should be made now."""
-        gate, reason = occasion.gate, occasion.reason
-        if gate is None:
-            return False
-        if not self.state.last_settled.notes.hurried:
-            return True  # the team has decided again since the trigger
-        floor, self.search.starved = self.searches.floor(), occasion.robot
-        states = self.resolving.quickest(floor, gate)
-        careful = self.resolving.around_suspects(floor, gate, states)
-        if careful is not None:
-            floor, states = careful
-            reason += ", whichever suspects exist"
-        if states is None:
-            return False
-        if self.searches.has_charge(floor, states):  # otherwise a robot charges first
-            self._begin(floor, states, self.searches.counts(floor), reason)
-        return True
 
     def _plan(self, occasion: PlanTrigger) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
@@ -240,7 +201,7 @@ class Traffic:
         try:
             found = self.thinking.ask(pending.moment, lambda: self.search.sought(plain, floor))
         except Unknown:
-            self.wanted, self._pending = replace(occasion, gate=None), pending
+            self.wanted, self._pending = occasion, pending
             return None
         except RunEnded:
             self.stop.check()
@@ -347,7 +308,7 @@ class Traffic:
 
     def _search_again(self, occasion: PlanTrigger) -> None:
         """Search for a plan from the present state while all robots stand."""
-        self.wanted = replace(occasion, gate=None)
+        self.wanted = occasion
         self._pending, self._all_wait = None, True
 
     def _begin(

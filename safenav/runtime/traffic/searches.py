@@ -185,7 +185,7 @@ class Searches:
     ) -> Mask | None:
         """Return the goal poses of a robot by its assignment; None: those of its own objective."""
         robot, index = self._state.robots[name], floor.index(name)
-        if robot.assignment.role in (Role.HELPS, Role.EARLY, Role.CHARGES):
+        if robot.assignment.role in (Role.HELPS, Role.CHARGES):
             return _lifted(floor, index, robot.assignment.goal)
         if robot.assignment.role is Role.WAITS:
             return 0

@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
 from safenav.runtime.coordination.snapshot import takers
-from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turns.move_recorder import MoveRecorder
@@ -45,9 +44,6 @@ class Actions(Struct):
         start, or on obstacles on which it could not act when it arrived."""
         if not robot.active or not robot.robot.capabilities:
             return False
-        chosen = self._chosen()
-        if chosen is not None and chosen.has_act(self.state.last_settled.floor, robot.name):
-            return False  # its acts are planned: it may leave without others
         reach = self._world_reaches(robot)
         if reach is not None:
             return reach
@@ -169,18 +165,11 @@ class Actions(Struct):
             yield Unsettled(vocabulary.Reason.REQUEST)
 
     def _cleared(self, robot: RobotState) -> list[Obstacle]:
-        return _loads(self.state, robot.robot, self._chosen())
+        return _loads(self.state, robot.robot)
 
     def _takers(self) -> dict[str, frozenset[str]]:
-        chosen, state = self._chosen(), self.state
-        acts = {} if chosen is None else chosen.takers(state.last_settled.floor)
-        loads = (work.obstacle for work in state.knowledge.pending.values() if work.takes)
-        return takers(state, acts, loads)
-
-    def _chosen(self) -> InTime | None:
-        """The acts that bind the robots; None on a joint plan, where they act in passing."""
-        settled = self.state.settled
-        return None if settled is None or self.traffic.plan.active else settled.in_time
+        pending = self.state.knowledge.pending.values()
+        return takers(self.state, (work.obstacle for work in pending if work.takes))
 
     def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
         """The results of an action without those that change nothing. Without a result for an
@@ -311,17 +300,13 @@ def _leading(team: TeamState, obstacle: Obstacle) -> set[str]:
     return {name for name, r in robots if r.acting == name and obstacle in r.acts_on}
 
 
-def _loads(team: TeamState, robot: Robot, chosen: InTime | None = None) -> list[Obstacle]:
-    """Return the known loads that a robot may take now: one that is sent for a load takes no other.
-    ``chosen``: the acts chosen for deadlines."""
+def _loads(team: TeamState, robot: Robot) -> list[Obstacle]:
+    """Return the known loads that a robot may take now: one that is sent for a load takes no
+    other."""
     pending = team.knowledge.pending.values()
     assignment, here = team.robots[robot.name].assignment, team.robots[robot.name].pose.region
     sent_for = assignment.obstacle if assignment.role is Role.HELPS else None
-    may = takers(team, {}, (work.obstacle for work in pending if work.takes))
+    may = takers(team, (work.obstacle for work in pending if work.takes))
     left = {name for name, robots in may.items() if robot.name not in robots}
     loads = team.knowledge.to_take(robot, sent_for, here, left)
-    if chosen is not None:
-        mine = chosen.next_at(team.last_settled.floor, robot.name, here)
-        if mine is not None:
-            loads = [work.obstacle for work in pending if work.obstacle.name in mine]
     return [work.obstacle for work in pending if work.takes and work.obstacle in loads]

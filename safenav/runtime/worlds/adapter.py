@@ -69,11 +69,6 @@ class BlockingAdapter:
         self._tick = 0
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
 
-    @property
-    def left(self) -> tuple[tuple[str, int], ...]:
-        """The remaining ticks of steps in transit."""
-        return tuple((name, each[0] - self._tick) for name, each in self._open.items())
-
     def times(self) -> Sequence[float]:
         """The ticks at which a simulation changes something."""
         return [] if self._simulated is None else [float(t) for t in self._simulated.times()]

@@ -31,7 +31,6 @@ from safenav.scenario.reading.maps.map import read_map
 from safenav.scenario.reading.obstacles import (
     OBSTACLES,
     ORDERS,
-    SUSPECTS,
     read_obstacles,
     read_orders,
 )
@@ -128,7 +127,6 @@ class ScenarioKeys(Table):
         shapes.whole(),
         "Maximum ticks from a request to its resolution, unless the obstacle has its own.",
     )
-    suspects = Key(SUSPECTS, "Possible obstacles that the team knows of.")
     late = Key(shapes.choice(settings.LatePolicy), "After a missed deadline: go_on, or stop.")
     chargers = Key(Shape(shapes.many(REGION), _chargers), "Regions where batteries are charged.")
     flat = Key(
@@ -150,6 +148,7 @@ class ScenarioKeys(Table):
 
 _GONE = {
     "controllers": "remove it: all strategies are listed",
+    "suspects": "remove it: robots discover obstacles by encountering them",
     "order": "remove it: requests are served by due time, those without a deadline newest first",
     "deadlock": "remove it: joint plans always move robots that wait for each other",
 }
@@ -159,7 +158,7 @@ AS_WRITTEN = (
     *(ScenarioKeys.name, ScenarioKeys.seed, ScenarioKeys.coordination, ScenarioKeys.clock),
     *(ScenarioKeys.resolve_within, ScenarioKeys.late, ScenarioKeys.never_together),
     *(ScenarioKeys.expect, ScenarioKeys.requirements, ScenarioKeys.partition),
-    *(ScenarioKeys.suspects, ScenarioKeys.chargers, ScenarioKeys.until, ScenarioKeys.limits),
+    *(ScenarioKeys.chargers, ScenarioKeys.until, ScenarioKeys.limits),
     ScenarioKeys.failures,
 )
 """Keys whose values are fields of the scenario, in the order in which they are read."""

@@ -1,4 +1,4 @@
-"""The ``obstacles:`` of a scenario (hidden until encountered), its ``orders`` and ``suspects``."""
+"""The ``obstacles:`` of a scenario (hidden until encountered) and its ``orders``."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import TYPE
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
-from safenav.scenario.yaml.shapes import PROBABILITY, Key, Shape, Table, either, form, many, whole
+from safenav.scenario.yaml.document import Mapping, Node, Scalar
+from safenav.scenario.yaml.shapes import PROBABILITY, Key, Table, either, form, many, whole
 
 MOST_TICKS = read.MOST
 TICK = whole(1, MOST_TICKS)
@@ -19,14 +19,11 @@ class ChanceKeys(Table):
     probability = Key(PROBABILITY, "From 0 to 1.", required="for example {probability: 0.5}")
 
 
-class SuspectKeys(Table):
+class ObstacleKeys(Table):
     example = "{type: door, region: 47}"
+    definition = "obstacle"
     type = Key(TYPE, "An obstacle type of the catalogue.", required="for example 'type: door'")
     region = _AT
-
-
-class ObstacleKeys(SuspectKeys):
-    definition = "obstacle"
     traversable = Key(
         form(either({"type": "boolean"}, ChanceKeys)), "What resolving it reveals. Default: true."
     )
@@ -127,13 +124,3 @@ def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bo
         return node.value
     read.wrong_type(node, "'traversable'", "true, false or {probability: 0.5}", reading)
     return None
-
-
-def _suspects(node: Node | None, _what: str, reading: Reading) -> tuple[Obstacle, ...] | None:
-    """Return the possible obstacles that the team knows of; None without a list."""
-    found = [(i.type, i.region) for i in SuspectKeys.each(node, "suspects", "a suspect", reading)]
-    known = (Obstacle(kind, there) for kind, there in found if kind and there is not None)
-    return tuple(known) if isinstance(node, Sequence) else None
-
-
-SUSPECTS = Shape(many(SuspectKeys), _suspects)

@@ -23,8 +23,7 @@ def late_mission(seed: int) -> Data:
     data["limits"] = {"ticks": 300, "synthesis_seconds": 20, "seconds": 240}
     for key in ("by", "within"):
         data["until"].pop(key, None)
-    for key in ("late", "suspects"):
-        data.pop(key, None)
+    data.pop("late", None)
     for robot in data["robots"].values():
         robot["objective"].pop("within", None)
         robot.pop("avoids", None)  # bodies do not share a region

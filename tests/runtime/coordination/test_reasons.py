@@ -2,11 +2,6 @@
 
 import pytest
 
-from runtime.facts import case
-from runtime.played import loaded
-from safenav.report.terminal.worst_cases import worst_lines
-from safenav.runtime.coordination.foresight import unserved
-from safenav.runtime.deadlines.worst import worst_cases
 from safenav.runtime.duties.reasons import (
     Helper,
     Hindrance,
@@ -14,7 +9,6 @@ from safenav.runtime.duties.reasons import (
     shortfall_words,
 )
 from safenav.scenario.objective import number_word
-from safenav.world.moves import Pose
 
 
 def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
@@ -71,12 +65,3 @@ TWO = (Helper("a", Hindrance.NOTHING), Helper("b", Hindrance.GATES, ("crate@2",)
 )
 def test_the_reason_names_the_robots_that_a_need_lacks(found: Shortfall, words: str) -> None:
     assert shortfall_words(found, number_word) == words
-
-
-def test_worst_cases_have_no_tick_for_an_obstacle_that_no_robots_can_resolve() -> None:
-    scenario = loaded(case("needs/foreseen_by_check"))
-    poses = {"ann": [Pose(30, None)], "ben": [Pose(34, None)]}
-    assert unserved(scenario) == {"crate@21"}
-    bounds, known = (worst_cases(scenario, poses, each) for each in ((), unserved(scenario)))
-    assert "at best" in "".join(worst_lines(bounds, str))
-    assert "crate@21: never resolved" in "".join(worst_lines(known, str))

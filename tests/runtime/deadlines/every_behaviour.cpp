@@ -1,20 +1,17 @@
 // Every behaviour of a small team, turn after turn: the earliest turn in which each obstacle is
-// resolved, and whether all can be resolved by given turns. Plain breadth-first search over joint
-// states, without a bound, a plan or a path: nothing that the product does.
+// resolved. Plain breadth-first search over joint states, without a bound, a plan or a path: nothing
+// that the product does. Robots do not collide.
 //
 // A robot in its turn stays, begins a step to a side, or is on its way; a step of d ticks that it
 // begins in tick t ends in its turn of tick t + d - 1. Until then it is where it set out. In each
 // turn, at its end, a robot does all that it can where it is, but for loads (a need that is followed
-// by one of the same robots): it takes those last, no more than it has room for, alone or with others
-// that are there, or leaves them. With conflicts, two robots that
-// conflict are never in one region, and one on its way is in both of its regions. `waits`: a robot
-// on its way does nothing, so one that acts sets out in its next turn. One robot may
-// have targets, to be met one after the other: each at the end of a turn in which it is there and
-// not on its way.
+// by one of the same robots): it takes those last, alone or with others that are there, or leaves
+// them. One robot may have targets, to be met one after the other: each at the end of a turn in which
+// it is there and not on its way.
 //
 // One question a line, as numbers (every_behaviour.py writes them); one answer a line:
-// "states kept turn... targets" with -1 for never; kept is 1 if all dues can be met; the last turn
-// is the one in which all targets can be met.
+// "states turn... targets" with -1 for never; the last turn is the one in which all targets can be
+// met.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -23,14 +20,14 @@
 
 namespace {
 
-int rows, cols, count, gates, begin, conflicts, waits, walker;
+int rows, cols, count, gates, begin, walker;
 std::vector<std::vector<char>> targets;  // of that robot
 long most;
 std::vector<char> wall;
 
 struct Robot {
-  int heading, ticks, room, region, face, to, facing, left;
-  unsigned skills, foes;
+  int heading, ticks, region, face, to, facing, left;
+  unsigned skills;
 } robots[8];
 
 struct Need {
@@ -40,7 +37,7 @@ struct Need {
 };
 
 struct Gate {
-  int region, due, stage;
+  int region, stage;
   unsigned done, group;
   std::vector<Need> needs;
   std::vector<unsigned> closed;
@@ -95,24 +92,11 @@ bool takes(State &s, int g) {
   return stage + 1 < needs.size() && needs[stage + 1].same && !needs[stage].same;
 }
 
-bool has_room(State &s, int j) {
-  int loads = 0;
-  for (int g = 0; g < gates; g++) {
-    const uint8_t *now = gate(s, g);
-    if (now[0] == all[g].needs.size()) continue;
-    unsigned carriers = all[g].needs[now[0]].same ? now[2] : takes(s, g) ? now[1] : 0;
-    loads += carriers >> j & 1;
-  }
-  return loads < robots[j].room;
-}
-
 bool there(State &s, int g, int j) {
   const uint8_t *now = gate(s, g);
   const Need &need = all[g].needs[now[0]];
   return (need.skills & ~robots[j].skills) == 0 && need.where[robot(s, j)[0]] &&
-         !(waits && robot(s, j)[4]) &&
-         (!need.same || (now[2] >> j & 1)) &&
-         (!takes(s, g) || (now[1] >> j & 1) || has_room(s, j));
+         (!need.same || (now[2] >> j & 1));
 }
 
 // The robots that have had a part in a need: those of the group, and all that had one before.
@@ -175,17 +159,16 @@ void read() {
   rows = number(), cols = number();
   wall.assign(rows * cols, 0);
   for (char &w : wall) w = number();
-  count = number(), gates = number(), begin = number(), conflicts = number(), waits = number(),
-  most = number();
+  count = number(), gates = number(), begin = number(), most = number();
   for (int i = 0; i < count; i++) {
     Robot &r = robots[i];
-    r.heading = number(), r.ticks = number(), r.room = number(), r.region = number(), r.face = number();
+    r.heading = number(), r.ticks = number(), r.region = number(), r.face = number();
     r.to = number(), r.facing = number(), r.left = number();
-    r.skills = number(), r.foes = number();
+    r.skills = number();
   }
   for (int g = 0; g < gates; g++) {
     Gate &one = all[g];
-    one.region = number(), one.due = number(), one.stage = number();
+    one.region = number(), one.stage = number();
     one.done = number(), one.group = number();
     one.needs.assign(number(), {});
     one.closed.clear();
@@ -211,18 +194,11 @@ bool may_enter(State &s, int i, int region) {
     if (all[g].region == region && stage < all[g].needs.size() && (all[g].closed[stage] >> i & 1))
       return false;
   }
-  for (int j = 0; conflicts && j < count; j++)
-    if (j != i && (robots[i].foes >> j & 1)) {
-      const uint8_t *other = robot(s, j);
-      if (other[0] == region || (other[4] && other[2] == region)) return false;
-    }
   return true;
 }
 
-// The states after the turn of robot i, into next; drops those that miss a due turn.
+// The states after the turn of robot i, into next.
 void turn(State s, int i, int now, Seen &seen, std::vector<State> &next) {
-  bool was[8];
-  for (int g = 0; g < gates; g++) was[g] = gate(s, g)[0] == all[g].needs.size();
   auto put_one = [&](State t) {
     const uint8_t *at = robot(t, i);
     if (i == walker && *met(t) < targets.size() && !at[4] && targets[*met(t)][at[0]]) {
@@ -232,7 +208,6 @@ void turn(State s, int i, int now, Seen &seen, std::vector<State> &next) {
     for (int g = 0; g < gates; g++) {
       bool over = gate(t, g)[0] == all[g].needs.size();
       if (over && first[g] < 0) first[g] = now;
-      if (all[g].due >= 0 && now >= all[g].due && !(over && (was[g] || now == all[g].due))) return;
     }
     if (seen.add(t)) next.push_back(t);
   };
@@ -275,16 +250,13 @@ void answer() {
   }
   first.assign(gates, -1);
   last_target = -1;
-  bool dues = false;
   for (int g = 0; g < gates; g++) {
     gate(start, g)[0] = all[g].stage, gate(start, g)[1] = all[g].done;
     gate(start, g)[2] = all[g].group;
-    dues |= all[g].due >= 0;
   }
   std::vector<Seen> seen(count);
   std::vector<State> states{start}, next;
   long total = 0;
-  bool kept = false;
   // A state that was reached before, after a turn of the same robot, is no news: what follows from
   // it came earlier then.
   for (int now = begin; !states.empty() && total < most; now++) {
@@ -294,16 +266,9 @@ void answer() {
     states.swap(next);
     bool over = targets.empty() || last_target >= 0;
     for (int g = 0; g < gates; g++) over &= first[g] >= 0;
-    if (over && !dues) break;
-    for (State &s : states) {
-      bool done = dues;
-      for (int g = 0; g < gates; g++)
-        done &= all[g].due < 0 || gate(s, g)[0] == all[g].needs.size();
-      kept |= done;
-    }
-    if (kept) break;
+    if (over) break;
   }
-  printf("%ld %d", total < most ? total : -1, int(kept || !dues));
+  printf("%ld", total < most ? total : -1);
   for (int turn_ : first) printf(" %d", turn_);
   printf(" %d\n", last_target);
   fflush(stdout);

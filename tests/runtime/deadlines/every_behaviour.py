@@ -3,7 +3,7 @@ compiled once from ``every_behaviour.cpp``, and reads its requests as numbers.""
 
 import os
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -19,39 +19,31 @@ MOST = 30_000_000
 
 @dataclass(frozen=True)
 class Truth:
-    """``turns``: in which each obstacle can be resolved at the earliest (None: never); ``kept``:
-    whether all can be resolved by their due turns; ``round``: in which all targets can be met."""
+    """``turns``: in which each obstacle can be resolved at the earliest (None: never); ``round``:
+    in which all targets can be met."""
 
     turns: tuple[int | None, ...]
-    kept: bool
     round: int | None
 
 
 def every_behaviour(
-    moment: BoundMoment,
-    due: Mapping[int, int] | None = None,
-    foes: Sequence[frozenset[int]] | None = None,
-    walker: int = 0,
-    targets: Sequence[Sequence[int]] = (),
-    waits: bool = False,
+    moment: BoundMoment, walker: int = 0, targets: Sequence[Sequence[int]] = ()
 ) -> Truth | None:
-    """What the team of ``moment`` can do; ``due``: turns by obstacle; ``foes``: the robots that
-    never share a region with each (None: no collisions); ``targets``: that one of the robots,
-    ``walker``, is to meet one after the other; ``waits``: no robot acts during a step of several
-    ticks. None: too many states."""
+    """What the team of ``moment`` can do; ``targets``: that one of the robots, ``walker``, is to
+    meet one after the other. None: too many states."""
     talk = _program()
     assert talk.stdin is not None
     assert talk.stdout is not None
-    found = [*_numbers(moment, due or {}, foes, waits), walker, len(targets)]
+    found = [*_numbers(moment), walker, len(targets)]
     for target in targets:
         found += [len(target), *target]
     talk.stdin.write(" ".join(map(str, found)) + "\n")
     talk.stdin.flush()
-    states, kept, *turns, last = map(int, talk.stdout.readline().split())
+    states, *turns, last = map(int, talk.stdout.readline().split())
     if states < 0:
         return None
     told = tuple(None if turn < 0 else turn for turn in turns)
-    return Truth(told, bool(kept), None if last < 0 else last)
+    return Truth(told, None if last < 0 else last)
 
 
 @cache
@@ -66,12 +58,7 @@ def _program() -> subprocess.Popen[str]:
     return subprocess.Popen([built], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
-def _numbers(
-    moment: BoundMoment,
-    due: Mapping[int, int],
-    foes: Sequence[frozenset[int]] | None,
-    waits: bool,
-) -> list[int]:
+def _numbers(moment: BoundMoment) -> list[int]:
     skills = sorted({need.action for one in moment.opens for need in one.gate.needs})
 
     def able(actions: frozenset[str]) -> int:
@@ -83,20 +70,19 @@ def _numbers(
     world = moment.walkers[0].graph.world
     begin = moment.now + 1
     found = [world.rows, world.cols, *(int(r in world.walls) for r in range(world.size))]
-    found += [moment.count, len(moment.opens), begin, int(foes is not None)]
-    found += [int(waits), MOST]
+    found += [moment.count, len(moment.opens), begin, MOST]
     for i, walker in enumerate(moment.walkers):
         here = walker.pose if walker.leaves is None else walker.leaves
         base = begin // moment.count - (begin % moment.count <= i)
         left = 0 if walker.leaves is None else walker.ready - base
-        found += [int(walker.graph.blocks > 1), walker.ticks, walker.room]
+        found += [int(walker.graph.blocks > 1), walker.ticks]
         for pose in (here, walker.pose):
             face, region = divmod(pose, world.size)
             found += [region, face]
-        found += [left, able(walker.capabilities), team(foes[i] if foes else frozenset())]
-    for gate, one in enumerate(moment.opens):
+        found += [left, able(walker.capabilities)]
+    for one in moment.opens:
         needs, stage = one.gate.needs, one.stage
-        found += [one.gate.region, due.get(gate, -1), stage.need, team(stage.done)]
+        found += [one.gate.region, stage.need, team(stage.done)]
         found += [team(stage.group or frozenset()), len(needs)]
         parts = zip(needs, one.gate.closed_to, one.gate.skills, strict=True)
         for part, closed, actions in parts:

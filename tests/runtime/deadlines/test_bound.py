@@ -35,7 +35,7 @@ def test_no_round_ends_before_its_bound(number: int) -> None:
 
 @pytest.mark.parametrize("name", slow_teams())
 def test_slow_robots_act_where_they_set_out(name: str) -> None:
-    moment, expected, _ = slow_teams()[name]
+    moment, expected = slow_teams()[name]
     truth = every_behaviour(moment)
     assert truth is not None
     assert list(truth.turns) == expected
