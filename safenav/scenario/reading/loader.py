@@ -146,14 +146,6 @@ class ScenarioKeys(Table):
     )
 
 
-_GONE = {
-    "controllers": "remove it: all strategies are listed",
-    "suspects": "remove it: robots discover obstacles by encountering them",
-    "order": "remove it: requests are served by due time, those without a deadline newest first",
-    "deadlock": "remove it: joint plans always move robots that wait for each other",
-}
-"""Hints for former keys."""
-
 AS_WRITTEN = (
     *(ScenarioKeys.name, ScenarioKeys.seed, ScenarioKeys.coordination, ScenarioKeys.clock),
     *(ScenarioKeys.resolve_within, ScenarioKeys.late, ScenarioKeys.never_together),
@@ -261,7 +253,7 @@ def schema_text() -> str:
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
     """Return the scenario, which is valid only if nothing was reported."""
     reading.catalogue = built_in()
-    item = ScenarioKeys.read(root, "the scenario", reading, of="", elsewhere=_GONE)
+    item = ScenarioKeys.read(root, "the scenario", reading, of="")
     if item is None:
         return None
     _check_version(item.safenav, reading)
