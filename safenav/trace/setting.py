@@ -177,10 +177,10 @@ class LimitsHeader(Struct, frozen=True):
 class ScenarioHeader(Struct, frozen=True):
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
-    any. ``changes``: the changes for robots during the run, by tick. ``requirements``: formulas over
-    the motion of the run, by name. ``chargers``: regions where batteries are charged; ``flat``: the
-    type of obstacle that appears at a robot whose charge is used up; ``begun``: the run that this
-    one continues."""
+    any. ``changes``: the changes for robots during the run, by tick. ``requirements``: formulas
+    over the motion of the run, by name. ``chargers``: regions where batteries are charged;
+    ``flat``: the type of obstacle that appears at a robot whose charge is used up; ``begun``: the
+    run that this one continues."""
 
     name: str
     map: MapHeader
