@@ -113,6 +113,7 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Extend the time limits of searches to minutes, so that they succeed on a busy machine."""
     for constant in (
         "safenav.explain.investigation.REPAIR_SECONDS",
+        "safenav.explain.realizability.BUDGET_SECONDS",
         "safenav.runtime.analysis.postmortem.RUN_SECONDS",
         "safenav.runtime.analysis.explanation.QUESTION_SECONDS",
     ):

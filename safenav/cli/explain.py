@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -55,21 +56,20 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     options.check_robot(robot, plan, scenario)
     wanted = [r.name for r in plan.robots] if robot is None else [robot]
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
-    if refused is not None and not found and robot is None:
+    data = list[dict[str, Any]]()
+    for explanation in found:
+        if not as_json:
+            echo_folded(["", *explanation_lines(explanation, plan)][not data :])
+        data.append(explanation_data(explanation, plan))
+    if refused is not None and not data and robot is None:
         raise refused  # for another reason than an unreachable target
-    if not found and robot is None:
+    if not data and robot is None:
         return _of_the_run(plan, as_json)
     if as_json:
-        robots = [explanation_data(explanation, plan) for explanation in found]
-        click.echo(json.dumps({"scenario": plan.name, "unrealizable": robots}, indent=2))
-    elif not found:
+        click.echo(json.dumps({"scenario": plan.name, "unrealizable": data}, indent=2))
+    elif not data:
         click.echo(f"{robot} is {click.style('realizable', fg='green')}: nothing to explain")
-    else:
-        for place, explanation in enumerate(found):
-            echo_folded(explanation_lines(explanation, plan))
-            if place + 1 < len(found):
-                click.echo()
-    return ExitCode.NEGATIVE if found else ExitCode.OK
+    return ExitCode.NEGATIVE if data else ExitCode.OK
 
 
 def _of_the_run(plan: Scenario, as_json: bool) -> int:

@@ -137,6 +137,8 @@ def explain(file: Path, as_json: bool) -> int:
             brief = Synthesizer(seconds=WARNING_SECONDS, memory_mb=WARNING_MB)
             _warn(file, _listed(brief.synthesize, spec), synthesizer)
         return ExitCode.OK
+    if not as_json:
+        click.echo(f"{file}: {click.style('unrealizable', fg='red', bold=True)}")
     found = explain_lines(spec, synthesizer)
     if as_json:
         data = {"specification": str(file), "unrealizable": line_explanation_data(found)}

@@ -6,7 +6,7 @@ possible."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from msgspec.structs import replace
 
@@ -29,6 +29,8 @@ from safenav.world.map import Heading, Region, RegionMap
 
 MOST_AT_ONCE = 64
 """Members that are tried one by one, several at a time, before any search."""
+CORE_SHARE, REST_SHARE = 0.5, 0.65
+"""Shares of the budget by which the search for the core ends, and the checks of the rest."""
 
 
 def find_core(
@@ -39,19 +41,25 @@ def find_core(
     Where a query gets no verdict within the limits, its members stay in the core, which is then not
     known to be minimal."""
     search = _Search(spec, ask)
-    members = search.first_failing(_choices(_members(spec, task, world), task, world, found))
+    every = _members(spec, task, world)
+    members = search.first_failing(_choices(every, task, world, found))
     walls = [m for m in members if _is_wall(m)]
     rest = search.minimal([m for m in members if not _is_wall(m)], walls)
     walls = search.minimal(walls, rest)
     walls = search.minimal([part for m in walls for part in _split(m)], rest)
-    return search.core([*rest, *walls])
+    return search.core([*rest, *walls], [part for m in every for part in _split(m)])
 
 
 def find_line_core(spec: Specification, ask: Questions) -> Core:
     """Return a minimal core of an unrealizable specification, each line of which counts alone."""
     search = _Search(spec, ask)
     lines = [CoreMember(c.origin, (c,)) for c in spec.constraints if is_guarantee(c)]
-    return search.core(search.minimal(lines, []))
+    return search.core(search.minimal(lines, []), lines)
+
+
+def _proven(verdict: Verdict) -> bool | None:
+    """Return whether a specification is realizable; None if that is not known."""
+    return {Verdict.REALIZABLE: True, Verdict.UNREALIZABLE: False}.get(verdict)
 
 
 class _Search:
@@ -60,15 +68,25 @@ class _Search:
     def __init__(self, spec: Specification, ask: Questions) -> None:
         self._spec = spec
         self._ask = ask
-        self._before = ask.asked
         self._unknown = False
+        ask.spend(CORE_SHARE)
 
-    def core(self, members: Sequence[CoreMember]) -> Core:
-        """Return the core of these members."""
-        cooperating = self._ask.verdict(cooperative(self.with_only(members)))
+    def core(self, members: Sequence[CoreMember], every: Sequence[CoreMember]) -> Core:
+        """Return the core of these members; ``every``: those of the whole specification."""
+        self._ask.spend(REST_SHARE)
         fairness = dict.fromkeys(c.origin for c in self._spec.section(Section.ENV_LIVENESS))
-        alone, asked = cooperating is Verdict.UNREALIZABLE, self._ask.asked - self._before
-        return Core(tuple(members), alone, tuple(fairness), not self._unknown, asked)
+        together = self._ask.verdict(cooperative(self.with_only(members)))
+        core = Core(tuple(members), _proven(together), tuple(fairness), not self._unknown)
+        if core.together:
+            all_together = self._ask.verdict(cooperative(self.with_only(every)))
+            core = replace(core, all_together=bool(_proven(all_together)))
+        if not core.minimal:
+            return core
+        without = [self.with_only(m for m in every if m != each) for each in members]
+        self._ask.prepare(without)
+        suffices = [_proven(self._ask.verdict(spec)) for spec in without]
+        vain = tuple(m for m, good in zip(members, suffices, strict=True) if good is False)
+        return replace(core, decisive=all(suffices), vain=vain)
 
     def with_only(self, members: Iterable[CoreMember]) -> Specification:
         return with_guarantees(self._spec, (c for m in members for c in m.constraints))
@@ -98,13 +116,14 @@ def _choices(
 ) -> list[list[CoreMember]]:
     """Return guarantees that probably fail already, fewest first; the last choice is all of
     them."""
-    choices = []
+    around = {world.step(region, heading) for region in found.confined for heading in Heading}
+    beside = world.walls & around
+    choices = [[m for m in every if not _is_wall(m) or not beside.isdisjoint(m.regions)], every]
     if found.cause is NoStrategyCause.NO_WAY:
         dividing = _dividing(task, world, found.lost)
-        choices.append([part for m in every for part in _split(m) if _within(part, dividing)])
-    beside = {world.step(region, heading) for region in found.confined for heading in Heading}
-    choices.append([m for m in every if not _is_wall(m) or beside.intersection(m.regions)])
-    return [*choices, every]
+        parts = [part for m in every for part in _split(m)]
+        choices.insert(0, [m for m in parts if not _is_wall(m) or m.regions[0] in dividing])
+    return choices
 
 
 def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMember]:
@@ -113,7 +132,9 @@ def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMemb
     together: dict[object, list[Constraint]] = {}
     for constraint in _with_all_edges(spec, task, world):
         if is_guarantee(constraint):
-            alone = constraint.origin.item == "map" or constraint.section is Section.SYS_LIVENESS
+            origin = constraint.origin
+            formula = origin.rule.startswith("ltl") or origin.item.endswith(".always")
+            alone = formula or origin.item == "map" or constraint.section is Section.SYS_LIVENESS
             key = (constraint,) if alone else (constraint.origin, constraint.section)
             together.setdefault(key, []).append(constraint)
     members = [_member(constraints) for constraints in together.values()]
@@ -155,45 +176,12 @@ def _split(member: CoreMember) -> list[CoreMember]:
     ]
 
 
-def _within(member: CoreMember, walls: Collection[Region]) -> bool:
-    return not _is_wall(member) or not member.regions or member.regions[0] in walls
-
-
 def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Region]:
-    """Return a minimal set of walls that is enough to keep the robot from the first lost target.
-
-    Walls are removed one after the other, those at the edge of the map first, unless that would
-    connect the two; connections are kept by union and find."""
-    parent = list(range(world.size))
-
-    def root(region: Region) -> Region:
-        while parent[region] != region:
-            parent[region] = parent[parent[region]]
-            region = parent[region]
-        return region
-
-    standing = set(world.walls)
-    for region in world.free:
-        for beside in world.neighbours(region):
-            parent[root(region)] = root(beside)
-    apart = [t for t in lost if root(task.pose.region) not in {root(r) for r in t}]
-    if not apart:
-        return standing
-    target = sorted(apart[0])
-    for region in target[1:]:
-        parent[root(region)] = root(target[0])
-    for wall in sorted(world.walls, key=lambda r: (not _at_edge(r, world), r)):
-        steps = (world.step(wall, heading) for heading in Heading)
-        around = [r for r in steps if r is not None and r not in standing]
-        joined = {root(r) for r in around}
-        if {root(task.pose.region), root(target[0])} <= joined:
-            continue
-        standing.discard(wall)
-        for region in around:
-            parent[root(region)] = root(wall)
-    return standing
-
-
-def _at_edge(region: Region, world: RegionMap) -> bool:
-    row, col = world.position(region)
-    return row in (0, world.rows - 1) or col in (0, world.cols - 1)
+    """Return walls that are enough to keep the robot from the first lost target: those around its
+    room that are beside a region from where there is a path to the target without other walls."""
+    room = world.distances([task.pose.region])
+    walls = {wall for wall in world.walls if not room.keys().isdisjoint(world.neighbours(wall))}
+    target = next((t for t in lost if room.keys().isdisjoint(t)), frozenset[Region]())
+    opened = replace(world, walls=frozenset(walls))
+    beyond = opened.distances(target)
+    return {wall for wall in walls if not beyond.keys().isdisjoint(opened.neighbours(wall))}

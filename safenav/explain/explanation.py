@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from enum import StrEnum
 
 from msgspec import Struct
@@ -13,11 +13,15 @@ from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Target
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.spec.task import Known, Task
+from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading, Region
+
+Values = Mapping[str, int]
+"""The values of all variables at one moment."""
 
 
 class NoStrategyCause(StrEnum):
-    """Cause of unrealizability. All but the last two hold whatever the moving robots do."""
+    """Cause of unrealizability. All but the last three hold whatever the moving robots do."""
 
     NO_WAY = "no_way"
     """Walls are between the robot and a target."""
@@ -38,9 +42,11 @@ class NoStrategyCause(StrEnum):
     FORBIDDEN_WAY = "forbidden_way"
     """The objective forbids the moves that the map requires."""
     CORNERED = "cornered"
-    """Other robots can bring it where each move, and staying, breaks a guarantee."""
+    """Other robots or inputs can bring it where each move, and staying, breaks a guarantee."""
     KEPT_AWAY = "kept_away"
-    """Other robots can keep it from a target forever."""
+    """Other robots or inputs can keep it from a target forever."""
+    CONFLICT = "conflict"
+    """Its guarantees conflict; nothing more was found within the limits."""
 
 
 class Diagnosis(Struct, frozen=True):
@@ -69,15 +75,30 @@ class Core(Struct, frozen=True):
     """A minimal set of guarantees that no strategy can keep together.
 
     With all assumptions and these guarantees alone there is no strategy; without any one of the
-    members there is one (if ``minimal``: else time ran out on some query). ``alone``: not even with
-    cooperating robots. ``fairness``: the fairness that it was allowed to assume, without success.
-    ``queries``: number of realizability queries."""
+    members there is one (if ``minimal``: else time ran out on some query). ``together``: whether
+    they can be kept with a cooperating environment (None: not known); ``all_together``: so can all
+    guarantees of the specification. ``fairness``: the fairness
+    that it was allowed to assume, without success. ``decisive``: without any one of the members,
+    the whole specification is realizable; ``vain``: members without which it is still
+    unrealizable, because of another conflict."""
 
     members: tuple[CoreMember, ...]
-    alone: bool
+    together: bool | None
     fairness: tuple[Origin, ...] = ()
     minimal: bool = True
-    queries: int = 0
+    all_together: bool = False
+    decisive: bool = False
+    vain: tuple[CoreMember, ...] = ()
+
+    @property
+    def alone(self) -> bool:
+        """Return whether they conflict even with a cooperating environment."""
+        return self.together is False
+
+    @property
+    def constraints(self) -> list[Constraint]:
+        """Return all guarantees of the core."""
+        return [constraint for member in self.members for constraint in member.constraints]
 
     @property
     def walls(self) -> tuple[Region, ...]:
@@ -95,8 +116,8 @@ def is_guarantee(constraint: Constraint) -> bool:
     return constraint.section in (Section.SYS_INIT, Section.SYS_TRANS, Section.SYS_LIVENESS)
 
 
-class WitnessEnd(StrEnum):
-    """End of a witness."""
+class PlayEnd(StrEnum):
+    """End of a losing play."""
 
     CONFINED = "confined"
     """It visits all regions that it can reach, and the target is not among them."""
@@ -108,16 +129,6 @@ class WitnessEnd(StrEnum):
     """It cannot even begin."""
 
 
-class PlayMoment(Struct, frozen=True):
-    """One moment of a witness. ``others``: its observations (inputs), Booleans as 0 and 1;
-    ``memory``: its outputs beyond the pose."""
-
-    region: Region | None
-    heading: Heading | None = None
-    others: tuple[tuple[str, int], ...] = ()
-    memory: tuple[tuple[str, int], ...] = ()
-
-
 class Dilemma(Struct, frozen=True):
     """One move that it could still make, and a guarantee that this would break."""
 
@@ -126,20 +137,20 @@ class Dilemma(Struct, frozen=True):
     broken: Constraint
 
 
-class Witness(Struct, frozen=True):
-    """A losing play of a robot that does its best.
+class LosingPlay(Struct, frozen=True):
+    """A play of a system that does its best against the environment's ``strategy``, as values.
 
-    ``moments`` from the start on; then ``cycle`` repeats forever (STARVED). For STUCK: ``pressure``
-    holds the other robots' last moves, ``dilemmas`` why no reply is left. ``goal``: the goal that
-    is never met. ``confined``: the regions within reach (CONFINED)."""
+    ``walk`` from the start on; then ``cycle`` repeats forever and ``goal`` is never met (STARVED),
+    or the next inputs ``pressure`` leave no output (STUCK; ``dilemmas``: the moves of a robot). The
+    initial inputs ``pressure`` leave none (NO_BEGINNING). CONFINED has no play, but a diagnosis."""
 
-    ending: WitnessEnd
-    moments: tuple[PlayMoment, ...] = ()
-    cycle: tuple[PlayMoment, ...] = ()
+    ending: PlayEnd
+    strategy: Strategy | None = None
+    walk: tuple[Values, ...] = ()
+    cycle: tuple[Values, ...] = ()
+    goal: Constraint | None = None
     pressure: tuple[tuple[str, int], ...] = ()
     dilemmas: tuple[Dilemma, ...] = ()
-    goal: Constraint | None = None
-    confined: frozenset[Region] = frozenset()
 
 
 class RepairKind(StrEnum):
@@ -202,6 +213,6 @@ class Explanation(Struct, frozen=True):
     cause: NoStrategyCause
     diagnosis: Diagnosis
     core: Core
-    witness: Witness | None
+    play: LosingPlay | None
     repairs: tuple[Repair, ...]
     seconds: float

@@ -1,70 +1,117 @@
-"""Losing plays in the environment's winning strategy (the counterstrategy): of a system that meets
-goals while it can, or of a robot that then approaches an unreachable goal on its map. If graph
-search suffices, the regions within reach are the witness."""
+"""Losing plays in the environment's winning strategy (the counterstrategy) against a core.
+
+The system obeys all guarantees while it can. It meets the goals that the environment does not
+prevent, then pursues one that it cannot meet, until it has no move left or the play repeats."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from graphlib import TopologicalSorter
-from itertools import islice, product
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import islice
 
-from msgspec import Struct
-
-from safenav.cached_method import cached_method
-from safenav.components import explored, path_to, shortest_paths
-from safenav.explain.explanation import (
-    Diagnosis,
-    Dilemma,
-    NoStrategyCause,
-    PlayMoment,
-    Witness,
-    WitnessEnd,
-)
-from safenav.scenario.guarantees import values_of
-from safenav.scenario.objective import Ltl, Target
-from safenav.spec.specification import Constraint, Owner, Section, Specification, Variable
-from safenav.spec.task import Task
+from safenav.components import path_to, shortest_paths
+from safenav.explain.explanation import LosingPlay, PlayEnd, Values
+from safenav.explain.plans import ShortestPlans
+from safenav.explain.realizability import Questions
+from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, clauses
-from safenav.verify.completions import Clause, Completions
+from safenav.verify.completions import Clause, Completions, Row, Slot
 from safenav.verify.counterstrategy import counterstrategy_starts
-from safenav.verify.cycles import Edges, cyclic_parts
-from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.moves import Pose, moves
 
 MOST_MOMENTS = 200
+"""Moments in which a system meets goals."""
 MOST_INPUTS = 4096
-MOST_VENTURED = 12
-"""Moments that a system tries for a goal before it cycles."""
+"""Inputs that are tried for one that leaves no output."""
+
+Nearness = Callable[[Values], float]
+Near = Callable[[Constraint], Nearness]
+"""The distance to a goal, beyond which plans do not distinguish moves."""
 
 
-class Play:
-    """One counterstrategy, and queries on its nodes: each move of the system is a successor."""
+def anywhere(_goal: Constraint) -> Nearness:
+    """Return the distance to a goal without a map."""
+    return lambda _: 0.0
 
-    def __init__(self, spec: Specification, counterstrategy: Strategy) -> None:
-        self._spec = spec
-        self._strategy = counterstrategy
-        self._inputs = [v.name for v in spec.owned(Owner.INPUT)]
 
-    def goals_first(self, start: int) -> list[int]:
-        """Return a walk from ``start`` that meets goals as long as one of a round can be met."""
-        walk = [start]
-        goals = clauses(self._spec, Section.SYS_LIVENESS)
-        open_goals = list(goals)
-        while open_goals and len(walk) < MOST_MOMENTS:
-            leg, met = self._nearest(walk[-1], open_goals)
+def losing_play(
+    whole: Specification,
+    core: Specification,
+    ask: Questions,
+    near: Near = anywhere,
+) -> LosingPlay | None:
+    """Return a play that an unrealizable ``core`` of ``whole`` loses; None if the limits do not
+    allow it."""
+    strategy = ask.counterstrategy(core)
+    if strategy is None:
+        return None
+    starts = counterstrategy_starts(core, strategy)
+    if not starts:
+        return LosingPlay(PlayEnd.NO_BEGINNING, strategy, pressure=_refused(core))
+    arena = _Arena(whole, core, strategy, starts)
+    begins = [node for node in starts if arena.begins_well(node)] or starts
+    values = strategy.values
+    walk = [begins[0]]
+    goals = arena.meet_goals(walk)
+    nearness: Nearness = near(goals[0]) if goals else (lambda _: 0.0)
+    passed = len(walk) - 1  # the last moment in which a goal was met
+    plans = ShortestPlans((whole, core), goals, ask)
+    while arena.answers[walk[-1]]:
+        node = arena.pursue(walk[-1], plans, nearness)
+        if node in walk[passed:]:
+            cycle = walk[walk.index(node, passed) :]
+            walk = walk[: walk.index(node, passed)]
+            goal = arena.never_met(cycle)
+            shown = tuple(map(values, walk)), tuple(map(values, cycle))
+            return LosingPlay(PlayEnd.STARVED, strategy, *shown, goal)
+        walk.append(node)
+    inputs = arena.pressure(walk[-1])
+    return LosingPlay(PlayEnd.STUCK, strategy, tuple(map(values, walk)), pressure=inputs)
+
+
+class _Arena:
+    """A counterstrategy against ``core``. ``answers``: the successors of each node that obey all
+    guarantees of ``whole``, or all of them if none does."""
+
+    def __init__(
+        self, whole: Specification, core: Specification, strategy: Strategy, starts: Sequence[int]
+    ) -> None:
+        self._strategy = strategy
+        self._automaton = automaton = Automaton(core, strategy, starts)
+        self._goals = automaton.clauses(Section.SYS_LIVENESS)
+        self._first = clauses(whole, Section.SYS_INIT)
+        self._inputs = [variable.name for variable in core.owned(Owner.INPUT)]
+        wrong = 0
+        for plane in automaton.violated([c.formula for c in clauses(whole, Section.SYS_TRANS)]):
+            wrong |= plane
+        flags = automaton.edges.flags(wrong)
+        self.answers: dict[int, Sequence[int]] = {}
+        for node, after, first in automaton.edges.by_node():
+            legal = [to for k, to in enumerate(after, first) if not flags[k]]
+            self.answers[node] = legal or after
+        self._lasting = _lasting(self.answers)
+
+    def begins_well(self, node: int) -> bool:
+        """Return whether a start satisfies all guarantees on it."""
+        values = self._strategy.values(node)
+        return all(clause.holds(values, None) for clause in self._first)
+
+    def meet_goals(self, walk: list[int]) -> list[Constraint]:
+        """Extend a walk as long as one goal of a round can be met; return those that remain."""
+        left = list(self._goals)
+        while left and len(walk) < MOST_MOMENTS:
+            leg, met = self._nearest(walk[-1], left)
             if met is None:
                 break
             walk += leg
-            open_goals = [g for g in open_goals if g is not met] or list(goals)
-        return walk
+            left = [goal for goal in left if goal is not met] or list(self._goals)
+        return [goal.constraint for goal in left]
 
     def _nearest(self, start: int, goals: Sequence[Clause]) -> tuple[Sequence[int], Clause | None]:
         """Return the nodes of a shortest walk after ``start`` whose last step meets a goal."""
         values = self._strategy.values
 
         def steps(node: int) -> list[tuple[int, int]]:
-            return [(node, after) for after in self.answers(node)]
+            return [(node, after) for after in self.answers[node]]
 
         before = shortest_paths(steps(start), lambda step: steps(step[1]))
         for a, b in before:
@@ -73,222 +120,72 @@ class Play:
                 return [after for _, after in path_to((a, b), before)], met
         return [], None
 
-    def answers(self, node: int) -> Sequence[int]:
-        return self._strategy.transitions[node]
-
-    def out_of_reach(self, nodes: Sequence[int]) -> Constraint | None:
-        """Return a goal that no transition meets from these nodes on."""
-        game = explored(nodes, self.answers)
-        return self._unmet((a, b) for a in game for b in game[a])
+    def pursue(self, node: int, plans: ShortestPlans, near: Nearness) -> int:
+        """Return the successor on a plan to a goal, the nearest of equals. Without a plan, return
+        the nearest one, of equals the one from which a play can last longest."""
+        values = self._strategy.values
+        every = self._strategy.transitions[node]
+        first = values(every[0])
+        planned = plans.next(values(node), {name: first[name] for name in self._inputs})
+        if planned is not None:
+            nearer = [n for n in self.answers[node] if near(values(n)) < near(planned)]
+            for after in sorted(nearer, key=lambda n: near(values(n))):
+                if plans.continues(values(after)):
+                    return after
+            for after in every:
+                if values(after) == planned:
+                    return after
+        return min(self.answers[node], key=lambda n: (near(values(n)), -self._lasting[n]))
 
     def never_met(self, cycle: Sequence[int]) -> Constraint | None:
-        """Return a goal that a cycle does not meet, preferably one that is out of reach."""
-        rounds = zip(cycle, (*cycle[1:], cycle[0]), strict=True)
-        return self.out_of_reach(cycle) or self._unmet(rounds)
+        """Return a goal that a cycle does not meet."""
+        values = self._strategy.values
+        steps = [(values(a), values(b)) for a, b in zip(cycle, (*cycle[1:], cycle[0]), strict=True)]
+        unmet = (goal for goal in self._goals if not any(goal.holds(*step) for step in steps))
+        return next((goal.constraint for goal in unmet), None)
 
-    def _unmet(self, steps: Iterable[tuple[int, int]]) -> Constraint | None:
-        met = [(self._strategy.values(a), self._strategy.values(b)) for a, b in steps]
-        goals = clauses(self._spec, Section.SYS_LIVENESS)
-        return next((g.constraint for g in goals if not any(g.holds(*step) for step in met)), None)
-
-    def pressure(self, node: int) -> dict[str, int]:
-        """Return next inputs that the assumptions allow and that leave the system no reply."""
-        automaton = Automaton(self._spec, self._strategy, (node,))
-        assumed = automaton.clauses(Section.ENV_TRANS)
-        promised = automaton.clauses(Section.SYS_TRANS)
-        row = automaton.values[node]
-        choices = Completions(automaton.current, automaton.next_inputs, assumed)
-        known = (*automaton.current, *automaton.next_inputs)
-        answers = Completions(known, automaton.next_outputs, promised)
-        for inputs in islice(choices.each(row), MOST_INPUTS):
-            if next(iter(answers.each((*row, *inputs))), None) is None:
-                return dict(zip(self._inputs, inputs, strict=True))
-        return {}
+    def pressure(self, node: int) -> tuple[tuple[str, int], ...]:
+        """Return next inputs that the assumptions allow and that leave the system no output."""
+        found = self._automaton
+        assumed, promised = found.clauses(Section.ENV_TRANS), found.clauses(Section.SYS_TRANS)
+        inputs = Completions(found.current, found.next_inputs, assumed)
+        outputs = Completions((*found.current, *found.next_inputs), found.next_outputs, promised)
+        now = found.values[node]
+        row = _without_output(inputs.each(now), outputs, now)
+        return tuple(zip(self._inputs, row or (), strict=False))
 
 
-class LosingPlay(Struct, frozen=True):
-    """Nodes of a counterstrategy, ``walk`` from the start on; then ``cycle`` repeats forever
-    (STARVED) and ``goal`` is never met, or the next inputs ``pressure`` leave no reply (STUCK)."""
-
-    ending: WitnessEnd
-    walk: tuple[int, ...] = ()
-    cycle: tuple[int, ...] = ()
-    goal: Constraint | None = None
-    pressure: tuple[tuple[str, int], ...] = ()
+def _without_output(rows: Iterable[Row], outputs: Completions, now: Row = ()) -> Row | None:
+    """Return the first of some inputs that no output completes."""
+    few = islice(rows, MOST_INPUTS)
+    return next((row for row in few if next(outputs.each((*now, *row)), None) is None), None)
 
 
-def losing_play(spec: Specification, counterstrategy: Strategy) -> LosingPlay:
-    """Play the environment's strategy against a system that meets goals while it can, unless that
-    leads into an avoidable dead end; it delays an unavoidable one."""
-    starts = counterstrategy_starts(spec, counterstrategy)
-    if not starts:
-        return LosingPlay(WitnessEnd.NO_BEGINNING)
-    play = Play(spec, counterstrategy)
-    nodes = explored(starts, play.answers)
-    parts = cyclic_parts(Edges(list(nodes), counterstrategy.transitions))
-    greedy = play.goals_first(starts[0])
-    ahead = shortest_paths(greedy[-1:], play.answers)
-    if parts and not parts.keys() & ahead.keys():
-        ahead = shortest_paths(starts, play.answers)
-        greedy = [*path_to(next(node for node in ahead if node in parts), ahead)]
-        ahead = shortest_paths(greedy[-1:], play.answers)
-    if not parts:
-        longest = _longest(starts if len(greedy) == 1 else greedy[-1:], nodes)
-        walk = longest if len(greedy) == 1 else (*greedy[:-1], *longest)
-        pressure = tuple(play.pressure(walk[-1]).items())
-        return LosingPlay(WitnessEnd.STUCK, walk, pressure=pressure)
-    away = dict[int, int]()  # moments until each node
-    for node, last in ahead.items():
-        away[node] = away.get(last, -1) + 1
-    far = [node for node in away if node in parts and away[node] <= MOST_VENTURED]
-    end = max(far or [node for node in away if node in parts][:1], key=lambda node: away[node])
-    walk = (*greedy[:-1], *path_to(end, ahead))
-    inside = {node for node, part in parts.items() if part == parts[end]}
-
-    def within(node: int) -> list[int]:
-        return [after for after in play.answers(node) if after in inside]
-
-    back = path_to(end, shortest_paths(within(end), within))
-    cycle = (walk[-1], *back[:-1])
-    return LosingPlay(WitnessEnd.STARVED, walk[:-1], cycle, play.never_met(cycle))
+def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
+    """Return initial inputs that the assumptions allow and that leave the system no output, as far
+    as the guarantees mention them."""
+    inputs, outputs = ([Slot(v, False) for v in spec.owned(owner)] for owner in Owner)
+    promised = clauses(spec, Section.SYS_INIT)
+    rows = Completions((), inputs, clauses(spec, Section.ENV_INIT)).each(())
+    row = _without_output(rows, Completions(inputs, outputs, promised))
+    mentioned = {name for clause in promised for name, _ in clause.places}
+    names = [slot.variable.name for slot in inputs]
+    return tuple((n, v) for n, v in zip(names, row or (), strict=False) if n in mentioned)
 
 
-def _longest(starts: Sequence[int], nodes: dict[int, Sequence[int]]) -> tuple[int, ...]:
-    """Return the longest walk in a graph without cycles."""
-    left: dict[int, int] = {}
-    for node in TopologicalSorter(nodes).static_order():  # its successors come before it
-        left[node] = max((left[after] + 1 for after in nodes[node]), default=0)
-    walk = [max(starts, key=lambda node: left[node])]
-    while nodes[walk[-1]]:
-        walk.append(max(nodes[walk[-1]], key=lambda node: left[node]))
-    return tuple(walk)
-
-
-def confinement(found: Diagnosis) -> Witness | None:
-    """Return the witness that needs no game: the regions that it can reach, without the target."""
-    if found.cause is None or not (found.lost or found.cause is NoStrategyCause.CROSSING):
-        return None
-    return Witness(WitnessEnd.CONFINED, confined=found.confined)
-
-
-def play_out(
-    spec: Specification, counterstrategy: Strategy, task: Task, world: RegionMap
-) -> Witness:
-    """Play the environment's strategy against a robot that does its best: it meets the goals that
-    it still can, then comes as near as possible to one that it can no longer meet."""
-    starts = counterstrategy_starts(spec, counterstrategy)
-    if not starts:
-        return Witness(WitnessEnd.NO_BEGINNING)
-    play = _Play(spec, counterstrategy, task, world)
-    walk = play.goals_first(min(starts, key=play.distance))
-    play.approach_from(walk[-1])
-    passed = len(walk) - 1  # the last moment in which a goal was met
-    while play.answers(walk[-1]) and len(walk) < MOST_MOMENTS:
-        node = min(play.answers(walk[-1]), key=play.distance)
-        if node in walk[passed:]:
-            cycle = tuple(walk[walk.index(node, passed) :])
-            moments = tuple(map(play.moment, walk))
-            goal = play.never_met(cycle)
-            return Witness(WitnessEnd.STARVED, moments, tuple(map(play.moment, cycle)), goal=goal)
-        walk.append(node)
-    moments = tuple(map(play.moment, walk))
-    if play.answers(walk[-1]):
-        return Witness(WitnessEnd.STARVED, moments)
-    pressure = play.pressure(walk[-1])
-    return Witness(
-        WitnessEnd.STUCK,
-        moments,
-        pressure=tuple(pressure.items()),
-        dilemmas=tuple(play.dilemmas(walk[-1], pressure)),
-    )
-
-
-class _Play(Play):
-    """A play on a map."""
-
-    def __init__(
-        self, spec: Specification, counterstrategy: Strategy, task: Task, world: RegionMap
-    ) -> None:
-        super().__init__(spec, counterstrategy)
-        self._task = task
-        self._world = world
-        self._lost: Target = frozenset()  # regions of an unreachable goal of formulas
-
-    def approach_from(self, node: int) -> None:
-        """Let a robot with formulas approach the regions of a goal that it cannot meet from
-        there."""
-        if isinstance(self._task.objective, Ltl):
-            goal = self.out_of_reach([node])
-            met = (c for c in clauses(self._spec, Section.SYS_LIVENESS) if c.constraint is goal)
-            self._lost = frozenset(r for clause in met for r in self._regions_of(clause))
-
-    def _regions_of(self, goal: Clause) -> Iterator[Region]:
-        """Yield the regions in which a goal can hold for some values of the other variables."""
-        others = [v for v in self._spec.variables if v.name != "region"]
-        for region in self._world.free:
-            known = ({**values, "region": region} for values in _valuations(others))
-            if any(goal.holds(values, values) for values in known):
-                yield region
-
-    def moment(self, node: int) -> PlayMoment:
-        values = self._strategy.values(node)
-        others = tuple((name, values[name]) for name in self._inputs)
-        known = ("region", "heading", *self._inputs)
-        memory = tuple((name, value) for name, value in values.items() if name not in known)
-        return PlayMoment(values.get("region"), _heading(values), others, memory)
-
-    def distance(self, node: int) -> int:
-        """Return the steps to the target that the robot awaits there, without regard to
-        headings."""
-        values = self._strategy.values(node)
-        region = values.get("region")
-        awaited = self._awaited(values)
-        if region is None or not awaited:
-            return 0
-        return self._field(awaited).get(region, self._world.size)
-
-    @cached_method
-    def _field(self, awaited: Target) -> Mapping[Region, int]:
-        return self._world.distances(awaited)
-
-    def _awaited(self, values: Mapping[str, int]) -> Target:
-        objective, here = self._task.objective, values.get("region")
-        if not isinstance(objective, Ltl) and objective.in_turn:
-            return objective.awaited(values.get(objective.turn, 0))
-        if self._lost:
-            return self._lost
-        left = (target for target in self._task.targets if here not in target)
-        return frozenset().union(*left) or frozenset().union(*self._task.targets)
-
-    def dilemmas(self, node: int, pressure: Mapping[str, int]) -> Iterator[Dilemma]:
-        """Yield for each move of its mobility the guarantee that it would break."""
-        values = self._strategy.values(node)
-        if "region" not in values:
-            return
-        pose = Pose(values["region"], _heading(values))
-        promised = clauses(self._spec, Section.SYS_TRANS)
-        for after in moves(self._task.robot.model.mobility, pose, self._world):
-            broken = self._broken(values, {**pressure, **values_of(after)}, promised)
-            if broken is not None:
-                yield Dilemma(after.region, after.heading, broken)
-
-    def _broken(
-        self, now: Mapping[str, int], later: Mapping[str, int], promised: Sequence[Clause]
-    ) -> Constraint | None:
-        """Return the first constraint that a move breaks with the memory that breaks fewest."""
-        free = [v for v in self._spec.owned(Owner.OUTPUT) if v.name not in later]
-        choices = ({**later, **values} for values in _valuations(free))
-        broken = ([c.constraint for c in promised if not c.holds(now, after)] for after in choices)
-        fewest = min(broken, key=len)
-        return fewest[0] if fewest else None
-
-
-def _heading(values: Mapping[str, int]) -> Heading | None:
-    return Heading(values["heading"]) if "heading" in values else None
-
-
-def _valuations(variables: Sequence[Variable]) -> Iterator[dict[str, int]]:
-    """Yield values of all these variables, up to a limit."""
-    names = [variable.name for variable in variables]
-    for choice in islice(product(*(variable.range for variable in variables)), MOST_INPUTS):
-        yield dict(zip(names, choice, strict=True))
+def _lasting(answers: Mapping[int, Sequence[int]]) -> dict[int, float]:
+    """Return for each node how many moments a play from it can last."""
+    before: dict[int, list[int]] = {}
+    for node, following in answers.items():
+        for after in following:
+            before.setdefault(after, []).append(node)
+    left = {node: len(after) for node, after in answers.items()}
+    lasting = dict.fromkeys(answers, 0.0)
+    ended = [node for node, count in left.items() if not count]
+    for node in ended:
+        for other in before.get(node, ()):
+            left[other] -= 1
+            lasting[other] = max(lasting[other], lasting[node] + 1)
+            if not left[other]:
+                ended.append(other)
+    return {node: lasting[node] if not left[node] else float("inf") for node in answers}

@@ -1,14 +1,25 @@
-"""Realizability queries on variants of one specification; no query is repeated."""
+"""Synthesis requests about variants of one specification, within a budget; none is repeated."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from copy import copy
 
 from msgspec.structs import replace
 
+from safenav.errors import SafenavError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Owner, Section, Specification
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.strategy import Strategy
+
+BUDGET_SECONDS = 60.0
+"""Wall time of one explanation, in seconds, without its repairs."""
+LISTED_MB = 64
+"""Memory limit of a counterstrategy that is shown as a play; its text is as large at most."""
 
 _COOPERATIVE = {
     Section.ENV_INIT: Section.SYS_INIT,
@@ -18,28 +29,68 @@ _COOPERATIVE = {
 
 
 class Questions:
-    """Cached results of the synthesizer. ``asked``: number of queries to it."""
+    """Cached results of the synthesizer; TIMEOUT for each new request after the budget's end."""
 
     def __init__(self, synthesizer: Synthesizer) -> None:
         self._synthesizer = synthesizer
         self._known: dict[str, Verdict] = {}
-        self.asked = 0
+        self._begun = time.monotonic()
+        self._share = 1.0
+
+    def spend(self, share: float) -> None:
+        """Let further requests end by this share of the budget."""
+        self._share = share
+
+    @property
+    def late(self) -> bool:
+        """Return whether this part of the budget is exhausted."""
+        return self._left() <= 0
+
+    def _left(self) -> float:
+        return self._begun + self._share * BUDGET_SECONDS - time.monotonic()
+
+    def _limited(self) -> Synthesizer:
+        """Return the synthesizer with the limits of the next request."""
+        limited = copy(self._synthesizer)
+        limited.seconds = max(0.01, min(limited.seconds or BUDGET_SECONDS, self._left()))
+        return limited
 
     def prepare(self, specs: Sequence[Specification]) -> None:
-        """Query several specifications in parallel, on all processors."""
+        """Request several verdicts in parallel, on all processors."""
         texts = {spec.to_structuredslugs(): spec for spec in specs}
-        open_ = {text: spec for text, spec in texts.items() if text not in self._known}
-        results = self._synthesizer.synthesize_all(list(open_.values()), strategy=False)
-        self.asked += len(open_)
-        self._known.update(zip(open_, (result.verdict for result in results), strict=True))
+        left = [text for text in texts if text not in self._known]
+        while left and not self.late:
+            some, left = left[: self._synthesizer.at_once], left[self._synthesizer.at_once :]
+            wanted = [texts[text] for text in some]
+            results = self._limited().synthesize_all(wanted, strategy=False)
+            self._known.update(zip(some, (result.verdict for result in results), strict=True))
 
     def verdict(self, spec: Specification) -> Verdict:
         """Return the verdict, or the limit that was reached."""
-        text = spec.to_structuredslugs()
-        if text not in self._known:
-            self.asked += 1
-            self._known[text] = self._synthesizer.synthesize(spec, strategy=False).verdict
-        return self._known[text]
+        self.prepare([spec])
+        return self._known.get(spec.to_structuredslugs(), Verdict.TIMEOUT)
+
+    def strategy(self, spec: Specification) -> Strategy | None:
+        """Return the strategy; None if there is none within the limits."""
+        return self._automaton(Synthesizer.synthesize, spec, None)
+
+    def counterstrategy(self, spec: Specification) -> Strategy | None:
+        """Return the environment's strategy; None if there is none within the limits."""
+        return self._automaton(Synthesizer.counterstrategy, spec, LISTED_MB)
+
+    def _automaton(
+        self,
+        request: Callable[[Synthesizer, Specification], SynthesisResult],
+        spec: Specification,
+        memory_mb: int | None,
+    ) -> Strategy | None:
+        limited = self._limited()
+        limited.cache = Cache.off()
+        limited.memory_mb = memory_mb or limited.memory_mb
+        try:
+            return None if self.late else request(limited, spec).strategy
+        except SafenavError:
+            return None
 
 
 def cooperative(spec: Specification) -> Specification:

@@ -25,8 +25,8 @@ class Cause(StrEnum):
     """Causes for which a robot wins vacuously; the value states it in words."""
 
     NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
-    DEAD_END = "the other robots can be driven into a state where the assumptions allow no move"
-    UNFAIR = "the other robots can be driven into a state where they can never meet this assumption"
+    DEAD_END = "a state can occur in which the assumptions allow the other robots no move"
+    UNFAIR = "a state can occur from which the other robots cannot meet all these assumptions"
     FORCED = "the robot could make the other robots break an assumption from the start"
 
 

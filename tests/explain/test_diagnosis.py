@@ -10,8 +10,8 @@ from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import (
     Diagnosis,
     NoStrategyCause,
+    PlayEnd,
     RepairProblem,
-    WitnessEnd,
 )
 from safenav.explain.investigation import explain
 from safenav.explain.quickxplain import minimal_subset
@@ -128,9 +128,9 @@ def test_a_robot_without_assumptions_can_be_kept_from_its_target() -> None:
     found = explain(_beside(BLOCKER), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.KEPT_AWAY
     assert not found.core.alone
-    assert found.witness is not None
-    assert found.witness.goal is not None
-    assert found.witness.goal.regions == (16,)
+    assert found.play is not None
+    assert found.play.goal is not None
+    assert found.play.goal.regions == (16,)
     assert cause_words(found, world) == "blocker can keep it away forever"
 
 
@@ -143,7 +143,7 @@ def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
     task, world = _corridor(formulas, observed=(other,), fairness=Fairness.OUT_OF_MY_WAY)
     found = explain(_beside(BLOCKER), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.CORNERED
-    assert found.witness is not None and found.witness.ending is WitnessEnd.STUCK
+    assert found.play is not None and found.play.ending is PlayEnd.STUCK
     said = cause_words(found, world)
     assert said == "blocker can force it into a state where every move breaks a guarantee"
 

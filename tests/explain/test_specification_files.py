@@ -3,24 +3,14 @@
 import json
 import subprocess
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
-from random import Random
 
 import pytest
 
 from explain.conftest import Invoke
-from oracle.generator import random_specification
-from oracle.rendering import to_slugsin
 from safenav.cli import explain, specification, synth
-from safenav.explain.explanation import with_guarantees
-from safenav.explain.lines import explain_lines
-from safenav.outcome import Verdict
-from safenav.report.terminal.specification_text import line_explanation_lines
 from safenav.synthesis.binary import find_binary
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.specification_file import load_specification
-from safenav.verify.verification import first_failure
 
 LIFT = """\
 # a lift
@@ -200,24 +190,3 @@ def test_other_commands_name_those_that_take_it(tmp_path: Path, invoke: Invoke) 
     assert answer.status == 2
     assert "this is a specification, not a scenario" in answer.error
     assert "safenav synth" in answer.error
-
-
-@pytest.mark.parametrize("seed", range(1, 25, 2))
-def test_cores_are_minimal_and_plays_are_the_environments(seed: int, tmp_path: Path) -> None:
-    source = Random(seed)
-    text = to_slugsin(random_specification(source), source)
-    spec = load_specification(written(tmp_path, "random.slugsin", text))
-    synthesizer = Synthesizer(verifier=first_failure)
-    if synthesizer.synthesize(spec, strategy=False).verdict is Verdict.REALIZABLE:
-        return
-    found = explain_lines(spec, synthesizer)
-    core = [c for member in found.core.members for c in member.constraints]
-    fewer = [[*core[:k], *core[k + 1 :]] for k in range(len(core))]
-    specs = [with_guarantees(spec, some) for some in (core, *fewer)]
-    whole, *rest = synthesizer.synthesize_all(specs, strategy=False)
-    assert whole.verdict is Verdict.UNREALIZABLE
-    assert all(result.verdict is Verdict.REALIZABLE for result in rest)
-    assert found.play is not None and found.counterstrategy is not None
-    for before, after in pairwise((*found.play.walk, *found.play.cycle, *found.play.cycle[:1])):
-        assert after in found.counterstrategy.transitions[before]
-    assert any("[SYS_" in line for line in line_explanation_lines(found, "random.slugsin"))

@@ -1,4 +1,4 @@
-"""Every shipped unrealizable scenario: the cause is found, the core is minimal, the witness obeys
+"""Every shipped unrealizable scenario: the cause is found, the core is minimal, the play obeys
 the rules, and each proposed repair works."""
 
 from functools import cache
@@ -11,8 +11,8 @@ from safenav.errors import InputError
 from safenav.explain.explanation import (
     Explanation,
     NoStrategyCause,
+    PlayEnd,
     RepairKind,
-    WitnessEnd,
     with_guarantees,
 )
 from safenav.outcome import Verdict
@@ -23,6 +23,7 @@ from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
+from safenav.world.map import Heading
 from safenav.world.moves import Pose, moves
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "unrealizable"
@@ -105,26 +106,29 @@ def test_every_repair_makes_it_realizable(file: Path) -> None:
 
 
 @shipped
-def test_the_witness_moves_as_the_robot_can(file: Path) -> None:
+def test_the_play_moves_as_the_robot_can(file: Path) -> None:
     found, world = _explained(file), _scenario(file).map
-    witness = found.witness
-    assert witness is not None
+    play = found.play
+    assert play is not None
     mobility = found.task.robot.model.mobility
-    poses = [Pose(m.region, m.heading) for m in witness.moments if m.region is not None]
+    poses = [
+        Pose(values["region"], Heading(values["heading"]) if "heading" in values else None)
+        for values in (*play.walk, *play.cycle)
+    ]
     for before, after in pairwise(poses):
         assert after in moves(mobility, before, world)
-    match witness.ending:
-        case WitnessEnd.CONFINED:
-            assert found.task.pose.region in witness.confined
+    match play.ending:
+        case PlayEnd.CONFINED:
+            assert found.task.pose.region in found.diagnosis.confined
             for target in found.diagnosis.lost:
-                assert not target & witness.confined
-        case WitnessEnd.STUCK:
-            tried = {(d.region, d.heading) for d in witness.dilemmas}
+                assert not target & found.diagnosis.confined
+        case PlayEnd.STUCK:
+            tried = {(d.region, d.heading) for d in play.dilemmas}
             assert tried == {(p.region, p.heading) for p in moves(mobility, poses[-1], world)}
-        case WitnessEnd.STARVED:
-            assert witness.cycle
-            assert witness.goal is not None
-        case WitnessEnd.NO_BEGINNING:
+        case PlayEnd.STARVED:
+            assert play.cycle
+            assert play.goal is not None
+        case PlayEnd.NO_BEGINNING:
             assert poses == []
 
 

@@ -87,7 +87,7 @@ def test_every_verdict_has_a_proof_and_every_failure_its_reasons(data: dict[str,
         scenario = load_scenario_text(text, "fuzzed.yaml", reachable=False)
         ask = quiet(scenario)
         answers = first_results(scenario, ask)
-        found = explain_team(scenario, ask)
+        found = list(explain_team(scenario, ask))
     except (InputError, UsageError):
         return
     assert all(answer.result.verified for answer in answers.values() if answer.realizable)
@@ -114,6 +114,6 @@ def judge_explanation(found: Explanation, scenario: Scenario) -> None:
     for repair in found.repairs:
         answers = first_results(repair.scenario, ask, names=[found.robot])
         assert answers[found.robot].realizable, repair.change
-    assert found.witness is not None
+    assert found.play is not None
     assert found.cause.value in json.dumps(explanation_data(found, scenario))
     assert len(list(explanation_lines(found, scenario))) > 5

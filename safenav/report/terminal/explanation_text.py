@@ -13,20 +13,21 @@ from safenav.explain.explanation import (
     CoreMember,
     Dilemma,
     Explanation,
+    LosingPlay,
     NoStrategyCause,
-    PlayMoment,
+    PlayEnd,
     Repair,
     RepairKind,
-    Witness,
-    WitnessEnd,
+    Values,
 )
 from safenav.explain.summary import why_words
+from safenav.report.terminal.core_text import core_heading, core_notes
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective_text import describe
 from safenav.spec.forms import asked_of
 from safenav.spec.other_robots.nearby import busy
-from safenav.spec.specification import Constraint
+from safenav.spec.specification import Constraint, Owner
 from safenav.trace.looks import labels
 from safenav.trace.words import listed, regions_words
 from safenav.world.map import Heading, Region, RegionMap
@@ -44,20 +45,19 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
     yield ""
     yield from _indented(_picture(found, scenario))
     yield ""
-    yield "These guarantees conflict; without any one of them, the rest is realizable:"
+    yield core_heading(found.core)
     yield from _indented(f"- {member_words(m, found, world)}" for m in _in_order(found.core))
-    if not found.core.alone:
-        yield f"  (realizable if {_others(found)} cooperated)"
-    if not found.core.minimal:
-        yield "  (some checks timed out: the core may not be minimal)"
+    yield from _indented(
+        core_notes(found.core, _others(found), lambda m: _member_name(m, found, world))
+    )
     if found.core.fairness:
         rules = dict.fromkeys(origin.rule for origin in found.core.fairness)
         yield "even under the assumption:"
         yield from _indented(f"- {rule}" for rule in rules)
-    if found.witness is not None:
+    if found.play is not None:
         yield ""
         yield "What happens:"
-        yield from _indented(witness_lines(found.witness, found, world))
+        yield from _indented(play_lines(found.play, found, world))
     yield ""
     if found.repairs:
         yield "Any one of these repairs suffices (each was tried):"
@@ -69,11 +69,16 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
 def cause_words(found: Explanation, world: RegionMap) -> str:
     match found.cause:
         case NoStrategyCause.IMPOSSIBLE_START:
-            return "its objective does not allow its start"
+            some = "for some initial inputs, " if found.core.together else ""
+            return f"{some}its objective does not allow its start"
         case NoStrategyCause.CONTRADICTION:
-            return "its objective contradicts itself, whatever the map"
+            start = f"{found.task.item}.start" in {m.origin.item for m in found.core.members}
+            contrary = "its start" if start else "itself"
+            return f"its objective contradicts {contrary}, whatever the map"
         case NoStrategyCause.FORBIDDEN_WAY:
-            return "its objective forbids the moves that the map and its mobility require"
+            return "no sequence of moves on this map satisfies all its guarantees"
+        case NoStrategyCause.CONFLICT:
+            return "its guarantees conflict"
         case NoStrategyCause.CORNERED:
             return f"{_others(found)} can force it into a state where every move breaks a guarantee"
         case NoStrategyCause.KEPT_AWAY:
@@ -84,14 +89,25 @@ def cause_words(found: Explanation, world: RegionMap) -> str:
 
 def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> str:
     """Return one member of a core in the scenario's terms."""
-    item = member.origin.item
-    rule = _rule(member.origin.rule, found, world)
-    if item == "map" and member.regions:
+    if member.origin.item == "map" and member.regions:
         return f"{_regions(member.regions, world)} {_is_a_wall(member.regions)}"
-    formulas = member.constraints if rule.startswith("ltl") else ()
-    lines = "; ".join(_named(c.formula, world) for c in formulas)
     about = f" [{_regions(member.regions, world)}]" if _about_one_goal(member) else ""
-    return f"{item}: {rule}{about}" + (f": {lines}" if lines else "")
+    return _constraint_words(member.constraints[0], found, world, about)
+
+
+def _member_name(member: CoreMember, found: Explanation, world: RegionMap) -> str:
+    if member.origin.item == "map" and member.regions:
+        return f"the wall at {world.label(member.regions[0])}"
+    return member_words(member, found, world)
+
+
+def _constraint_words(
+    constraint: Constraint, found: Explanation, world: RegionMap, about: str = ""
+) -> str:
+    """Return a guarantee in words, with the formula if the user wrote it."""
+    item, rule = constraint.origin.item, _rule(constraint.origin.rule, found, world)
+    formula = rule.startswith("ltl") or item.endswith(".always")
+    return f"{item}: {rule}{about}" + (f": {_named(constraint.formula, world)}" if formula else "")
 
 
 def repair_words(repair: Repair, world: RegionMap) -> str:
@@ -114,41 +130,42 @@ def repair_words(repair: Repair, world: RegionMap) -> str:
             return change
 
 
-def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Iterator[str]:
-    """Yield the witness as text."""
+def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterator[str]:
+    """Yield the losing play as text."""
     robot = found.robot
-    match witness.ending:
-        case WitnessEnd.CONFINED:
-            yield f"{robot} can only reach {_regions(sorted(witness.confined), world)}."
+    match play.ending:
+        case PlayEnd.CONFINED:
+            yield f"{robot} can only reach {_regions(sorted(found.diagnosis.confined), world)}."
             return
-        case WitnessEnd.NO_BEGINNING:
-            yield f"{robot} cannot start: no initial state satisfies its guarantees."
+        case PlayEnd.NO_BEGINNING:
+            first = _inputs_words(play.pressure, world)
+            where = f"if initially {first}" if first else "anywhere"
+            yield f"{robot} cannot start: {where}, no initial state satisfies its guarantees."
             return
-    moments = [_moment_words(moment, found, world) for moment in witness.moments]
+    moments = [_moment_words(moment, play, found, world) for moment in (*play.walk, *play.cycle)]
     if (hidden := len(moments) - _SHOWN) > 1:
         moments[_SHOWN - _ENDING : -_ENDING] = [f"... {hidden} more moments"]
     yield from moments
-    if witness.ending is WitnessEnd.STUCK:
-        last = witness.moments[-1]
-        happens = _inputs_words(witness.pressure, world)
+    if play.ending is PlayEnd.STUCK:
+        happens = _inputs_words(play.pressure, world)
         if happens:
             yield f"Then {happens}, and no move is left:"
         else:
             yield "Then no move is left:"
-        for dilemma in witness.dilemmas:
-            yield f"  {_dilemma_words(dilemma, last, found, world)}"
+        for dilemma in play.dilemmas:
+            yield f"  {_dilemma_words(dilemma, play.walk[-1], found, world)}"
         return
-    count = len(witness.cycle)
+    count = len(play.cycle)
     if count:
         every = "this repeats forever" if count == 1 else f"the last {count} moments repeat"
         yield f"and {every}."
-    if witness.goal is not None:
-        yield f"Never: {_goal_words(witness.goal, found, world)}."
+    if play.goal is not None:
+        yield f"Never: {_goal_words(play.goal, found, world)}."
 
 
 def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
     """Return the explanation as data for machines."""
-    core, witness = found.core, found.witness
+    core = found.core
     return {
         "robot": found.robot,
         "objective": describe(asked_of(found.task)),
@@ -160,12 +177,13 @@ def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
         "core": {
             "members": [_member_data(member) for member in core.members],
             "minimal": core.minimal,
+            "decisive": core.decisive,
             "alone": core.alone,
+            "vain": [_member_data(member) for member in core.vain],
             "walls": list(core.walls),
             "fairness": [origin.rule for origin in core.fairness],
-            "queries": core.queries,
         },
-        "witness": None if witness is None else _witness_data(witness),
+        "witness": None if found.play is None else _play_data(found.play, found),
         "repairs": [_repair_data(repair, scenario.map) for repair in found.repairs],
         "seconds": round(found.seconds, 3),
     }
@@ -223,14 +241,18 @@ def _regions(regions: Sequence[Region], world: RegionMap) -> str:
     return f"regions {regions_words(regions)}"
 
 
-def _moment_words(moment: PlayMoment, found: Explanation, world: RegionMap) -> str:
-    if moment.region is None:
-        return "its region is unknown"
-    words = f"{found.robot} at {world.stance(moment.region, moment.heading)}"
+def _moment_words(values: Values, play: LosingPlay, found: Explanation, world: RegionMap) -> str:
+    heading = Heading(values["heading"]) if "heading" in values else None
+    words = f"{found.robot} at {world.stance(values['region'], heading)}"
     declared = getattr(found.task.objective, "memory", {})
-    remembered = tuple(pair for pair in moment.memory if pair[0] in declared)
-    others = _inputs_words((*moment.others, *remembered), world)
+    shown = (*_inputs_of(play), *(name for name in values if name in declared))
+    others = _inputs_words([(name, values[name]) for name in shown], world)
     return f"{words}; {others}" if others else words
+
+
+def _inputs_of(play: LosingPlay) -> list[str]:
+    strategy = play.strategy
+    return [v.name for v in strategy.specification.owned(Owner.INPUT)] if strategy else []
 
 
 def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
@@ -250,11 +272,10 @@ def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
     return ", ".join(words)
 
 
-def _dilemma_words(dilemma: Dilemma, last: PlayMoment, found: Explanation, world: RegionMap) -> str:
-    stays = dilemma.region == last.region
+def _dilemma_words(dilemma: Dilemma, last: Values, found: Explanation, world: RegionMap) -> str:
+    stays = dilemma.region == last["region"]
     move = "staying" if stays else f"going to {world.label(dilemma.region)}"
-    origin = dilemma.broken.origin
-    return f"{move} breaks: {origin.item}: {_rule(origin.rule, found, world)}"
+    return f"{move} breaks: {_constraint_words(dilemma.broken, found, world)}"
 
 
 def _picture(found: Explanation, scenario: Scenario) -> list[str]:
@@ -287,31 +308,34 @@ def _member_data(member: CoreMember) -> dict[str, Any]:
     }
 
 
-def _witness_data(witness: Witness) -> dict[str, Any]:
+def _play_data(play: LosingPlay, found: Explanation) -> dict[str, Any]:
+    inputs = _inputs_of(play)
+    confined = play.ending is PlayEnd.CONFINED
     return {
-        "ending": witness.ending.value,
-        "confined": sorted(witness.confined),
-        "moments": [_moment_data(moment) for moment in witness.moments],
-        "cycle": [_moment_data(moment) for moment in witness.cycle],
-        "pressure": dict(witness.pressure),
+        "ending": play.ending.value,
+        "confined": sorted(found.diagnosis.confined) if confined else [],
+        "moments": [_moment_data(moment, inputs) for moment in (*play.walk, *play.cycle)],
+        "cycle": [_moment_data(moment, inputs) for moment in play.cycle],
+        "pressure": dict(play.pressure),
         "dilemmas": [
             {
                 "region": d.region,
                 "heading": None if d.heading is None else d.heading.label,
                 "breaks": {"item": d.broken.origin.item, "rule": d.broken.origin.rule},
             }
-            for d in witness.dilemmas
+            for d in play.dilemmas
         ],
-        "never": None if witness.goal is None else witness.goal.formula,
+        "never": None if play.goal is None else play.goal.formula,
     }
 
 
-def _moment_data(moment: PlayMoment) -> dict[str, Any]:
+def _moment_data(values: Values, inputs: Sequence[str]) -> dict[str, Any]:
+    known = ("region", "heading", *inputs)
     return {
-        "region": moment.region,
-        "heading": None if moment.heading is None else moment.heading.label,
-        "others": dict(moment.others),
-        "memory": dict(moment.memory),
+        "region": values["region"],
+        "heading": Heading(values["heading"]).label if "heading" in values else None,
+        "others": {name: values[name] for name in inputs},
+        "memory": {name: value for name, value in values.items() if name not in known},
     }
 
 

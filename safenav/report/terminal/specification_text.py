@@ -8,12 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import click
-
-from safenav.explain.explanation import WitnessEnd
+from safenav.explain.explanation import LosingPlay, PlayEnd, Values
 from safenav.explain.lines import LineExplanation
-from safenav.explain.play import LosingPlay
 from safenav.explain.vacuity import Cause, Vacuity
+from safenav.report.terminal.core_text import core_heading, core_notes
 from safenav.spec.specification import Constraint, Owner
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Strategy
@@ -72,7 +70,10 @@ def without_the_middle(lines: Sequence[str], most: int) -> Iterator[str]:
 
 def node_words(node: int, strategy: Strategy) -> str:
     """Return the values at a node in words."""
-    values = strategy.values(node)
+    return _values_words(strategy.values(node), strategy)
+
+
+def _values_words(values: Values, strategy: Strategy) -> str:
     words = (in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT))
     return " ".join(filter(None, words)) or "(no variables)"
 
@@ -94,65 +95,63 @@ def _failure_data(failure: Failure, strategy: Strategy) -> dict[str, object]:
 
 _CAUSES = {
     Cause.NO_BEGINNING: "no initial state satisfies the assumptions, so nothing is guaranteed",
-    Cause.DEAD_END: "it can force a state in which the assumptions allow no move",
-    Cause.UNFAIR: "it can force a state from which this assumption can never be met",
+    Cause.DEAD_END: "a state can occur in which the assumptions allow no move",
+    Cause.UNFAIR: "a state can occur from which these assumptions cannot all be met",
     Cause.FORCED: "it could make the environment break an assumption from the start",
 }
 
 
 def line_explanation_lines(found: LineExplanation, file: str) -> Iterator[str]:
-    """Yield the explanation as text."""
-    yield f"{file}: {click.style('unrealizable', fg='red', bold=True)}"
-    if found.core.members:
-        yield "These guarantees conflict; without any one of them, the rest is realizable:"
-        yield from (
-            f"  - {line_words(c, file)}"
-            for member in found.core.members
-            for c in member.constraints
-        )
-    if not found.core.alone:
-        yield "  (realizable if the environment cooperated)"
-    if not found.core.minimal:
-        yield "  (some checks timed out: the core may not be minimal)"
+    """Yield the explanation as text, without the verdict."""
+    yield core_heading(found.core)
+    yield from (f"  - {line_words(c, file)}" for c in found.core.constraints)
+    for note in core_notes(found.core, "the environment", lambda m: _place(m.constraints[0], file)):
+        yield f"  {note}"
     if found.fairness and not found.core.alone:
         yield "even under these assumptions:"
         yield from (f"  - {line_words(c, file)}" for c in found.fairness)
-    if found.play is not None and found.counterstrategy is not None:
+    play = found.play
+    if play is not None and play.strategy is not None:
         yield ""
         yield "What happens:"
-        yield from (f"  {line}" for line in _play_lines(found.play, found.counterstrategy, file))
+        yield from (f"  {line}" for line in _play_lines(play, play.strategy, file))
     if found.assumptions:
         yield ""
         yield "Any one of these assumptions suffices (each was tried):"
         yield from (f"  - [ENV_LIVENESS] {line}" for line in found.assumptions)
 
 
+def _place(constraint: Constraint, file: str) -> str:
+    return f"line {constraint.origin.item.removeprefix(f'{file}:')}"
+
+
 def line_words(constraint: Constraint, file: str) -> str:
     """Return a constraint with its place in the file."""
     note = f"  # {constraint.origin.rule}" if constraint.origin.rule else ""
-    place = f"line {constraint.origin.item.removeprefix(f'{file}:')}"
     words = f"{constraint.formula}{note}"
     if len(words) > _LONGEST:
         words = f"{words[:_LONGEST]} ... ({len(words)} characters)"
-    return f"{place} [{constraint.section}] {words}"
+    return f"{_place(constraint, file)} [{constraint.section}] {words}"
 
 
 def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
     """Return the explanation as data for machines, with values of the specification."""
-    play, strategy = found.play, found.counterstrategy
+    play, core = found.play, found.core
     data: dict[str, Any] | None = None
-    if play is not None and strategy is not None:
+    if play is not None:
         data = {
             "ending": play.ending.value,
-            "moments": [strategy.values(node) for node in play.walk],
-            "cycle": [strategy.values(node) for node in play.cycle],
+            "moments": list(play.walk),
+            "cycle": list(play.cycle),
             "inputs": dict(play.pressure),
             "goal": None if play.goal is None else _data(play.goal),
         }
     return {
-        "core": [_data(c) for member in found.core.members for c in member.constraints],
-        "minimal": found.core.minimal,
-        "realizable_with_a_cooperating_environment": not found.core.alone,
+        "core": [_data(c) for c in core.constraints],
+        "minimal": core.minimal,
+        "rest_realizable_without_any_one": core.decisive,
+        "still_unrealizable_without": [_data(c) for m in core.vain for c in m.constraints],
+        "realizable_with_a_cooperating_environment": core.together,
         "play": data,
         "assumptions": list(found.assumptions),
     }
@@ -168,20 +167,22 @@ def win_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
         yield from (f"  assumption: {line_words(c, file)}" for c in failing[:_SHOWN])
     if vacuity.path:
         yield f"  it happens after {counted(len(vacuity.path) - 1, 'step')}:"
-        yield from (f"    {line}" for line in _moments(vacuity.path, strategy))
+        moments = [strategy.values(node) for node in vacuity.path]
+        yield from (f"    {line}" for line in _moments(moments, strategy))
 
 
 def _play_lines(play: LosingPlay, strategy: Strategy, file: str) -> Iterator[str]:
+    inputs = " ".join(f"{name}={value}" for name, value in play.pressure)
+    yield from _moments(play.walk, strategy)
     match play.ending:
-        case WitnessEnd.NO_BEGINNING:
-            yield "no initial state satisfies the guarantees"
-        case WitnessEnd.STUCK:
-            yield from _moments(play.walk, strategy)
-            inputs = " ".join(f"{name}={value}" for name, value in play.pressure)
+        case PlayEnd.NO_BEGINNING if inputs:
+            yield f"the initial inputs {inputs} leave no output that satisfies the guarantees"
+        case PlayEnd.NO_BEGINNING:
+            yield "no initial output satisfies the guarantees"
+        case PlayEnd.STUCK:
             happens = f"the inputs {inputs} leave" if inputs else "the environment's move leaves"
             yield f"then {happens} no reply that keeps all guarantees"
         case _:
-            yield from _moments(play.walk, strategy)
             again = "this again" if len(play.cycle) == 1 else f"these {len(play.cycle)} again"
             yield f"then forever {again}:"
             yield from (f"  {line}" for line in _moments(play.cycle, strategy))
@@ -189,8 +190,8 @@ def _play_lines(play: LosingPlay, strategy: Strategy, file: str) -> Iterator[str
                 yield f"and never {line_words(play.goal, file)}"
 
 
-def _moments(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
-    yield from without_the_middle([node_words(node, strategy) for node in nodes], _SHOWN)
+def _moments(moments: Sequence[Values], strategy: Strategy) -> Iterator[str]:
+    yield from without_the_middle([_values_words(each, strategy) for each in moments], _SHOWN)
 
 
 def _data(constraint: Constraint) -> dict[str, str]:

@@ -6,7 +6,7 @@ the start of a scenario.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
 from safenav.errors import ResourceLimitError
@@ -26,9 +26,9 @@ def explain_team(
     synthesizer: Synthesizer,
     names: Collection[str] | None = None,
     progress: Listener | None = None,
-) -> list[Explanation]:
-    """Return the reasons and repairs for each robot (of those with these names) that is
-    unrealizable at the start. Empty if all are realizable.
+) -> Iterator[Explanation]:
+    """Yield the reasons and repairs for each robot (of those with these names) that is unrealizable
+    at the start; nothing if all are realizable.
 
     Raises ResourceLimitError if a first verdict exceeds the limits.
     """
@@ -43,7 +43,6 @@ def explain_team(
         memory_mb=synthesizer.memory_mb,
         cache=synthesizer.cache,
     )
-    found = []
     for name, answer in first_results(scenario, synthesizer, progress, names).items():
         if answer.realizable:
             continue
@@ -55,5 +54,4 @@ def explain_team(
                 return False
             return answers[name].realizable
 
-        found.append(explain(scenario, answer.task, quick, judge))
-    return found
+        yield explain(scenario, answer.task, quick, judge)

@@ -95,7 +95,7 @@ def _verdict(scenario: Scenario, name: str) -> dict[str, Any]:
 
 def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
     try:
-        found = explain_team(scenario, default_synthesizer(scenario), [name])
+        found = [*explain_team(scenario, default_synthesizer(scenario), [name])]
     except SafenavError as error:
         return {"because": str(error)}
     if not found:
