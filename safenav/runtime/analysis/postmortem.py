@@ -80,7 +80,7 @@ def explain_run(
     robots that could be added."""
     begun = time.monotonic()
     mission = Mission(scenario, synthesizer())
-    result = mission.run()
+    result = uninterrupted(mission.run())
     if result.outcome is not Outcome.OPERATOR_NEEDED:
         return Postmortem(result, (), (), 1, time.monotonic() - begun)
     deadline, tried = time.monotonic() + seconds, 1
@@ -91,9 +91,12 @@ def explain_run(
         tried += 1
         ends = min(deadline, time.monotonic() + RUN_SECONDS)
         played = Mission(changed, synthesizer())
+        stopped = False
 
         def stop_in_time(_: Record) -> None:
+            nonlocal stopped
             if time.monotonic() > ends:  # 'limits: seconds' of a live run counts its own clock
+                stopped = True
                 played.stop()
 
         played.state.listeners = (*played.state.listeners, stop_in_time)
@@ -101,6 +104,8 @@ def explain_run(
             ended = played.run()
         except SafenavError:
             return None
+        if not stopped:
+            uninterrupted(ended)
         return ended if ended.outcome is Outcome.COMPLETED else None
 
     failed = _Failure(scenario, mission, models)
@@ -111,6 +116,13 @@ def explain_run(
     ]
     took = time.monotonic() - begun
     return Postmortem(result, result.links, tuple(repairs), tried, took, failed.missing)
+
+
+def uninterrupted(ended: RunResult) -> RunResult:
+    """Return the result of a run; raise KeyboardInterrupt again that ended it."""
+    if ended.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    return ended
 
 
 def as_it_stands(state: TeamState) -> Scenario:
