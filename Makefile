@@ -119,7 +119,7 @@ FUZZ_SECONDS ?= 60
 
 fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang the readers, too
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_PROOF=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
-	  tests/fuzz tests/campaigns tests/live tests/certify tests/proof tests/motion/test_random_missions.py \
+	  tests/fuzz tests/hostile tests/campaigns tests/live tests/certify tests/proof tests/motion/test_random_missions.py \
 	  tests/motion/test_requirements.py \
 	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py \
 	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py tests/spec/test_belief.py \

@@ -7,16 +7,36 @@ and a formula to another. Such texts are refused.
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
 import re
+import sys
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 _FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
 
 HINT = "remove it: programs disagree on what it means, for example on whether a line ends there"
+
+
+MOST_BYTES = 100_000_000
+"""Largest file of foreign data that is read. What is made of it takes some 20 times its size."""
+
+
+def read_file(path: str | Path | None, most: int = MOST_BYTES) -> bytes:
+    """Return the content of a file, or of standard input. Raises OSError, also if it is larger than
+    ``most``; a device may have no end."""
+    if path is None:
+        data = sys.stdin.buffer.read(most + 1)
+    else:
+        with Path(path).open("rb") as file:
+            data = file.read(most + 1)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"it is larger than {most // 1_000_000} MB", str(path or "-"))
+    return data
 
 
 def printable(text: str) -> str:

@@ -13,7 +13,8 @@ from safenav.batch.baseline import BaselineComparison
 from safenav.batch.cases.case import CaseVerdict, Result
 from safenav.batch.session import Report
 from safenav.errors import UsageError
-from safenav.lines import csv_text, json_flaw
+from safenav.lines import csv_text, json_flaw, read_file
+from safenav.strict_json import read_json
 
 VERSION = 1
 
@@ -81,10 +82,10 @@ def read_results(path: Path) -> dict[str, Result]:
     """Return the results in a file of an earlier ``--results``, by name. Raises UsageError for any
     other file."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(read_file(path))
     except OSError as error:
         raise UsageError(f"cannot read the baseline {path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise _no_results(path, f"it is not JSON: {json_flaw(error)}") from error
     if not isinstance(data, dict) or data.get("batch") != VERSION:
         raise _no_results(path, f"it does not begin with 'batch': {VERSION}")

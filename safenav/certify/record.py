@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, UsageError
+from safenav.lines import read_file
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
@@ -62,7 +63,7 @@ def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Ma
     the run or its motion is refused.
     """
     try:
-        data = trace.read_bytes()
+        data = read_file(trace)
     except OSError as error:
         raise UsageError(f"{trace} cannot be read: {error.strerror}") from error
     read_bytes(data, str(trace))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import click
@@ -12,7 +11,7 @@ from msgspec import to_builtins
 from safenav.audit.check import Audit, audit
 from safenav.cli import options
 from safenav.errors import ExitCode
-from safenav.trace.reading import read_bytes, read_trace
+from safenav.trace.reading import read_trace
 from safenav.trace.words import counted
 
 EPILOG = """\b
@@ -46,10 +45,7 @@ def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_js
     with the end of the run that it continues.
     """
     first = None if after is None else read_trace(after)
-    if trace == "-":
-        found = audit(read_bytes(sys.stdin.buffer.read(), "<stdin>"), first)
-    else:
-        found = audit(read_trace(trace), first)
+    found = audit(read_trace(trace), first)
     if as_json:
         click.echo(json.dumps({"ok": found.ok, **to_builtins(found)}, indent=2))
     else:

@@ -14,6 +14,7 @@ import click
 
 from safenav.cli import warn
 from safenav.errors import UsageError
+from safenav.lines import read_file
 from safenav.scenario.objective import USAGE
 
 if TYPE_CHECKING:
@@ -194,7 +195,7 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
     from safenav.runtime.intervention.reading import LINES, read_intervention
 
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_file(path).decode("utf-8").splitlines()
     except OSError as error:
         raise UsageError(f"--operator {path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

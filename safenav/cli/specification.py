@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from safenav.errors import Diagnostic, ExitCode, InputError, ResourceLimitError,
 from safenav.explain.lines import explain_lines
 from safenav.explain.vacuity import Cause, vacuous_wins
 from safenav.file_kind import kind_of
-from safenav.lines import json_line
+from safenav.lines import json_flaw, json_line, read_file
 from safenav.outcome import Verdict
 from safenav.outfile import write_all, write_out
 from safenav.report.terminal.specification_text import (
@@ -30,6 +29,7 @@ from safenav.report.terminal.table import table
 from safenav.scenario.yaml import source
 from safenav.spec.parsing import check_formulas, read_specification
 from safenav.spec.specification import Specification
+from safenav.strict_json import read_json
 from safenav.synthesis.export import StrategySize, statistics_of, to_dot, to_graphml
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
@@ -216,10 +216,14 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")
     spec = read_specification(_text(specification), specification)
     check_formulas(spec, specification)
+    hint = "it must be the explicit strategy of this specification, as JSON"
     try:
-        automaton = Strategy.parse(_bytes(strategy), spec)
+        read_json(data := _bytes(strategy))
+        automaton = Strategy.parse(data, spec)
+    except ValueError as error:
+        flaw = f"the strategy is not JSON: {json_flaw(error)}"
+        raise InputError([Diagnostic(strategy, 0, 0, flaw, hint)]) from error
     except SynthesizerError as error:
-        hint = "it must be the explicit strategy of this specification, as JSON"
         raise InputError([Diagnostic(strategy, 0, 0, str(error), hint)]) from error
     check = verify_counterstrategy if counterstrategy else verify_strategy
     found = check(spec, automaton)
@@ -243,11 +247,7 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
 
 def _bytes(name: str) -> bytes:
     try:
-        if name == "-":
-            return sys.stdin.buffer.read()
-        with click.open_file(name, "rb") as file:
-            data: bytes = file.read()
-            return data
+        return read_file(None if name == "-" else name)
     except OSError as error:
         found = error.strerror or str(error)
         raise InputError([Diagnostic(name, 0, 0, found)]) from error

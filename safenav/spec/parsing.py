@@ -13,15 +13,18 @@ from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.formula import syntax
 from safenav.formula.checking import check
-from safenav.formula.parser import FormulaError, parse
-from safenav.formula.prefix import to_infix
+from safenav.formula.parser import MAX_NUMBER, FormulaError, parse
+from safenav.formula.prefix import TooLongError, to_infix
 from safenav.lines import HINT, foreign_character
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 
-_INTEGER = re.compile(r"([^\s:]+)\s*:\s*(\d+)\s*\.\.\.\s*(\d+)\Z")
+_INTEGER = re.compile(r"([A-Za-z_][\w.@]*)\s*:\s*(\d{1,10})\s*\.\.\.\s*(\d{1,10})\Z", re.ASCII)
+MOST_EXPANDED, MOST_TIMES = 200_000, 4
+"""Most characters that the buffers of a file stand for: this number, and this many times the length
+of the file. Published specifications stand for 1.6 times their length at most."""
 _SHOWN = 60
 """Characters of a line in a message."""
-_BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z")
+_BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z", re.ASCII)
 
 
 def read_specification(text: str, file: str = "-", robot: str = "robot") -> Specification:
@@ -40,6 +43,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
     problems: list[Diagnostic] = []
     section: Owner | Section | None = None
     title = comment = ""
+    left = MOST_EXPANDED + MOST_TIMES * len(text)  # characters of formulas in infix notation
     for number, raw in enumerate(text.split("\n"), 1):
         line = raw.strip(" \t\r")
         if not line:
@@ -55,7 +59,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
         elif isinstance(section, Owner):
             variable = _variable(line, section, comment)
             if variable is None:
-                hint = "write a name, or name:min...max with min <= max"
+                hint = f"write a name, or name:min...max with min <= max <= {MAX_NUMBER}"
                 problems.append(Diagnostic(file, number, 1, f"'{line}' declares nothing", hint))
             elif any(v.name == variable.name for v in variables):
                 problems.append(Diagnostic(file, number, 1, f"{variable.name} is declared twice"))
@@ -63,9 +67,14 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
                 variables.append(variable)
             comment = ""
         elif section is not None:
-            constraints.append(
-                Constraint(section, to_infix(line), Origin(f"{file}:{number}", comment))
-            )
+            try:
+                formula = to_infix(line, left)
+            except TooLongError as error:
+                hint = "write each entry on a line of its own, for an output that holds its value"
+                problems.append(Diagnostic(file, number, 1, str(error), hint))
+                continue
+            left -= len(formula) - len(line)
+            constraints.append(Constraint(section, formula, Origin(f"{file}:{number}", comment)))
         elif not problems:
             hint = "a specification begins with a section, such as [INPUT]"
             found = f"'{line[:_SHOWN]}' is in no section"
@@ -138,5 +147,6 @@ def _variable(line: str, owner: Owner, note: str) -> Variable | None:
     integer = _INTEGER.match(line)
     if integer:
         low, high = int(integer[2]), int(integer[3])
-        return Variable(integer[1], owner, (low, high), note) if low <= high else None
+        good = low <= high <= MAX_NUMBER
+        return Variable(integer[1], owner, (low, high), note) if good else None
     return Variable(line, owner, None, note) if _BOOLEAN.match(line) else None

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from safenav.errors import Diagnostic, InputError
+from safenav.lines import read_file
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import find_own_binary
@@ -14,6 +15,8 @@ from safenav.synthesis.result import ExitStatus
 
 _ERROR = re.compile(r"-:(\d+):(\d+): error: (.*)")
 _HINT = re.compile(r"\s*hint: (.*)")
+MOST_OF_A_TEXT = 20_000_000
+"""Bytes."""
 _SECONDS = 60.0
 
 
@@ -23,7 +26,7 @@ def load_specification(path: Path) -> Specification:
     Raises InputError with all errors that safenav's synthesizer finds in its text.
     """
     try:
-        data = path.read_bytes()
+        data = read_file(path, MOST_OF_A_TEXT)
         text = data.decode("utf-8")
     except OSError as error:
         raise InputError([Diagnostic(str(path), 0, 0, error.strerror or str(error))]) from error

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.line_values import flaws
-from safenav.lines import json_flaw
+from safenav.lines import json_flaw, read_file
 from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import (
@@ -75,6 +75,8 @@ class Trace(Struct, frozen=True):
 
 
 _DIAGNOSTIC_LIMIT = 20
+MOST_OF_A_LINE = 10_000_000
+"""Bytes."""
 _BEGINNING = 4000
 """Bytes of a file from which its kind is recognized."""
 _WRITTEN = "not a trace of safenav: 'safenav run SCENARIO --trace FILE' writes one"
@@ -86,13 +88,15 @@ _TEXTS = ("explanation", "because", "reason")
 
 
 def read_trace(path: str | Path) -> Trace:
-    """The trace in a file. Raises InputError if it cannot be read or is not a trace."""
+    """The trace in a file (``-``: standard input). Raises InputError if it cannot be read or is not
+    a trace."""
+    source = "<stdin>" if str(path) == "-" else str(path)
     try:
-        content = Path(path).read_bytes()
+        content = read_file(None if source == "<stdin>" else path)
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
-    return read_bytes(content, str(path))
+    return read_bytes(content, source)
 
 
 def read_lines(lines: Iterable[str], source: str = "<trace>") -> Trace:
@@ -144,11 +148,15 @@ class _Reader:
         self._records: list[Record] = []
         self._obstacles: set[str] = set()
         self._ignored = 0
-        self._diagnostics: list[Diagnostic] = []
+        self._diagnostics: list[Diagnostic] = []  # the first ones
+        self._found = 0
         self._headless = False
 
     def take(self, number: int, content: bytes) -> None:
         if self._headless or not content.strip():
+            return
+        if len(content) > MOST_OF_A_LINE:
+            self._refuse(number, f"this line is longer than {MOST_OF_A_LINE // 1_000_000} MB")
             return
         try:
             data = read_json(content)
@@ -183,9 +191,8 @@ class _Reader:
     def trace(self, cut_off: bool) -> Trace:
         """Return the trace as read. Raises InputError."""
         if self._diagnostics:
-            shown = self._diagnostics[:_DIAGNOSTIC_LIMIT]
-            hidden = len(self._diagnostics) - len(shown)
-            if hidden:
+            shown = self._diagnostics
+            if hidden := self._found - len(shown):
                 shown.append(Diagnostic(self._source, 0, 0, f"and {hidden} more such problems"))
             raise InputError(shown)
         if self._header is None:
@@ -243,7 +250,9 @@ class _Reader:
         self._report(number, found, _WRITTEN if self._headless else "")
 
     def _report(self, number: int, found: str, hint: str = "") -> None:
-        self._diagnostics.append(Diagnostic(self._source, number, 1, found, hint))
+        self._found += 1
+        if self._found <= _DIAGNOSTIC_LIMIT:
+            self._diagnostics.append(Diagnostic(self._source, number, 1, found, hint))
 
 
 def _is_json(content: bytes) -> bool:

@@ -48,6 +48,8 @@ except (ImportError, SyntaxError) as error:
         f"refused: a part of this checker is missing, damaged or not for Python {this}: {error}"
     )
 
+MOST_BYTES = 100_000_000
+"""Largest file of a bundle; what the checker makes of it takes some 20 times its size."""
 KNOWN = re.compile(
     r"(trace|motion)\.jsonl|scenario\.json|index\.html"
     r"|(check|audit/(\w+/)*)\w*\.py|source/(?!\.+$)[^/\\]+"
@@ -59,12 +61,19 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
     """Return the files of a bundle and the manifest. Refuse unless each file is as the manifest
     states."""
     if place.is_dir():
-        found = [path for path in place.rglob("*") if path.is_file()]
+        found = [path for path in place.rglob("*") if not path.is_dir()]
+        plain = all(path.is_file() and not path.is_symlink() for path in found)
+        require(plain, "a bundle has files only: no links, no devices")
         files: dict[str, Any] = {path.relative_to(place).as_posix(): path for path in found}
+        sizes = [path.stat().st_size for path in found]
     else:
         archive = zipfile.ZipFile(place)
-        names = [name for name in archive.namelist() if name[-1] != "/"]
-        files = {name: zipfile.Path(archive, name) for name in names}
+        listed = [entry for entry in archive.infolist() if entry.filename[-1] != "/"]
+        files = {entry.filename: zipfile.Path(archive, entry.filename) for entry in listed}
+        require(len(files) == len(listed), "two files of the archive have one name")
+        sizes = [entry.file_size for entry in listed]
+    if max(sizes, default=0) > MOST_BYTES or sum(sizes) > 10 * MOST_BYTES:
+        raise TooLargeError(f"a file of more than {MOST_BYTES} bytes, or ten times that in all")
     manifest = content_of(files.pop("manifest.json"))
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 4)
     require(known, "not a bundle of version 4; an older one has its own check.py")

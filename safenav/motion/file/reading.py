@@ -6,7 +6,6 @@ skipped.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from math import ceil, log10
 from pathlib import Path
@@ -14,8 +13,9 @@ from typing import Any
 
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
-from safenav.lines import json_flaw, json_line
+from safenav.lines import json_flaw, json_line, read_file
 from safenav.motion.file import records
+from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert, entries, is_row
 
 _DIAGNOSTIC_LIMIT = 20
@@ -28,7 +28,7 @@ class _HeaderError(Exception):
 def read_motion(path: Path) -> records.Motion:
     """The motion in a file. Raises InputError if it cannot be read or is not a motion."""
     try:
-        content = path.read_bytes()
+        content = read_file(path)
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
@@ -48,7 +48,7 @@ def parsed(content: bytes, source: str) -> records.Motion:
         if not line.strip() or len(wrong) >= _DIAGNOSTIC_LIMIT:
             continue
         try:
-            data = json.loads(line)
+            data = read_json(line)
             kind = data.get("type") if isinstance(data, dict) else None
             if header is None:
                 header = _header(data, kind)
@@ -56,7 +56,7 @@ def parsed(content: bytes, source: str) -> records.Motion:
                 outcome = convert(records.MotionOutcome, data)
             elif isinstance(kind, str) and kind in records.TYPES:
                 lines.append(convert(records.TYPES[kind], data))
-        except (ValueError, RecursionError) as error:
+        except ValueError as error:
             wrong.append(
                 Diagnostic(source, number, 1, f"this line is not JSON: {json_flaw(error)}")
             )

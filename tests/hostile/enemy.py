@@ -1,0 +1,264 @@
+"""Traces and bundles with hostile names, numbers, sizes, keys and nesting, made of honest ones."""
+
+import hashlib
+import json
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from certify.making import Files
+
+Lines = list[Any]
+MARK = "zqx"
+"""It stands in each hostile word; no claim may contain it."""
+RUN = "__import__('pathlib').Path({0!r}).touch()"
+CODE = (
+    *(RUN, "x: 0, " + RUN + ", lambda y", "0) or " + RUN + " or (0", "{{{{" + RUN + "}}}}"),
+    *(
+        "!!python/object/apply:os.system ['touch {0}']",
+        "$(touch {0})",
+        "`touch {0}`",
+        "; touch {0}",
+    ),
+    *("a' or " + RUN + " or '", "next(" + RUN + ")", "cos\nsystem\n(S'touch {0}'\ntR.", "%n%s{0}"),
+)
+WORDS = (
+    *("", " ", ".", "..", "../../../{0}", "/etc/passwd", "{0}", "__class__", "__proto__", "from_"),
+    *("line", "data", "either", "any robot", "robots.b", "obstacles.door@9", "region", "heading"),
+    *("TRUE", "None", "NaN", "-rf", "a\nb", "a\x00b", "\x1b[31m{0}", "\u202e{0}", "\ud800", "é"),
+    *("<script>{0}</script>", '"><img src=x>', "{{0.__class__}}", "%s%n%x", "a" * 300, "b" * 10**5),
+)
+NUMBERS = (
+    *("-1", "0", "1", "true", "false", "null", '"7"', "0.5", "-0.0", "1e308", "1e400", "-1e400"),
+    *("NaN", "Infinity", "-Infinity", "2147483648", "9007199254740992", "9223372036854775808"),
+    *("1000000000", "1000000000000000", "9" * 400, "9" * 5000, "1e-320", "[]", "{}", "01"),
+)
+DEPTHS = (5, 60, 190, 300, 900, 5000, 200_000)
+HOLE = "\x02hole\x02"
+"""Stands in the data where raw text goes in."""
+
+
+class Enemy:
+    """Makes one hostile file after another. ``canary``: a file that no reader may make."""
+
+    def __init__(self, seed: int, canary: Path) -> None:
+        self.rng, self.canary = Random(seed), str(canary)
+
+    def word(self) -> str:
+        """A hostile word that is no legal name."""
+        word = self.rng.choice(CODE if self.rng.random() < 0.5 else WORDS)
+        word = word.replace("{0!r}", repr(self.canary)).replace("{0}", self.canary)
+        return word if self.rng.random() < 0.3 else f"{word} {MARK}"
+
+    def lines(self, lines: Lines) -> bytes:
+        """The text of a hostile trace."""
+        lines, raw = json.loads(json.dumps(lines)), dict[str, str]()
+        for _ in range(self.rng.choice((1, 1, 1, 2, 3))):
+            often, seldom = (
+                (self._swap, self._name, self._number),
+                (self._size, self._key, self._nest),
+            )
+            self.rng.choice(often * 2 + seldom)(lines, raw)
+        return self._bytes([self._text(line, raw) for line in lines])
+
+    def document(self, data: bytes) -> bytes:
+        """A hostile JSON document, or text."""
+        try:
+            return self.lines([json.loads(data)])
+        except ValueError:
+            return self._formulas(data.decode())
+
+    def bundle(self, files: Files) -> Files:
+        files = dict(files)
+        traces = [name for name in files if name == "trace.jsonl"]
+        folders = ("trace", "scenario.json", "specs/", "strategies/", "measures/", "rules/")
+        others = [name for name in files if name.startswith(folders[1:])]
+        name = self.rng.choice(traces * len(others) + others)
+        if name == "trace.jsonl":
+            files[name] = self.lines([json.loads(line) for line in files[name].splitlines()])
+            first = files[name].split(b"\n")[0]
+            try:
+                files["scenario.json"] = json.dumps(json.loads(first)["scenario"]).encode()
+            except (ValueError, KeyError, TypeError, RecursionError):
+                return files
+            return files
+        data, old = self.document(files[name]), name.rpartition("/")[2].partition(".")[0]
+        new = hashlib.sha256(data).hexdigest()
+        if name.startswith(("specs/", "strategies/")) and self.rng.random() < 0.8:
+            trace = files["trace.jsonl"].replace(old.encode(), new.encode())
+            files = {key.replace(old, new): value for key, value in files.items()}
+            return files | {name.replace(old, new): data, "trace.jsonl": trace}
+        return files | {name: data}
+
+    def _places(self, lines: Lines) -> list[tuple[Any, Any]]:
+        """All containers with a key or an index in them."""
+        found, left = [], [*lines]
+        while left:
+            one = left.pop()
+            inner = one.items() if isinstance(one, dict) else enumerate(one)
+            for key, value in inner:
+                found.append((one, key))
+                if isinstance(value, dict | list):
+                    left.append(value)
+        return found
+
+    def _place(self, lines: Lines, wanted: Callable[[Any], bool]) -> tuple[Any, Any]:
+        """One of the places whose value is wanted: of the header as often as of all lines."""
+        part = lines[:1] if self.rng.random() < 0.5 else lines
+        places = [(one, key) for one, key in self._places(part) if wanted(one[key])]
+        return self.rng.choice(places or self._places(lines))
+
+    def _name(self, lines: Lines, raw: dict[str, str]) -> None:
+        del raw
+        one, key = self._place(lines, lambda value: isinstance(value, str))
+        old, new = one[key], self.word()
+        one[key] = new
+        if self.rng.random() < 0.4:  # everywhere, and as a key
+            for one, key in self._places(lines):
+                if one[key] == old:
+                    one[key] = new
+                if key == old and isinstance(one, dict):
+                    one[new] = one.pop(key)
+
+    def _number(self, lines: Lines, raw: dict[str, str]) -> None:
+        one, key = self._place(lines, lambda value: isinstance(value, int | float))
+        one[key] = f"{HOLE}{len(raw)}"
+        raw[one[key]] = self.rng.choice(NUMBERS)
+
+    def _swap(self, lines: Lines, raw: dict[str, str]) -> None:
+        """A legal value in the place of another."""
+        del raw
+        one, key = self._place(lines, lambda value: value is not None)
+        kind = type(one[key])
+        other, name = self._place(lines, lambda value: type(value) is kind)
+        one[key] = json.loads(json.dumps(other[name]))
+
+    def _size(self, lines: Lines, raw: dict[str, str]) -> None:
+        header = lines[0].get("scenario") if isinstance(lines[0], dict) else None
+        what = self.rng.randrange(6)
+        if what == 0 and header:
+            side = self.rng.choice((300, 512, 2000))
+            grid = ["." * side] * side
+            header["map"] |= {"rows": side, "cols": side, "grid": grid}
+        elif what == 1 and header:
+            (robot, *_) = header["robots"].values()
+            count = self.rng.choice((200, 1000, 20_000))
+            header["robots"] |= {f"r{k}": robot for k in range(count)}
+        elif what == 2:
+            one, key = self._place(lines, lambda value: isinstance(value, list))
+            one[key] = (
+                one[key] * self.rng.choice((100, 10_000)) if isinstance(one[key], list) else 0
+            )
+        elif what == 3:
+            lines += lines[1:] * self.rng.choice((10, 200))
+        elif what == 4:
+            one, key = self._place(lines, lambda value: isinstance(value, str))
+            one[key] = f"{HOLE}{len(raw)}"
+            raw[one[key]] = f'"{"x" * self.rng.choice((10**6, 12 * 10**6))}"'
+        else:
+            one, key = self._place(lines, lambda value: isinstance(value, dict))
+            if isinstance(one[key], dict):
+                one[key] |= {f"k{number}": number for number in range(50_000)}
+
+    def _key(self, lines: Lines, raw: dict[str, str]) -> None:
+        one, key = self._place(lines, lambda value: isinstance(value, dict))
+        inside = one[key]
+        if not isinstance(inside, dict) or not inside:
+            return
+        old = self.rng.choice([*inside])
+        match self.rng.randrange(4):
+            case 0:
+                inside.pop(old)
+            case 1:
+                inside[self.word()] = inside.pop(old)
+            case 2:
+                inside[self.rng.choice(("from_", "line", "__class__", "__dict__"))] = inside[old]
+            case _:
+                inside[f"{HOLE}{len(raw)}"] = 0
+                other = json.dumps(self.rng.choice((True, 3, "a", [], {})))
+                raw[f"{HOLE}{len(raw)}"] = f"{json.dumps(old)}: {other}"
+
+    def _nest(self, lines: Lines, raw: dict[str, str]) -> None:
+        one, key = self._place(lines, lambda _: True)
+        depth, begin, end = self.rng.choice(DEPTHS), *self.rng.choice((("[", "]"), ('{"a":', "}")))
+        one[key] = f"{HOLE}{len(raw)}"
+        raw[one[key]] = begin * depth + "1" + end * depth
+
+    def _text(self, line: Any, raw: dict[str, str]) -> str:
+        text = json.dumps(line)
+        for hole, value in raw.items():
+            shown = json.dumps(hole)
+            text = text.replace(f"{shown}: 0", value) if ": " in value else text
+            text = text.replace(shown, value)
+        return text
+
+    def _bytes(self, lines: list[str]) -> bytes:
+        data = "\n".join([*lines, ""]).encode("utf-8", "surrogatepass")
+        match self.rng.randrange(40):
+            case 0:
+                return b"\xef\xbb\xbf" + data
+            case 1:
+                return data.replace(b"\n", b"\r\n")
+            case 2:
+                at = self.rng.randrange(len(data))
+                return data[:at] + self.rng.randbytes(3) + data[at:]
+            case 3:
+                return data[: self.rng.randrange(len(data))]
+        return data
+
+    def _formulas(self, text: str) -> bytes:
+        """A hostile specification."""
+        lines = text.split("\n")
+        at = self.rng.randrange(len(lines))
+        deep = self.rng.choice(DEPTHS)
+        lines[at] = self.rng.choice(
+            (
+                *(self.word(), "x:0..." + "9" * self.rng.choice((5, 9, 12, 5000))),
+                *(
+                    "(" * deep + "TRUE" + ")" * deep,
+                    "!" * deep + "TRUE",
+                    " -> ".join(["TRUE"] * deep),
+                ),
+                *(" & ".join(["region = 1"] * min(deep, 20_000)), "region = " + "9" * deep),
+                *("region''", "next(next(TRUE))", "\ud800", lines[at] + " & " + self.word()),
+            )
+        )
+        return "\n".join(lines).encode("utf-8", "surrogatepass")
+
+
+def written(files: Files, target: Path, rng: Random) -> Path:
+    """A bundle with these files and a manifest that fits, as a folder or an archive."""
+    manifest = {
+        "format": "safenav-bundle",
+        "version": 4,
+        "files": {
+            name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
+            for name, data in files.items()
+        },
+        "claims": [],
+    }
+    files = files | {"manifest.json": json.dumps(manifest).encode()}
+    what = rng.randrange(8)
+    if what < 5:
+        for name, data in files.items():
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
+            (target / name).write_bytes(data)
+        if what == 0:
+            (target / "specs" / "link.structuredslugs").symlink_to("/etc/passwd")
+        return target
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+        if what == 6:
+            archive.writestr("../../canary", b"escaped")
+        if what == 7:
+            archive.writestr("specs/zeros.structuredslugs", bytes(150_000_000))
+    return target
+
+
+def changed(folder: Path) -> Iterator[tuple[str, int]]:
+    """The files of a folder with their sizes."""
+    for path in sorted(folder.rglob("*")):
+        yield path.relative_to(folder).as_posix(), path.lstat().st_size
