@@ -116,7 +116,9 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             return
         if isinstance(value, dict):
             for name, inner in value.items():
-                if not NAME.fullmatch(name) or name.startswith("__") or name in _INTERNAL:
+                if by_name and key in _TEXTS:  # a requirement may be named by its formula
+                    left.append((key, inner, level + 1, False))
+                elif not NAME.fullmatch(name) or name.startswith("__") or name in _INTERNAL:
                     yield f"{_shown(name)} is neither a field nor a name"
                 elif by_name:
                     left.append((key, inner, level + 1, key in _TWICE_BY_NAME))

@@ -23,7 +23,7 @@ HINT = "remove it: programs disagree on what it means, for example on whether a 
 
 
 MOST_BYTES = 100_000_000
-"""Largest file of foreign data that is read. What is made of it takes some 20 times its size."""
+"""Largest file of foreign data that is read; its values take some 20 times its size."""
 
 
 def read_file(path: str | Path | None, most: int = MOST_BYTES) -> bytes:

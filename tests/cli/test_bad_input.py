@@ -57,7 +57,7 @@ UNREADABLE = [
     ("check-trace", "binary", "the first line is incomplete"),
     ("new s.yaml --side 1 --map", ".", "this is a directory"),
     ("batch hello.yaml --baseline", "deep", "it is not JSON: too deeply nested"),
-    ("verify lift.slugs", "deep", "deep: the strategy is malformed"),
+    ("verify lift.slugs", "deep", "deep: the strategy is not JSON: too deeply nested"),
     ("synth", "fire.spec", "from LTLMoP and TuLiP, name the slugsin file"),
     ("check", "rooms.pddl", "rooms.pddl: neither a scenario (YAML) nor a specification"),
     ("check", "random-1.scen", "then each as [ROW, COLUMN]"),

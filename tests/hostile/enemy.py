@@ -148,11 +148,10 @@ class Enemy:
             header["robots"] |= {f"r{k}": robot for k in range(count)}
         elif what == 2:
             one, key = self._place(lines, lambda value: isinstance(value, list))
-            one[key] = (
-                one[key] * self.rng.choice((100, 10_000)) if isinstance(one[key], list) else 0
-            )
+            if isinstance(one[key], list):
+                one[key] = one[key] * self._many(one[key])
         elif what == 3:
-            lines += lines[1:] * self.rng.choice((10, 200))
+            lines += lines[1:] * self._many(lines[1:])
         elif what == 4:
             one, key = self._place(lines, lambda value: isinstance(value, str))
             one[key] = f"{HOLE}{len(raw)}"
@@ -161,6 +160,10 @@ class Enemy:
             one, key = self._place(lines, lambda value: isinstance(value, dict))
             if isinstance(one[key], dict):
                 one[key] |= {f"k{number}": number for number in range(50_000)}
+
+    def _many(self, repeated: Any) -> int:
+        """How often something may be repeated for some megabytes."""
+        return min(self.rng.choice((10, 200, 10_000)), 5_000_000 // (1 + len(json.dumps(repeated))))
 
     def _key(self, lines: Lines, raw: dict[str, str]) -> None:
         one, key = self._place(lines, lambda value: isinstance(value, dict))

@@ -49,7 +49,7 @@ except (ImportError, SyntaxError) as error:
     )
 
 MOST_BYTES = 100_000_000
-"""Largest file of a bundle; what the checker makes of it takes some 20 times its size."""
+"""Largest file of a bundle; its values take some 20 times its size."""
 KNOWN = re.compile(
     r"(trace|motion)\.jsonl|scenario\.json|index\.html"
     r"|(check|audit/(\w+/)*)\w*\.py|source/(?!\.+$)[^/\\]+"
