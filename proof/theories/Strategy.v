@@ -475,11 +475,4 @@ Theorem check_realizes : realizes sp (strategy_of sp g).
 Proof.
   intros i W. split; [exact (play_safe i W) | exact (play_live i W)].
 Qed.
-
-(** It always has a successor, as long as the environment keeps its rules. *)
-Theorem check_answers i : (forall k x, x < inputs sp -> within sp (i k) x) ->
-  forall k, env_ok sp (play sp (strategy_of sp g) i) k -> exists u, node_at sp g (past i k) = Some u.
-Proof.
-  intros W k H. destruct (at_all i W k H) as (u & N & _). exists u; auto.
-Qed.
 End Sound.
