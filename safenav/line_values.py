@@ -27,15 +27,15 @@ _TEXTS = {
 _TRUTHS = {
     *("active", "again", "aside", "at_once", "before", "cached", "disturbed", "for_now", "inputs"),
     *("live", "lossless", "ordered", "over", "ran", "request", "requested", "same", "seen"),
-    *("spent", "together", "traversable", "uncounted", "values", "verified", "wait"),
+    *("together", "traversable", "uncounted", "values", "verified", "wait"),
 }
 _NUMBERS = {
     *("assigned", "bids", "capacity", "carries", "charge", "chargers", "cols", "command"),
-    *("depth", "due", "earliest", "goal_places", "least", "makespan", "most", "move", "need"),
-    *("neutral", "node", "nodes", "origin", "partition", "places", "planned", "probability"),
+    *("depth", "due", "earliest", "least", "makespan", "most", "move", "need"),
+    *("neutral", "node", "nodes", "origin", "partition", "places", "probability"),
     *("proposed", "refused", "region", "regions", "resolution", "resolution_regions"),
     *("resolve_within", "round", "rounds", "rows", "seconds", "seed", "shown", "sight_closed"),
-    *("since", "spans", "stages", "states", "stay", "sweeps", "syntheses", "synthesis_memory"),
+    *("since", "spans", "stages", "states", "stay", "syntheses", "synthesis_memory"),
     *("synthesis_seconds", "t", "targets", "tick", "ticks", "to", "toward", "turn", "vision"),
     *("waited", "within"),
 }
@@ -62,7 +62,6 @@ WORDS: dict[str, set[str]] = {
         *("resolved", "permanent", "put_back", "out_of_service", "objective", "added", "give_up"),
     },
     "mobility": {"free", "heading"},
-    "order": {"newest", "oldest"},
     "outcome": {
         *("completed", "operator_needed", "unrealizable", "tick_limit", "time_limit"),
         *("search_limit", "assumption_violated", "late", "interrupted", "error"),
@@ -81,7 +80,7 @@ _BOTH = {"by", "inputs"}
 WORDS_OF_LINES: dict[tuple[str, str], set[str]] = {
     ("synthesis", "reason"): {
         *("initial", "request", "resolved", "blocked", "gone", "plan", "objective", "service"),
-        *("charge", "round"),
+        "charge",
     },
     ("push", "reason"): {"request"},
     ("pop", "reason"): {"request"},
@@ -93,13 +92,13 @@ WORDS_OF_LINES: dict[tuple[str, str], set[str]] = {
 }
 """The words of a key that depend on the type of the line."""
 _BY_NAME = {
-    *("again", "areas", "around", "asked", "beliefs", "bids", "busy", "due", "inputs"),
+    *("again", "areas", "asked", "beliefs", "bids", "busy", "due", "inputs"),
     *("knowledge", "memory", "met", "names", "nodes", "objectives", "others_targets", "refused"),
     *("requirements", "results", "robots", "rounds", "stages", "start", "unrealizable", "values"),
     *("waited", "waiting", "within"),
 }
 """Keys whose object has names as its keys; each value is one of the key."""
-_TWICE_BY_NAME = {"around", "asked", "memory"}
+_TWICE_BY_NAME = {"asked", "memory"}
 _OBJECTIVES, _ASIDE = {"objective", "objectives", "while_waiting"}, {"always", "form", "ltl"}
 """Keys of objectives, and those in one beside its kind and its ``targets``."""
 _INTERNAL = {"from_", "line", "data"}

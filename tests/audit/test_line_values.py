@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from audit.good_traces import GOOD
 from audit.trace_script import edit, find, text
+from safenav import line_values
 from safenav.errors import InputError
 from safenav.line_values import WORDS, WORDS_OF_LINES, flaws
 from safenav.trace.fields import annotations_of, entries
@@ -44,6 +45,25 @@ def test_the_words_are_those_of_the_records() -> None:
     assert len(listed) > 15
     for line, key, words in listed:
         assert (WORDS_OF_LINES.get((line, key)) or WORDS[key]) == words, f"{key} of {line}"
+
+
+OTHER_KEYS = {"init", "liveness", "safety", "targets"}
+"""Keys of formulas, and the targets of an objective, whose key is its kind."""
+
+
+def keys_of(kind: Any, seen: set[Any]) -> Iterator[str]:
+    hints = annotations_of(kind)
+    for entry in entries(kind):
+        yield entry.key
+        for found in enums(hints[entry.name]):
+            if issubclass(found, Struct) and found not in seen:
+                yield from keys_of(found, seen | {found})
+
+
+def test_the_keys_are_those_of_the_records() -> None:
+    known = {key for kind in KINDS.values() for key in keys_of(kind, set())} | OTHER_KEYS
+    tables = (line_values._TEXTS, line_values._TRUTHS, line_values._NUMBERS, line_values._BY_NAME)
+    assert {*WORDS, *(key for _, key in WORDS_OF_LINES)}.union(*tables) - known == set()
 
 
 @pytest.mark.parametrize("name", sorted(GOOD))
