@@ -7,6 +7,7 @@ agrees with the bodies at every instant.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import inf
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -67,6 +68,8 @@ class _Run(Struct):
     turn: str = ""
     since: dict[str, float] = field(default_factory=dict)
     """The last time of each obstacle."""
+    due: dict[str, tuple[float, float, records.Record]] = field(default_factory=dict)
+    """Obstacles that appear or disappear: when at the earliest, when without a later line."""
     left: dict[int, float] = field(default_factory=dict)
     """When each region was left last."""
     under_way: dict[str, tuple[int, float]] = field(default_factory=dict)
@@ -100,12 +103,16 @@ class _Run(Struct):
                 self._about(record.obstacle, max(now, self.decided), record)  # as its request
             case records.Appeared():
                 left = self.left.get(self.obstacles[record.obstacle].region, 0.0)
-                self._about(record.obstacle, left, record)
+                self._due(record.obstacle, left, record)
             case records.Gone():
-                self._about(record.obstacle, 0.0, record)
+                self._due(record.obstacle, 0.0, record)
+            case records.Discovered():
+                self._about(record.obstacle.name, now, record)
             case records.Truth():
                 self._about(record.obstacle, now, record)
             case records.End():
+                for obstacle in [*self.due]:
+                    self._settle(obstacle, inf)
                 end = max([self.makespan, *(t for t, _ in self.dated)])
                 self._tell(end, replace(record, makespan=end))
             case _:
@@ -128,6 +135,8 @@ class _Run(Struct):
                 move.by or MovedBy.STRATEGY,
             )
             depart = records.Depart(move.tick, *fields, seconds=step[1] - step[0])
+            for obstacle in [o for o in self.due if self.obstacles[o].region == to]:
+                self._settle(obstacle, step[0])
             self._tell(step[0], depart)
             self.under_way[name] = self.commands, step[1]
         if move.toward is None and name in self.under_way:
@@ -164,7 +173,20 @@ class _Run(Struct):
         for name in [n for n, at in self.at.items() if at == first.region]:
             self._turned(name, record.tick, first.t1)
 
+    def _due(self, obstacle: str, least: float, record: records.Record) -> None:
+        """Let an obstacle appear or disappear once all activities until then have ended, at least
+        at a time; earlier if the next line about it, or a step into its region, comes first."""
+        self._settle(obstacle, inf)
+        least = max(least, self.since.get(obstacle, 0.0))
+        self.due[obstacle] = least, max([least, *self.ended.values()]), record
+
+    def _settle(self, obstacle: str, latest: float) -> None:
+        if obstacle in self.due:
+            least, time, record = self.due.pop(obstacle)
+            self._about(obstacle, max(least, min(time, latest)), record)
+
     def _about(self, obstacle: str, time: float, record: records.Record) -> None:
+        self._settle(obstacle, time)
         self.since[obstacle] = max(time, self.since.get(obstacle, 0.0))
         self._tell(self.since[obstacle], record)
 

@@ -6,6 +6,7 @@ the south-western corner)."""
 from __future__ import annotations
 
 import re
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from heapq import merge
 from math import cos, radians, sin
@@ -29,6 +30,11 @@ _FLIES = 0.8
 """Height of the bodies of the layer ``air``, in regions."""
 _HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
 """Heights of obstacles by status, in regions, for people who cannot tell the colours apart."""
+_COLOURS = {status: mark.colour for status, mark in STATUS_MARKS.items()}
+_UNSEEN = {ObstacleStatus.ABSENT, ObstacleStatus.HIDDEN, ObstacleStatus.RESOLVED}
+"""Statuses of obstacles that have no marker."""
+TRAIL = 24
+"""Most poses in a path: with all poses so far, bags would grow with the square of the ticks."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
@@ -93,7 +99,7 @@ class _Messages:
         yield Stamped(self.replay.time(0), "/places", _MARKERS, {"markers": [*self._places()]})
         yield Stamped(self.replay.time(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
         planned: list[Message] = []
-        passed: dict[str, list[Message]] = {track.name: [] for track in self.replay.robots}
+        passed = {track.name: deque[Message](maxlen=TRAIL) for track in self.replay.robots}
         shown: dict[str, ObstacleStatus] = {}
         for tick in range(self.replay.last + 1):
             seconds = self.replay.time(tick)
@@ -180,13 +186,15 @@ class _Messages:
         """Yield markers of obstacles whose status has changed; ``shown``: the sent statuses."""
         for number, hidden in enumerate(self.replay.hidden.values()):
             status = self.replay.statuses[hidden.name].at(tick)
-            if status is not shown.get(hidden.name, ObstacleStatus.HIDDEN):
+            if status in _UNSEEN:
+                status = ObstacleStatus.ABSENT
+            if status is not shown.get(hidden.name, ObstacleStatus.ABSENT):
                 shown[hidden.name] = status
-                action = _DELETE if status is ObstacleStatus.RESOLVED else _ADD
+                action = _DELETE if status is ObstacleStatus.ABSENT else _ADD
                 yield self._marker(tick, "obstacles", number, _CUBE, action) | {
                     "pose": self._at(hidden.region),
                     "scale": self._size(0.9, _HEIGHTS.get(status, 0.4)),
-                    "color": _colour(STATUS_MARKS[status].colour, 0.8),
+                    "color": _colour(_COLOURS.get(status, INK), 0.8),
                     "text": hidden.label(self.replay.map),
                 }
 

@@ -220,7 +220,6 @@ def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
         "region": hidden.region,
         "action": hidden.actions[0],
         "needs": [*map(hidden.open_needs, range(len(hidden.actions)))],
-        "since": hidden.since,
         "ordered": hidden.ordered,
     }
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from msgspec.structs import replace
-
 from safenav.begun import Begun
 from safenav.report.replay.changes import Changes
 from safenav.report.replay.robot_paths import ContradictionError, RobotPaths
@@ -36,7 +34,10 @@ class ObstacleHistory:
         self.met: dict[str, Changes[int]] = {}
         self._acts: dict[int, int] = {}
         for each in found:
-            self._add(self._hidden(each))
+            if each.name not in self.hidden:
+                self._add(each)
+            elif each.from_ is None:  # one of several that appear in a region one after the other
+                self.statuses[each.name] = Changes.of(ObstacleStatus.HIDDEN)
 
     def begin(self, begun: Begun) -> None:
         """Take over the obstacles of the run that this one continues."""
@@ -53,9 +54,10 @@ class ObstacleHistory:
                 if self.hidden[name].carried[len(groups) - 1]:
                     self.loads[name] = Changes.of(groups[-1])
 
-    def _add(self, hidden: Hidden) -> None:
-        self.hidden[hidden.name] = hidden
-        self.statuses[hidden.name] = Changes.of(ObstacleStatus.HIDDEN)
+    def _add(self, obstacle: setting.ObstacleHeader) -> None:
+        self.hidden[obstacle.name] = hidden = self._hidden(obstacle)
+        first = ObstacleStatus.ABSENT if obstacle.from_ else ObstacleStatus.HIDDEN
+        self.statuses[hidden.name] = Changes.of(first)
         self.loads[hidden.name] = Changes.of(())
         self.met[hidden.name] = Changes.of(0)
 
@@ -67,7 +69,6 @@ class ObstacleHistory:
             tuple(need.action for need in obstacle.all_needs),
             tuple(map(self._paths.on_map, obstacle.resolution_regions)),
             tuple(robot for robot in self._paths.tracks if robot in obstacle.blocks),
-            obstacle.from_ or 0,
             tuple(need.same is True for need in obstacle.all_needs[1:]),
             obstacle.ordered is True,
         )
@@ -76,11 +77,13 @@ class ObstacleHistory:
         """Take a line of the trace; only lines about obstacles change anything."""
         match line:
             case records.Discovered():
-                found = self._hidden(line.obstacle)
-                if found.name not in self.hidden:
-                    self._add(found)
-                if OPERATOR_ACTION in found.actions:  # a failure: it was absent before
-                    self.hidden[found.name] = replace(found, since=line.tick)
+                name, known = line.obstacle.name, line.obstacle.name in self.hidden
+                if not known:
+                    self._add(line.obstacle)
+                if OPERATOR_ACTION in self.hidden[name].actions:  # a failure: it was absent before
+                    if not known:
+                        self.statuses[name] = Changes.of(ObstacleStatus.ABSENT)
+                    self.statuses[name].append((line.tick, ObstacleStatus.HIDDEN))
             case records.Violation() | records.Reopened():
                 self._status(line, ObstacleStatus.FOUND)
             case records.Request():
@@ -115,12 +118,8 @@ class ObstacleHistory:
             case records.Appeared():
                 self._status(line, ObstacleStatus.HIDDEN)
                 self.met[line.obstacle].put(line.tick, 0)  # it may have disappeared before
-                known, first = self.hidden[line.obstacle], self.statuses[line.obstacle][0][1]
-                untold = first is ObstacleStatus.HIDDEN and len(self.statuses[line.obstacle]) == 2
-                if known.since > 0 and untold:
-                    self.hidden[line.obstacle] = replace(known, since=line.tick)
             case records.Gone():
-                self._status(line, ObstacleStatus.RESOLVED)
+                self._status(line, ObstacleStatus.ABSENT)
                 self.loads[line.obstacle].put(line.tick, ())
 
     def _seen(self, name: str, tick: int) -> None:

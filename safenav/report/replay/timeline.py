@@ -1,7 +1,7 @@
 """A run as a timeline: the robots' positions and the team's knowledge at each tick.
 
 Built from a trace alone (docs/trace.md). A ``Replay`` holds the whole run, a ``Scene`` one moment
-of it: the HTML page, the vector and pixel pictures and the terminal replay are all drawn from these
+of it: the HTML page, the vector and pixel pictures are all drawn from these
 two, so they cannot disagree."""
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ from safenav.world.map import Heading, Region, RegionMap
 
 
 class ObstacleStatus(StrEnum):
-    """The team's knowledge of a hidden obstacle, in the order of its stages."""
+    """The team's knowledge of a hidden obstacle, in the order of its stages; ``ABSENT``: it has not
+    appeared yet, or has disappeared."""
 
+    ABSENT = "absent"
     HIDDEN = "hidden"
     FOUND = "found"
     REQUESTED = "requested"
@@ -135,8 +137,8 @@ class RobotBelief(Struct, frozen=True):
 
 class Hidden(Struct, frozen=True):
     """A hidden obstacle as the trace describes it: the ``actions`` of its needs in order, the
-    resolution regions of the first; it is present from tick ``since`` on. ``carried``: for each
-    need but the last, whether the robots that fulfilled it carry the obstacle to the next."""
+    resolution regions of the first. ``carried``: for each need but the last, whether the robots
+    that fulfilled it carry the obstacle to the next."""
 
     name: str
     type: str
@@ -144,7 +146,6 @@ class Hidden(Struct, frozen=True):
     actions: tuple[str, ...]
     resolution_regions: tuple[Region, ...]
     blocks: tuple[str, ...]
-    since: int = 0
     carried: tuple[bool, ...] = ()
     ordered: bool = False
 
@@ -231,7 +232,7 @@ class Scene(Struct, frozen=True):
     map: RegionMap
     robots: tuple[Placed, ...]
     obstacles: tuple[tuple[Hidden, ObstacleStatus, int], ...]
-    """Each obstacle with its status and the number of its fulfilled needs."""
+    """Each present obstacle with its status and the number of its fulfilled needs."""
     stack: tuple[StackRow, ...] = ()
     happened: tuple[Event, ...] = ()
     chargers: tuple[Region, ...] = ()
@@ -333,10 +334,9 @@ class Replay(Struct):
         Knowledge is that of ``tick``; only positions are interpolated. ``trail``: the number of
         past ticks in the robots' paths."""
         robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
-        there = (o for o in self.hidden.values() if o.since <= tick)
-        obstacles = tuple(
-            (o, self.statuses[o.name].at(tick), self.met[o.name].at(tick)) for o in there
-        )
+        known = ((o, self.statuses[o.name].at(tick)) for o in self.hidden.values())
+        there = ((o, status) for o, status in known if status is not ObstacleStatus.ABSENT)
+        obstacles = tuple((o, status, self.met[o.name].at(tick)) for o, status in there)
         moment = f"tick {tick} of {self.last}"
         if self.times is not None:
             moment = f"{self._moment(tick, fraction):.1f} of {self.times[-1]:.1f} s"

@@ -42,7 +42,7 @@ export const OVER = "The run has ended: Restart runs the scenario again";
 
 /** Return the obstacles that are present after a tick. */
 export function standing(run: Run, tick: number): Obstacle[] {
-  return run.obstacles.filter((o) => tick >= o.since && at(o.status, tick)[1] !== "resolved");
+  return run.obstacles.filter((o) => !["absent", "resolved"].includes(at(o.status, tick)[1]));
 }
 
 export function World({ run, tick, palette, out, inputs, tool, choose, say, over }: WorldProps) {

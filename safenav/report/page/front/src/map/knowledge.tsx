@@ -25,7 +25,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
     {run.obstacles.map((obstacle) => {
       const status = at(obstacle.status, tick)[1];
       const carried = at(obstacle.carried, tick)[1].length > 0;
-      if (tick < obstacle.since || (status === "hidden" && !shown.hidden)) return null;
+      if (status === "absent" || (status === "hidden" && !shown.hidden)) return null;
       const x = (obstacle.region % run.cols) * CELL;
       const y = Math.floor(obstacle.region / run.cols) * CELL;
       const shape = grown > MOST_GROWN ? "" : obstacle.shape;

@@ -7,7 +7,7 @@ import { StatusSign } from "../panels/icons";
 import { STATUSES, UNORDERED, type Run, type Status } from "../run/run";
 
 /** Return the words for a status in a legend. */
-export function statusWords(run: Run, status: Status): string {
+export function statusWords(run: Run, status: Exclude<Status, "absent">): string {
   if (status !== "hidden") return run.marks.status[status].meaning;
   return `obstacle, still hidden${run.obstacles.some((each) => each.ordered) ? `, or ${UNORDERED}` : ""}`;
 }

@@ -184,7 +184,7 @@ function robotAt(run: Run, player: Player, x: number, y: number, reach: number):
 
 function describeMap(run: Run, tick: number): string {
   const robots = run.robots.map((robot) => `${robot.name} in region ${label(run, robot.path[tick]!)}`);
-  const obstacles = run.obstacles.filter((o) => tick >= o.since).map((o) => `${o.name} ${at(o.status, tick)[1]}`);
+  const obstacles = run.obstacles.filter((o) => at(o.status, tick)[1] !== "absent").map((o) => `${o.name} ${at(o.status, tick)[1]}`);
   return `Map of ${run.rows} by ${run.cols} regions at ${when(run, tick)}. ${robots.join(", ")}. ${obstacles.join(", ")}`;
 }
 
@@ -196,7 +196,10 @@ function describeRegion(run: Run, region: number, tick: number, shown: Shown): s
     if (transitAt(robot, tick)?.[2] === region) parts.push(`${robot.name} is in transit to this region`);
     if (at(robot.tasks, tick)[2].includes(region)) parts.push(`target of ${robot.name}`);
   }
-  for (const o of run.obstacles) if (o.region === region && tick >= o.since) parts.push(`${o.label}, ${at(o.status, tick)[1]}`);
+  for (const o of run.obstacles) {
+    const status = at(o.status, tick)[1];
+    if (o.region === region && status !== "absent") parts.push(`${o.label}, ${status}`);
+  }
   parts.push(...shadesAt(run, region, tick, shown));
   return parts.join(" · ");
 }

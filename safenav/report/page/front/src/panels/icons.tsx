@@ -14,7 +14,7 @@ export function RobotSign({ robot, size = 26 }: { robot: Robot; size?: number })
   );
 }
 
-export function StatusSign({ run, status, size = 18 }: { run: Run; status: Status; size?: number }) {
+export function StatusSign({ run, status, size = 18 }: { run: Run; status: Exclude<Status, "absent">; size?: number }) {
   return (
     <svg class="sign" width={size} height={size} viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
       <path class={`status-${status}`} d={run.marks.status[status].path} fill-rule="evenodd" />

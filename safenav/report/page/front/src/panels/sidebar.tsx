@@ -165,8 +165,8 @@ export function Obstacles({ run, tick }: PanelProps) {
       <h2 id="obstacles-title">Obstacles</h2>
       <ul>
         {run.obstacles.map((obstacle) => {
-          if (tick < obstacle.since) return null;
           const status = at(obstacle.status, tick)[1];
+          if (status === "absent") return null;
           const need = status === "resolved" ? undefined : obstacle.needs[at(obstacle.met, tick)[1]];
           return (
             <li key={obstacle.name} data-obstacle={obstacle.name} data-status={status}>

@@ -6,7 +6,8 @@
 
 export const STATUSES = ["hidden", "found", "requested", "resolved", "blocked"] as const;
 
-export type Status = (typeof STATUSES)[number];
+/** `absent`: it has not appeared yet, or has disappeared. */
+export type Status = (typeof STATUSES)[number] | "absent";
 
 /** The words for an obstacle that is not ordered yet. */
 export const UNORDERED = "not ordered yet";
@@ -109,8 +110,6 @@ export interface Obstacle {
   action: string;
   /** Each of its needs, in words. */
   needs: string[];
-  /** The tick from which on it is present. */
-  since: number;
   ordered: boolean;
   status: [tick: number, status: Status][];
   /** The number of its needs that are fulfilled. */
@@ -178,7 +177,7 @@ export interface Run {
   opens: number;
   nose: string;
   marks: {
-    status: Record<Status, { path: string; meaning: string }>;
+    status: Record<(typeof STATUSES)[number], { path: string; meaning: string }>;
     event: Record<EventKind, string>;
   };
 }

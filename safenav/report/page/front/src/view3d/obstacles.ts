@@ -1,7 +1,7 @@
 /** The obstacles of a run in the scene, at any moment. */
 
 import { Group } from "three";
-import { at, loadsOf, type Obstacle, type Run, type Status } from "../run/run";
+import { at, loadsOf, tickAt, type Obstacle, type Run, type Status } from "../run/run";
 import { likeness } from "./bodies";
 import { centreOf, isWall } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
@@ -41,7 +41,7 @@ export class Obstacles {
       const carriers = at(obstacle.carried, tick)[1];
       thing.show(status, carriers.length > 0 ? 0 : this.resolved(obstacle, status, seconds), hidden);
       if (carriers.length > 0) thing.carry(this.held(obstacle, carriers, seconds));
-      thing.stage(this.motion.actions.filter((action) => action[1] === obstacle.name && action[4] <= seconds).length);
+      thing.stage(at(obstacle.met, tick)[1]);
     });
   }
 
@@ -95,12 +95,9 @@ export class Obstacles {
 
   /** The share of its resolution: it opens during the action that resolves it. */
   private resolved(obstacle: Obstacle, status: Status, seconds: number): number {
-    if (status === "blocked") return 0;
-    const acts = this.motion.actions.filter((action) => action[1] === obstacle.name);
-    const last = acts[acts.length - 1];
-    if (last === undefined) return status === "resolved" ? 1 : 0;
-    const [, , , from, to] = last;
-    if (seconds >= to) return 1;
-    return Math.max(0, Math.min(1, (seconds - from) / Math.max(0.01, to - from)));
+    if (status === "resolved") return 1;
+    const resolves = (to: number): boolean => at(obstacle.status, tickAt(this.run, to + 0.002))[1] === "resolved";
+    const now = this.motion.actions.find(([, name, , from, to]) => name === obstacle.name && from <= seconds && seconds < to && resolves(to));
+    return now === undefined ? 0 : (seconds - now[3]) / Math.max(0.01, now[4] - now[3]);
   }
 }

@@ -49,7 +49,7 @@ export abstract class Thing {
     this.solid.position.set(0, 0, 0);
     this.solid.rotation.z = this.turned;
     this.solid.scale.setScalar(1);
-    this.solid.visible = status !== "hidden" && (gone < 1 || this.stays);
+    this.solid.visible = status !== "absent" && status !== "hidden" && (gone < 1 || this.stays);
     this.become(status, gone);
   }
 
@@ -63,7 +63,7 @@ export abstract class Thing {
 }
 
 function statusColour(status: Status): Color {
-  return themeColour(status === "hidden" ? "hidden" : status);
+  return themeColour(status === "absent" ? "hidden" : status);
 }
 
 /** A leaf between two posts, across the gap. */
