@@ -57,7 +57,7 @@ Exit codes:
 @options.trace
 @click.option(
     "--motion",
-    type=options.FILE,
+    type=options.LINES,
     help="Write the motion commanded and measured, in metres (extra: motion).",
 )
 @click.option("--rehearse", is_flag=True, help="Simulate the run; no robot moves.")

@@ -51,7 +51,7 @@ Exit codes:
 )
 @click.option(
     "--waypoints",
-    type=options.FILE,
+    type=options.WAYPOINTS,
     help="Write the waypoints, in metres; - is standard output.",
 )
 @click.option(
@@ -60,7 +60,7 @@ Exit codes:
     type=click.Choice(["csv", "json"]),
     help="Default: json if the file ends in .json, else csv.",
 )
-@click.option("--mcap", type=options.FILE, help="A ROS 2 bag, for Foxglove (extra 'mcap').")
+@click.option("--mcap", type=options.BAG, help="A ROS 2 bag, for Foxglove (extra 'mcap').")
 @click.option(
     "--csv",
     "stem",
@@ -75,7 +75,7 @@ Exit codes:
 )
 @click.option(
     "--columns",
-    type=options.FILE,
+    type=options.COLUMNS,
     help="The motion sampled at a rate: FILE.npz, or FILE.csv of one robot.",
 )
 @click.option(

@@ -42,7 +42,7 @@ Exit codes:
 
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=options.INPUT)
-@click.option("-o", "--output", type=options.FILE, help="File to write; - is standard output.")
+@click.option("-o", "--output", type=options.LINES, help="File to write; - is standard output.")
 @click.option(
     "--side",
     type=options.METRES,

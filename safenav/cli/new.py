@@ -75,6 +75,8 @@ def command(
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml, or fleet.yaml; -: standard
     output). It runs unchanged; edit it from there."""
+    if file is not None and file.suffix.lower() in {*options.KINDS} - {".yaml", ".yml"}:
+        raise UsageError(f"{file}: the name of a scenario or fleet file ends in .yaml")
     if fleet is not None:
         return _new_fleet(file or Path("fleet.yaml"), fleet, force)
     file = file or Path("scenario.yaml")

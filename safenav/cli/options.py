@@ -48,27 +48,52 @@ class _Input(click.Path):
         return path
 
 
-class _Output(click.ParamType[Path]):
-    """A path to write; ``-`` is standard output. Raises UsageError if it cannot be written.
+KINDS = (
+    *(".csv", ".dot", ".gif", ".graphml", ".html", ".json", ".jsonl", ".map", ".mcap", ".npz"),
+    *(".pdf", ".pgm", ".png", ".slugsin", ".structuredslugs", ".svg", ".txt", ".xml"),
+    *(".yaml", ".yml", ".zip"),
+)
+"""Endings of files of known kinds."""
 
-    ``endings``: endings of files, a path with any other is a folder; None: always a file.
+
+class _Output(click.ParamType[Path]):
+    """A path to write; ``-`` is standard output, except for a folder. Raises UsageError if it
+    cannot be written, or if its ending is that of another kind of file.
+
+    ``endings``: endings of files of this kind, empty if there are several kinds; ``folder``: any
+    other path is a folder.
     """
 
     name = "path"
 
-    def __init__(self, endings: tuple[str, ...] | None = None) -> None:
+    def __init__(self, *endings: str, folder: bool = False) -> None:
         self._endings = endings
+        self._folder = folder
 
     def convert(
         self, value: str | Path, param: click.Parameter | None, ctx: click.Context | None
     ) -> Path:
         path = Path(value)
-        if self._endings is not None and path.suffix not in self._endings:
+        if str(path) == "-" and not self._folder:
+            return path
+        strict = self._folder or bool(self._endings)
+        other = path.suffix.lower() in KINDS and path.suffix.lower() not in self._endings
+        if str(path) == "-" or (strict and other and not path.is_dir()):
+            if path.is_file():
+                problem = f"{path} would overwrite a file of another kind"
+                raise UsageError(f"{problem}; give another name")
+            raise UsageError(f"{path}: expected {self._expected}")
+        if self._folder and path.suffix not in self._endings:
             try_folder(path)
-        elif str(path) != "-":
+        else:
             _claim(path, param, ctx, writes=True)
             try_out(path)
         return path
+
+    @property
+    def _expected(self) -> str:
+        names = [f"a name in {ending}" for ending in self._endings]
+        return " or ".join(["a folder"] * self._folder + names)
 
 
 def _claim(
@@ -92,9 +117,17 @@ def _words(param: click.Parameter) -> str:
 INPUT = _Input(path_type=Path)
 TEXT_INPUT = _Input(path_type=str)
 FILE = _Output()
-FOLDER = _Output(())
-TRACE_PAGE_OR_FOLDER = _Output((".jsonl", ".html"))
-BUNDLE = _Output((".zip",))
+CSV = _Output(".csv")
+HTML = _Output(".html")
+JSON = _Output(".json")
+LINES = _Output(".jsonl")
+FOLDER = _Output(folder=True)
+TRACE_PAGE_OR_FOLDER = _Output(".jsonl", ".html", folder=True)
+BUNDLE = _Output(".zip", folder=True)
+BAG = _Output(".mcap")
+COLUMNS = _Output(".npz", ".csv")
+WAYPOINTS = _Output(".csv", ".json")
+XML = _Output(".xml")
 
 SECONDS = FiniteRange(min=0, min_open=True, max=1e9)
 """A duration, or a time of a run, in seconds."""
@@ -113,7 +146,7 @@ operator = click.option(
 result_as_json = click.option(
     "--json", "as_json", is_flag=True, help="Print the result as JSON, not the events."
 )
-html = click.option("--html", type=FILE, help="Write the replay as one HTML page.")
+html = click.option("--html", type=HTML, help="Write the replay as one HTML page.")
 max_ticks = click.option(
     "--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks."
 )
@@ -126,7 +159,7 @@ seed = click.option("--seed", type=click.IntRange(min=0), help="Override the sce
 verify = click.option(
     "--verify/--no-verify", default=True, help="Check each strategy before it is used."
 )
-trace = click.option("--trace", type=FILE, help="Write the trace (JSON Lines).")
+trace = click.option("--trace", type=LINES, help="Write the trace (JSON Lines).")
 show_all = click.option("--all", "show_all", is_flag=True, help="Print every broken rule.")
 
 _DIVISION = (

@@ -51,7 +51,7 @@ Exit codes:
 
 
 @click.command(epilog=SCHEMA_EPILOG)
-@click.option("-o", "--output", type=options.FILE, help="Write it to this file.")
+@click.option("-o", "--output", type=options.JSON, help="Write it to this file.")
 @click.option("--trace", "of_trace", is_flag=True, help="The schema of a line of a trace.")
 @click.option("--fleet", "of_fleet", is_flag=True, help="The schema of a fleet file.")
 def schema(output: Path | None, of_trace: bool, of_fleet: bool) -> int:

@@ -133,10 +133,10 @@ def _refuse_unread(context: click.Context) -> None:
 def _refuse_ending(output: Path | None, form: str) -> None:
     """Raises UsageError if the file's ending is that of another form of a replay."""
     ending = "" if output is None else output.suffix.lower().removeprefix(".")
-    if output is not None and ending in ("html", "svg", "png", "gif") and ending != form:
+    if output is not None and f".{ending}" in options.KINDS and ending != form:
         name = output.with_suffix(f".{form}").name
-        wanted = "--gif" if ending == "gif" else f"--{ending} last"
-        added = f", or add {wanted}" if form == "html" else ""
+        wanted = {"gif": "--gif", "svg": "--svg last", "png": "--png last"}.get(ending)
+        added = f", or add {wanted}" if form == "html" and wanted else ""
         problem = f"{output}: the replay is {form.upper()}; choose a name such as {name}{added}"
         raise UsageError(problem)
 

@@ -57,7 +57,7 @@ output = click.option(
     help="Output: FILE.jsonl (trace), FILE.html (replay) or a folder for both.",
 )
 motion_file = click.option(
-    "--motion", type=options.FILE, help="Write the run in metres and seconds."
+    "--motion", type=options.LINES, help="Write the run in metres and seconds."
 )
 
 
@@ -257,7 +257,7 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
 @click.argument("trace", type=options.INPUT)
 @click.argument("scenario", type=options.INPUT, required=False)
 @output
-@click.option("--trace", "own", type=options.FILE, help="Write the trace of the resumed run.")
+@click.option("--trace", "own", type=options.LINES, help="Write the trace of the resumed run.")
 @options.html
 @motion_file
 @options.result_as_json

@@ -13,7 +13,7 @@ import pytest
 from cli.conftest import Command
 from once import trace_of_shipped
 from report import clinic, made_traces
-from safenav.report.bag.messages import messages
+from safenav.report.bag.messages import TRAIL, messages
 from safenav.report.replay.reading import read_replay
 from safenav.world.map import Frame
 
@@ -67,6 +67,9 @@ def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_p
             quarter = 2 * atan2(turn.z, turn.w) / (3.141592653589793 / 2)
             if move["heading"] is not None:
                 assert (round(quarter) - facing[move["heading"]]) % 4 == 0
+
+    paths = [len(message.poses) for _, message in bag["/quad/path"]]
+    assert max(paths) == TRAIL < len(paths), "a bag grows with the ticks, not with their square"
 
     told = [message.msg for _, message in bag["/rosout"]]
     assert any("requests help with door@47" in text for text in told)

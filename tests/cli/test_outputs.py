@@ -63,3 +63,32 @@ def test_a_motion_is_not_written_over_the_trace_in_a_folder(
     copy(HELLO, "s.yaml")
     found = given("run s.yaml --output out --motion out/s.jsonl").exception
     assert isinstance(found, UsageError) and "would overwrite --output" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("synth s.yaml -o -", "-: expected a folder"),
+        ("synth s.yaml -o out.pdf", "out.pdf: expected a folder"),
+        ("synth s.yaml -o r.json", "r.json: expected a folder"),
+        ("batch s.yaml --out r.json", "r.json: expected a folder"),
+        ("run s.yaml -o out.pdf", "expected a folder or a name in .jsonl or a name in .html"),
+        ("run s.yaml -o -", "-: expected a folder"),
+        ("certify s.yaml -o b.pdf", "expected a folder or a name in .zip"),
+        ("run s.yaml --html x.pdf", "x.pdf: expected a name in .html"),
+        ("run s.yaml --trace x.html", "x.html: expected a name in .jsonl"),
+        ("replay t.jsonl -o x.json", "the replay is HTML; choose a name such as x.html"),
+        ("export t.jsonl --mcap a.pdf", "a.pdf: expected a name in .mcap"),
+        ("new x.pdf", "ends in .yaml"),
+    ],
+)
+def test_a_name_of_another_kind_is_refused(
+    line: str, expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A folder of that name was made, or a file that no program opens."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("s.yaml", "t.jsonl"):
+        (tmp_path / name).write_text("kept")
+    done = given(line)
+    assert expected in f"{done.output}{done.exception}"
+    assert {file.name for file in tmp_path.iterdir()} == {"s.yaml", "t.jsonl"}

@@ -2,13 +2,15 @@
 
 import pytest
 
-from motion.runs import motion, trace_of
+from motion.runs import motion, played, trace_of
 from safenav.motion.check.examination import Examination
 from safenav.motion.check.room import holdings
-from safenav.motion.file.records import Action
+from safenav.motion.file.records import Action, Moving
 from safenav.motion.in_time import in_time
+from safenav.motion.making import motion_of
 from safenav.report.replay.reading import replay_of
 from safenav.trace import records
+from safenav.trace.reading import read_bytes
 
 RUNS = ["beam", "case_study_2", "corridor_swap", "hospital", "team_of_six", "two_digits"]
 
@@ -52,3 +54,25 @@ LIVE = (records.Depart, records.Arrive, records.Act, records.ActionEnd)
 def test_a_run_in_time_stays_as_it_is() -> None:
     told = in_time(trace_of("hello"), motion("hello"))
     assert in_time(told, motion("hello")) is told
+
+
+CLOSING = """\
+safenav: 1
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
+robots:
+  quad: {model: quadcopter, start: 10, objective: {patrol: [10, 12]}}
+  digit: {model: digit, start: 28, heading: east, objective: {visit: [28, 30]}}
+obstacles: [{type: door, region: 22, from: 5, until: 12}]
+until: {rounds: 5}
+"""
+
+
+def test_an_obstacle_appears_and_disappears_at_the_instants_of_its_ticks() -> None:
+    """In 3D a door of tick 5 was there, and gone, from the beginning."""
+    trace = read_bytes(played(CLOSING), "t.jsonl")
+    moved = motion_of(trace)
+    steps = [line for line in moved.of(Moving) if line.origin != line.to]
+    ends = {tick: max(line.t1 for line in steps if line.tick < tick) for tick in (5, 12)}
+    told = {type(r): r.t for r in in_time(trace, moved).records}
+    assert told[records.Appeared] == pytest.approx(ends[5])
+    assert told[records.Gone] == pytest.approx(ends[12])

@@ -12,6 +12,7 @@ from report import made_traces
 from safenav.cli import group
 from safenav.report.page.encode import encoded
 from safenav.report.picture.glyphs import STATUS_MARKS, separated
+from safenav.report.picture.names import placed_names
 from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import EXCLUSION, Options, svg_of
 from safenav.report.picture.svg import FONTS, text_width, wrapped
@@ -247,3 +248,15 @@ def _cell(root: ElementTree.Element, cols: int) -> float:
     """Side of a region: the floor is the first rectangle of the map."""
     floor = next(group for group in root.findall(f"{SVG}g"))
     return float(next(iter(floor.findall(f"{SVG}rect"))).attrib["width"]) / cols
+
+
+@pytest.mark.parametrize("cell", [40.0, 48.0, 61.0])
+def test_a_name_is_in_its_own_region_beside_its_number(cell: float) -> None:
+    """It was written into the region below, whose number then was left out."""
+    rows = ("#" * 14, "######.#######", "#............#", "#" * 14)
+    walls = {r * 14 + c for r, row in enumerate(rows) for c, x in enumerate(row) if x == "#"}
+    world = RegionMap(4, 14, frozenset(walls), {"niche": 20, "west": 29, "east": 40})
+    for name in placed_names(world, cell):
+        row, col = world.position(world.names[name.text])
+        assert col * cell <= name.box.left and name.box.right <= (col + 1) * cell
+        assert (row + 0.3) * cell <= name.box.top and name.box.bottom <= (row + 1) * cell

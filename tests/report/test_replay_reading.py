@@ -126,7 +126,33 @@ def test_a_failure_obstacle_appears_with_its_failure(tmp_path: Path) -> None:
     lines.insert(before, {"type": "discovered", "tick": tick, "obstacle": {**kind, **more}})
     replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
     (unknown,) = (hidden for hidden in replay.hidden.values() if hidden.name == "unknown_air@20")
-    assert unknown.since == tick
+    assert replay.statuses[unknown.name].at(tick - 1) is ObstacleStatus.ABSENT
+    assert replay.statuses[unknown.name].at(tick) is not ObstacleStatus.ABSENT
+
+
+TWICE = """\
+safenav: 1
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
+robots: {quad: {model: quadcopter, start: 10, objective: {patrol: [10, 12]}}}
+obstacles:
+  - {type: door, region: 22, from: FIRST, until: 5}
+  - {type: door, region: 22, from: 8, until: 10}
+until: {rounds: 4}
+"""
+
+
+@pytest.mark.parametrize("first", [0, 2])
+def test_an_obstacle_is_there_each_time_it_appears_and_not_between(
+    first: int, tmp_path: Path
+) -> None:
+    """It was missing until its second time, and "resolved" when it had disappeared."""
+    text = TWICE.replace("from: FIRST, ", f"from: {first}, " if first else "")
+    replay = read_replay(made_traces.write(play(text).records, tmp_path / "t.jsonl"))
+    there = [tick for tick in range(replay.last + 1) if replay.scene(tick).obstacles]
+    assert there == [*range(first, 5), 8, 9]
+    assert {status for tick in there for _, status, _ in replay.scene(tick).obstacles} == {
+        ObstacleStatus.HIDDEN
+    }
 
 
 def test_each_round_is_reported_once(replays: dict[str, Replay]) -> None:

@@ -14,12 +14,17 @@ from safenav.world.map import Region, RegionMap
 
 AREA = "#0067A3"
 _SIZES = (13.0, 12.0, 11.0, 10.0, 9.0)
-"""Heights of letters; the first one for which a name has room is used."""
+"""Heights of letters; large ones are better, and a name in its own region is best."""
 _LINE = 1.2
 _GAP = 2.0
 _BODY = 0.3
 """Half the side, in cells, of the central part of a named region, where robots are drawn."""
 _MOST_BOXES = 24
+_NUMBER = (0.45, 0.3)
+"""Width and height of the corner of a region that has its number, in cells."""
+_ON_WALL = 0.6
+_BESIDE = 0.1
+"""Costs of a name on a wall, and for each other region that it reaches into."""
 
 
 class TextBox(Struct, frozen=True):
@@ -50,37 +55,61 @@ class PlacedName(Struct, frozen=True):
 
 def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
     """Return the names of a map with regions of side ``cell``; those without room are left out."""
-    width, height, inset = world.cols * cell, world.rows * cell, (0.5 - _BODY) * cell
-    cells = {name: _cell(world, region, cell) for name, region in world.names.items()}
-    bodies = [
-        TextBox(box.left + inset, box.top + inset, box.right - inset, box.bottom - inset)
-        for box in cells.values()
-    ]
+    width, height = world.cols * cell, world.rows * cell
+    subjects = [(name, frozenset({region}), False) for name, region in world.names.items()]
+    subjects += [(name, area, True) for name, area in world.areas.items()]
+    bodies = [_within(_cell(world, region, cell), _BODY) for region in world.names.values()]
     names: list[PlacedName] = []
-
-    def place(text: str, boxes: list[TextBox], area: bool) -> None:
-        """Place a name where it covers the fewest robots, in the largest letters that fit."""
+    for text, own, area in subjects:
+        options: list[tuple[float, PlacedName]] = []
         for size in _SIZES:
             wide, high = text_width(text, size, bold=True) + _GAP, _LINE * size
-            options: list[tuple[float, TextBox]] = []
-            for box in boxes if wide <= width and high <= height else ():
+            if wide > width or high > height:
+                continue
+            for box in _middle_first(world, own, cell):
                 for x, y in _places(box, wide, high, area):
                     left = min(max(x - wide / 2, 0.0), width - wide)
                     top = min(max(y - high / 2, 0.0), height - high)
                     found = TextBox(left, top, left + wide, top + high)
                     if not any(found.overlaps(name.box) for name in names):
-                        below = sum(found.overlaps(body) for body in bodies)
-                        options.append((below + 0.1 * len(options), found))
-            if options:
-                best = min(options, key=lambda option: option[0])[1]
-                names.append(PlacedName(text, size, best, area))
-                return
-
-    for name, box in cells.items():
-        place(name, [box], False)
-    for name, regions in world.areas.items():
-        place(name, _middle_first(world, regions, cell), True)
+                        cost = _cost(world, own, cell, found)
+                        cost += sum(_shared(found, body) for body in bodies)
+                        cost += 0.03 * (_SIZES[0] - size) + 1e-4 * len(options)
+                        options.append((cost, PlacedName(text, size, found, area)))
+        if options:
+            names.append(min(options, key=lambda option: option[0])[1])
     return names
+
+
+def _cost(world: RegionMap, own: frozenset[Region], cell: float, box: TextBox) -> float:
+    """Return how much a name covers that is not its own: numbers, other regions, walls."""
+    cost = 0.0
+    for row in range(int(box.top // cell), min(world.rows, int(box.bottom // cell) + 1)):
+        for col in range(int(box.left // cell), min(world.cols, int(box.right // cell) + 1)):
+            region = world.region(row, col)
+            place = _cell(world, region, cell)
+            share = _shared(box, place)
+            cost += 0.0 if region in own or share == 0.0 else _BESIDE
+            if not world.is_free(region):
+                cost += _ON_WALL * share
+                continue
+            corner = (place.left + _NUMBER[0] * cell, place.top + _NUMBER[1] * cell)
+            cost += 2.0 * box.overlaps(TextBox(place.left, place.top, *corner))
+            cost += share * (region not in own)
+    return cost
+
+
+def _shared(box: TextBox, other: TextBox) -> float:
+    """Return the part of a box that another one covers."""
+    wide = min(box.right, other.right) - max(box.left, other.left)
+    high = min(box.bottom, other.bottom) - max(box.top, other.top)
+    return max(0.0, wide) * max(0.0, high) / ((box.right - box.left) * (box.bottom - box.top))
+
+
+def _within(box: TextBox, half: float) -> TextBox:
+    """Return the central part of a square, with this half of a side in squares."""
+    inset = (0.5 - half) * (box.right - box.left)
+    return TextBox(box.left + inset, box.top + inset, box.right - inset, box.bottom - inset)
 
 
 def _cell(world: RegionMap, region: Region, cell: float) -> TextBox:

@@ -257,7 +257,7 @@ class _Drawing(Struct):
     def _targets(self, style: tuple[Look, ...]) -> None:
         """Draw a frame in the robot's colour around each of its target regions or areas, and its
         shape in a corner; frames of several robots are nested."""
-        corners = ((0.8, 0.8), (0.2, 0.8), (0.8, 0.2))
+        corners = ((0.8, 0.25), (0.8, 0.8), (0.2, 0.8))  # first above the name of the region
         taken: dict[frozenset[Region], int] = {}
         areas = [area for area in self.scene.map.areas.values() if len(area) > 1]
         for robot, look in zip(self.scene.robots, style, strict=True):

@@ -26,18 +26,28 @@ class ObstacleHistory:
     """The obstacles up to the last line taken: their statuses, the number of fulfilled needs
     (``met``), and the carriers (``loads``) of each."""
 
-    def __init__(self, found: Iterable[setting.ObstacleHeader], paths: RobotPaths) -> None:
+    def __init__(
+        self,
+        listed: Iterable[setting.ObstacleHeader],
+        found: Iterable[setting.ObstacleHeader],
+        paths: RobotPaths,
+    ) -> None:
         self._paths = paths
         self.hidden: dict[str, Hidden] = {}
         self.statuses: dict[str, Changes[ObstacleStatus]] = {}
         self.loads: dict[str, Changes[tuple[str, ...]]] = {}
         self.met: dict[str, Changes[int]] = {}
         self._acts: dict[int, int] = {}
-        for each in found:
+        for each in listed:
             if each.name not in self.hidden:
                 self._add(each)
             elif each.from_ is None:  # one of several that appear in a region one after the other
                 self.statuses[each.name] = Changes.of(ObstacleStatus.HIDDEN)
+        for each in found:
+            if each.name not in self.hidden:
+                self._add(each)
+                if any(need.action == OPERATOR_ACTION for need in each.all_needs):  # a failure
+                    self.statuses[each.name] = Changes.of(ObstacleStatus.ABSENT)
 
     def begin(self, begun: Begun) -> None:
         """Take over the obstacles of the run that this one continues."""
@@ -77,12 +87,10 @@ class ObstacleHistory:
         """Take a line of the trace; only lines about obstacles change anything."""
         match line:
             case records.Discovered():
-                name, known = line.obstacle.name, line.obstacle.name in self.hidden
-                if not known:
+                name = line.obstacle.name
+                if name not in self.hidden:  # a run that goes on
                     self._add(line.obstacle)
-                if OPERATOR_ACTION in self.hidden[name].actions:  # a failure: it was absent before
-                    if not known:
-                        self.statuses[name] = Changes.of(ObstacleStatus.ABSENT)
+                if OPERATOR_ACTION in self.hidden[name].actions:
                     self.statuses[name].append((line.tick, ObstacleStatus.HIDDEN))
             case records.Violation() | records.Reopened():
                 self._status(line, ObstacleStatus.FOUND)

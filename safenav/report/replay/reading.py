@@ -75,7 +75,7 @@ class ReplayBuilder:
             raise ContradictionError(f"the map cannot be used: {error}") from error
         robots = header.robots
         self.paths = RobotPaths(world, robots, live=trace.header.clock is not None)
-        self.obstacles = ObstacleHistory(trace.obstacles.values(), self.paths)
+        self.obstacles = ObstacleHistory(header.obstacles, trace.obstacles.values(), self.paths)
         self.charges = TracedCharges(trace.header)
         self.replay = Replay(
             name=header.name,

@@ -1,4 +1,4 @@
-/* sources 6d93b80a54027c1885032b1262509c25c5237545ef947724e1b2cc65354de40f */
+/* sources 2b44ae002a3a0a0bbfb55092570a34406423c7085c37d4ee12995da807284b09 */
 /* Contains Preact:
 The MIT License (MIT)
 

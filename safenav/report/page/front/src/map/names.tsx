@@ -5,12 +5,17 @@ import { useMemo } from "preact/hooks";
 import { CELL } from "./camera";
 import type { Run } from "../run/run";
 
-/** Heights of letters in pixels, tried in this order until a name has room. */
+/** Heights of letters in pixels: large ones are better, and a name in its own region is best. */
 const SIZES = [13, 12, 11, 10, 9];
 const LINE = 1.2;
 const GAP = 2;
 /** Half of the middle of a named region, where robots stand, in cells. */
 const BODY = 0.3;
+/** Width and height of the corner of a region that has its number, in cells. */
+const NUMBER: readonly [number, number] = [0.45, 0.3];
+/** Costs of a name on a wall, and for each other region that it reaches into. */
+const ON_WALL = 0.6;
+const BESIDE = 0.1;
 
 /** A rectangle in pixels of the whole map. */
 export interface Box {
@@ -30,6 +35,7 @@ interface Name extends Box {
 interface Subject {
   text: string;
   area: boolean;
+  own: ReadonlySet<number>;
   boxes: Box[];
 }
 
@@ -49,6 +55,7 @@ function subjectsOf(run: Run, scale: number): Subject[] {
   const subjects = Object.entries(run.names).map(([number, text]) => ({
     text,
     area: false,
+    own: new Set([Number(number)]),
     boxes: [cell(Number(number))],
   }));
   const areas = Object.entries(run.areas).map(([text, regions]) => {
@@ -56,7 +63,7 @@ function subjectsOf(run: Run, scale: number): Subject[] {
       regions.reduce((sum, region) => sum + value(region), 0) / regions.length;
     const [row, col] = [middle((r) => Math.floor(r / run.cols)), middle((r) => r % run.cols)];
     const away = (r: number): number => Math.hypot(Math.floor(r / run.cols) - row, (r % run.cols) - col);
-    return { text, area: true, boxes: [...regions].sort((a, b) => away(a) - away(b)).slice(0, 24).map(cell) };
+    return { text, area: true, own: new Set(regions), boxes: [...regions].sort((a, b) => away(a) - away(b)).slice(0, 24).map(cell) };
   });
   return [...subjects, ...areas];
 }
@@ -86,30 +93,54 @@ export function placeNames(run: Run, scale: number): Name[] {
   const bodies = subjects
     .filter((subject) => !subject.area)
     .map(({ boxes: [box] }) => grown(box!, -(0.5 - BODY) * scale));
-  for (const { text, area, boxes } of subjects) {
+  for (const { text, area, own, boxes } of subjects) {
     const wide = widthOf(text);
     let best: Name | null = null;
     let least = Infinity;
+    let order = 0;
     for (const size of SIZES) {
       const [w, h] = [wide * size + GAP, LINE * size];
       if (w > width || h > height) continue;
-      let order = 0;
       for (const box of boxes) {
         for (const [x, y] of places(box, w, h, area)) {
           const left = Math.min(Math.max(x - w / 2, 0), width - w);
           const top = Math.min(Math.max(y - h / 2, 0), height - h);
           const name = { text, area, size, left, top, right: left + w, bottom: top + h };
-          order += 0.1;
           if (placed.some((other) => overlap(name, other))) continue;
-          const cost = order + bodies.filter((body) => overlap(name, body)).length;
+          let cost = costOf(run, own, scale, name) + bodies.reduce((sum, body) => sum + shared(name, body), 0);
+          cost += 0.03 * (SIZES[0]! - size) + 1e-4 * order++;
           if (cost < least) [best, least] = [name, cost];
         }
       }
-      if (best !== null) break;
     }
     if (best !== null) placed.push(best);
   }
   return placed;
+}
+
+/** How much a name covers that is not its own: numbers, other regions, walls. */
+function costOf(run: Run, own: ReadonlySet<number>, scale: number, box: Box): number {
+  let cost = 0;
+  for (let row = Math.floor(box.top / scale); row < run.rows && row * scale < box.bottom; row++) {
+    for (let col = Math.floor(box.left / scale); col < run.cols && col * scale < box.right; col++) {
+      const [left, top, region] = [col * scale, row * scale, row * run.cols + col];
+      const share = shared(box, { left, top, right: left + scale, bottom: top + scale });
+      if (share > 0 && !own.has(region)) cost += BESIDE;
+      if (run.grid[row]![col] === "#") cost += ON_WALL * share;
+      else {
+        const corner = { left, top, right: left + NUMBER[0] * scale, bottom: top + NUMBER[1] * scale };
+        cost += (overlap(box, corner) ? 2 : 0) + (own.has(region) ? 0 : share);
+      }
+    }
+  }
+  return cost;
+}
+
+/** The part of a box that another one covers. */
+function shared(box: Box, other: Box): number {
+  const wide = Math.min(box.right, other.right) - Math.max(box.left, other.left);
+  const high = Math.min(box.bottom, other.bottom) - Math.max(box.top, other.top);
+  return (Math.max(0, wide) * Math.max(0, high)) / ((box.right - box.left) * (box.bottom - box.top));
 }
 
 function grown(box: Box, by: number): Box {
