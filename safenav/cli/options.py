@@ -80,8 +80,8 @@ class _Output(click.ParamType[Path]):
         other = path.suffix.lower() in KINDS and path.suffix.lower() not in self._endings
         if str(path) == "-" or (strict and other and not path.is_dir()):
             if path.is_file():
-                problem = f"{path} would overwrite a file of another kind"
-                raise UsageError(f"{problem}; give another name")
+                problem = f"cannot write {path}: it would overwrite a file of another kind"
+                raise UsageError(f"{problem}\n    give another name")
             raise UsageError(f"{path}: expected {self._expected}")
         if self._folder and path.suffix not in self._endings:
             try_folder(path)

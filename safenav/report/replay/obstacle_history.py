@@ -88,7 +88,7 @@ class ObstacleHistory:
         match line:
             case records.Discovered():
                 name = line.obstacle.name
-                if name not in self.hidden:  # a run that goes on
+                if name not in self.hidden:  # a live run, read line by line
                     self._add(line.obstacle)
                 if OPERATOR_ACTION in self.hidden[name].actions:
                     self.statuses[name].append((line.tick, ObstacleStatus.HIDDEN))
