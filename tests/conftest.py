@@ -11,13 +11,14 @@ import os
 import shutil
 import signal
 import tempfile
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+from drawn import PLAYED, Plays
 from once import FOLDER
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def pytest_configure(config: pytest.Config) -> None:
         folder = tempfile.mkdtemp(prefix="safenav-tests-")
         os.environ[FOLDER] = folder
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+    config.pluginmanager.register(Plays())
     untimed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.register_profile("busy machine", untimed)
     settings.load_profile("busy machine")
@@ -118,3 +120,15 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
         "safenav.runtime.analysis.explanation.QUESTION_SECONDS",
     ):
         monkeypatch.setattr(constant, 120.0)
+
+
+@pytest.fixture
+def played(request: pytest.FixtureRequest) -> Callable[[], None]:
+    """Record that a case of a random test has played something. A test that asks for this fixture
+    and does not call it has played nothing; in too many cases, the test run fails."""
+    request.node.user_properties.append((PLAYED, False))
+
+    def record() -> None:
+        request.node.user_properties.append((PLAYED, True))
+
+    return record

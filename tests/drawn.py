@@ -1,0 +1,78 @@
+"""Random scenarios that the loader accepts, and the count of what random tests really played."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+
+import pytest
+
+from safenav.errors import InputError
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+
+MOST = 60
+"""Draws until one is accepted."""
+LEAST = 0.8
+"""Share of a random test's cases that must have played something."""
+PLAYED = "played"
+
+
+def accepted(draw: Callable[[Random], str], seed: object) -> tuple[str, Scenario]:
+    """Return the text and the scenario of the first of a seed's draws that the loader accepts.
+
+    ``draw``: returns the YAML text of a scenario. Fails if the loader refuses 60 in a row."""
+    random, errors = Random(f"{seed}"), list[str]()
+    for _ in range(MOST):
+        text = draw(random)
+        try:
+            return text, load_scenario_text(text)
+        except InputError as error:
+            errors.append(str(error).splitlines()[0])
+    pytest.fail(f"seed {seed}: {MOST} draws refused, the last for: {errors[-1]}")
+
+
+class Plays:
+    """Cases of each random test that ran, and those of them that played, from the reports of all
+    processes of a test run."""
+
+    def __init__(self) -> None:
+        self._cases: dict[str, list[bool]] = {}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        marks = [value for name, value in report.user_properties if name == PLAYED]
+        if marks and report.when == "teardown":
+            self._cases.setdefault(report.nodeid.partition("[")[0], []).append(bool(marks[-1]))
+
+    @property
+    def idle(self) -> list[str]:
+        """A line for each random test of which too few cases played."""
+        return [
+            f"{name}: {sum(cases)} of {len(cases)} cases played"
+            for name, cases in sorted(self._cases.items())
+            if len(cases) >= 5 and sum(cases) < LEAST * len(cases)
+        ]
+
+    @property
+    def folders(self) -> dict[str, tuple[int, int]]:
+        """By folder of tests: the cases that played, and all."""
+        found: dict[str, tuple[int, int]] = {}
+        for name, cases in self._cases.items():
+            folder = name.rpartition("/")[0]
+            played, all_ = found.get(folder, (0, 0))
+            found[folder] = played + sum(cases), all_ + len(cases)
+        return dict(sorted(found.items()))
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> object:
+        if self.idle and not hasattr(session.config, "workerinput"):
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+        return (yield)
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        if self._cases:
+            terminalreporter.section("random tests: cases that played something")
+            for folder, (played, all_) in self.folders.items():
+                terminalreporter.line(f"{folder}: {played} of {all_}")
+        for line in self.idle:
+            terminalreporter.line(f"ERROR {line}, fewer than {LEAST:.0%}", red=True)
