@@ -152,7 +152,7 @@ bench: install slugs ## measure (never part of the tests)
 
 docs: install ## the documentation as a site, links checked: build/site
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
-	PYTHONPATH=. NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	PYTHONPATH=. NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 proof: ## prove the verified checker and build it: build/proof/safenav-proved (needs coq)
 	@for tool in coqc coq_makefile ocamlfind; do command -v $$tool >/dev/null || { echo "error: $$tool not found; install Coq and OCaml (Debian: apt install --no-install-recommends coq ocaml ocaml-findlib)" >&2; exit 1; }; done

@@ -38,7 +38,7 @@ def _home() -> str:
     """The README as seen from ``docs/``."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     inside = re.sub(r"\]\(docs/", "](", text)
-    return re.sub(r"\]\((?!https?:|#)(?=slugs/|benchmarks/|CHANGELOG|LICENSE)", "](../", inside)
+    return re.sub(r"\]\((?!https?:|#)(?=slugs/|benchmarks/|proof/|CHANGELOG|CITATION|CONTRIBUTING|LICENSE)", "](../", inside)
 
 
 def _commands() -> str:

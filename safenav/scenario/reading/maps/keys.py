@@ -16,6 +16,9 @@ from safenav.scenario.yaml.shapes import Key, Table
 
 COLOUR = re.compile(r"#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})")
 
+NO_SIZE = "map: region size missing"
+"""The error of a map file that the scenario does not divide."""
+
 FORMS: dict[str, tuple[str, ...]] = {
     "grid": ("resolution", "origin"),
     "image": ("rows", "cols", "threshold", "share", "resolution", "origin"),

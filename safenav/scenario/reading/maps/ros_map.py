@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from safenav.file_kind import ROS_MAP
 from safenav.scenario.reading.maps.grid import too_large
-from safenav.scenario.reading.maps.keys import MapKeys, read_origin
+from safenav.scenario.reading.maps.keys import NO_SIZE, MapKeys, read_origin
 from safenav.scenario.reading.maps.map_file import named_path, read_count, read_pixels, with_walls
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
@@ -69,7 +69,6 @@ def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
     )
 
 
-NO_SIZE = "map: region size missing"
 REQUIRED = {
     "image": "the path of the image, relative to this file",
     "resolution": "metres per pixel, for example 'resolution: 0.05'",
