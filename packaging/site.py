@@ -18,6 +18,8 @@ import safenav
 from safenav.cli import COMMANDS, command_of, group
 
 ROOT = Path(__file__).resolve().parents[1]
+_BESIDE = ("slugs/", "benchmarks/", "proof/", "CHANGELOG", "CITATION", "CONTRIBUTING", "LICENSE")
+"""What the README links to outside of ``docs/``."""
 _OUTSIDE = re.compile(r"\[([^\]]+)\]\((?!https?:|#)((?:\.\./)+[^)]+)\)")
 
 
@@ -38,7 +40,7 @@ def _home() -> str:
     """The README as seen from ``docs/``."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     inside = re.sub(r"\]\(docs/", "](", text)
-    return re.sub(r"\]\((?!https?:|#)(?=slugs/|benchmarks/|proof/|CHANGELOG|CITATION|CONTRIBUTING|LICENSE)", "](../", inside)
+    return re.sub(rf"\]\((?!https?:|#)(?={'|'.join(_BESIDE)})", "](../", inside)
 
 
 def _commands() -> str:
