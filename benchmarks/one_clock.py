@@ -99,15 +99,6 @@ class Serial:
             yield obstacle, done if obstacle.type.has_truth else None if done else False
 
 
-class Steps(Pace):
-    """One step per second, whatever the timing of the model."""
-
-    def step(
-        self, now: float, origin: int, to: int, _: int | None = None, slower: float = 1.0
-    ) -> float:
-        return super().step(now, origin, to, None, slower)
-
-
 def speeds_of(scenario: Scenario, draw: int) -> dict[str, float]:
     rng = random.Random(f"speeds {draw}")
     return {robot.name: rng.uniform(0.5, 2) for robot in scenario.robots}
@@ -115,7 +106,7 @@ def speeds_of(scenario: Scenario, draw: int) -> dict[str, float]:
 
 def simulation(scenario: Scenario, draw: int) -> LiveSimulation:
     speeds = speeds_of(scenario, draw)
-    paces = {robot.name: Steps(scenario.map.cols, SIDE, None) for robot in scenario.robots}
+    paces = {robot.name: Pace(scenario.map.cols, SIDE, None) for robot in scenario.robots}
     return LiveSimulation(scenario, speeds=speeds, delayed=0.1, seed=draw, paces_of=paces)
 
 

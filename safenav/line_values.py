@@ -30,14 +30,14 @@ _TRUTHS = {
     *("together", "traversable", "uncounted", "values", "verified", "wait"),
 }
 _NUMBERS = {
-    *("assigned", "bids", "capacity", "carries", "charge", "chargers", "cols", "command"),
-    *("depth", "due", "earliest", "least", "makespan", "most", "move", "need"),
+    *("assigned", "bids", "capacity", "charge", "chargers", "cols", "command"),
+    *("depth", "due", "earliest", "makespan", "move", "need"),
     *("neutral", "node", "nodes", "origin", "partition", "places", "probability"),
     *("proposed", "refused", "region", "regions", "resolution", "resolution_regions"),
     *("resolve_within", "round", "rounds", "rows", "seconds", "seed", "shown", "sight_closed"),
     *("since", "spans", "stages", "states", "stay", "syntheses", "synthesis_memory"),
     *("synthesis_seconds", "t", "targets", "tick", "ticks", "to", "toward", "turn", "vision"),
-    *("waited", "within"),
+    *("timing", "waited", "within"),
 }
 """Keys of numbers, or of lists and objects of numbers; only headings stand beside them."""
 _HEADINGS = {"north", "east", "south", "west"}

@@ -51,10 +51,10 @@ class Pace:
         cols: int,
         side: float,
         heading: str | None,
-        least: int = 1,
+        ticks: int = 1,
         values: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
-        self._cols, self._side, self._least, self._values = cols, side, least, values
+        self._cols, self._side, self._ticks, self._values = cols, side, ticks, values
         self.facing = YAW[heading] if heading else 0.0
         self._since = 0.0
         self._settling = 0.0
@@ -62,14 +62,10 @@ class Pace:
         self._next = self.facing
         self._foot = self._then = 0
 
-    def step(
-        self, now: float, origin: int, to: int, ticks: int | None = None, slower: float = 1.0
-    ) -> float:
+    def step(self, now: float, origin: int, to: int, slower: float = 1.0) -> float:
         """Seconds from ``now`` until it has arrived in the neighbouring region ``to``; then call
-        ``arrived``. ``ticks``: drawn from its ``timing`` (default: the least); ``slower``: a factor
-        of 1 or more."""
+        ``arrived``. ``slower``: a factor of 1 or more."""
         self._next = self._direction(origin, to)
-        slower *= (ticks or self._least) / self._least
         at_rest = max(now, self._since + self._settling) - now + self._fresh(self._next)
         on = self._onwards(self._next) if now <= self._since + AT_ONCE else None
         if on is None:
@@ -122,7 +118,7 @@ class Pace:
     def _fresh(self, way: float) -> float:
         """Seconds of a step in that direction from rest."""
         del way
-        return float(self._least)
+        return float(self._ticks)
 
     def _onwards(self, way: float) -> tuple[float, int] | None:
         """Seconds of a step that continues without a halt, and the stance foot at its end; None if
@@ -148,9 +144,9 @@ class WalkerPace(Pace):
     turns = False
 
     def __init__(
-        self, cols: int, side: float, heading: str | None, least: int, values: Mapping[str, float]
+        self, cols: int, side: float, heading: str | None, ticks: int, values: Mapping[str, float]
     ) -> None:
-        super().__init__(cols, side, heading or "east", least, values)
+        super().__init__(cols, side, heading or "east", ticks, values)
         self._gait = gait_on(side, Walker(*(values[name] for name in WALKER)))
 
     def _fresh(self, way: float) -> float:
@@ -222,19 +218,19 @@ def pace_of(
     cols: int,
     side: float = SIDE,
     heading: str | None = None,
-    least: int = 1,
+    ticks: int = 1,
 ) -> Pace:
     """The pace of a robot that moves by ``motion`` (kind and parameters, as in the header of a
     trace) on regions of ``side`` metres. A kind of another package that has a size and a speed
-    counts as a disc. ``least``: the least ticks of its ``timing``."""
+    counts as a disc. ``ticks``: those of a step, its ``timing``."""
     values = _values(motion)
     if motion is None or not {"size", "speed"} <= values.keys():
-        return Pace(cols, side, heading, least)
+        return Pace(cols, side, heading, ticks)
     kind = _KINDS.get(str(motion["kind"]), DiscPace)
     try:
-        made = kind(cols, side, heading, least, values)
+        made = kind(cols, side, heading, ticks, values)
     except UsageError:
-        return Pace(cols, side, heading, least)
+        return Pace(cols, side, heading, ticks)
     made.acting = values.get("action_seconds", made.acting)
     return made
 

@@ -197,28 +197,19 @@ class Knowledge:
         need = obstacle.needs[self.need_of(obstacle)]
         return bool(leads) and (need.together or len(work.done.union(leads)) >= need.robots)
 
-    def to_take(
-        self, robot: Robot, sent_for: str | None, here: Region, left: Collection[str] = ()
-    ) -> list[Obstacle]:
-        """The pending loads that a robot in ``here`` may take, except those ``left`` (names). If it
-        is sent for one of them, it takes that one first, and keeps room for it elsewhere."""
+    def to_take(self, sent_for: str | None, left: Collection[str] = ()) -> list[Obstacle]:
+        """The pending loads that a robot may take, except those ``left`` (names). If it
+        is sent for one of them, it leaves others that it would take as a whole."""
         loads = [work for work in taking(self.pending.values()) if work.obstacle.name not in left]
         sent = next((w for w in loads if w.obstacle.name == sent_for and w.is_taken_whole), None)
         if sent is None:
             return [work.obstacle for work in loads]
-        found, room = [sent.obstacle], self._known.room_at(robot, here) - 1
-        for work in loads:
-            if not work.is_taken_whole:
-                found.append(work.obstacle)
-            elif work is not sent and room > 0 and here in self._known.regions(work):
-                found.append(work.obstacle)
-                room -= 1
-        return found
+        return [sent.obstacle, *(work.obstacle for work in loads if not work.is_taken_whole)]
 
-    def burden(self, robot: str) -> int:
-        """The number of loads that a robot carries and that, as far as the team knows, no robot can
-        ever put down."""
-        return sum(robot in work.carriers for work in self._unmet.open.values())
+    def is_laden(self, robot: str) -> bool:
+        """Whether a robot carries a load that, as far as the team knows, no robot can ever put
+        down."""
+        return any(robot in work.carriers for work in self._unmet.open.values())
 
     def appear(self, obstacle: Obstacle) -> None:
         """Record that an obstacle has appeared; no robot has encountered it."""

@@ -31,8 +31,7 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     found += [*oversized(scenario), *cramped(scenario)]
     if scenario.seed and not _draws(scenario):
         found.append(
-            f"seed {scenario.seed} has no effect: no probabilities, no variable timing, "
-            "no robots sharing a floor"
+            f"seed {scenario.seed} has no effect: no probabilities, no robots sharing a floor"
         )
     return tuple(dict.fromkeys(found))
 
@@ -194,7 +193,6 @@ def _draws(scenario: Scenario) -> bool:
     robots = scenario.robots
     return (
         any(isinstance(obstacle.traversable, float) for obstacle in scenario.obstacles)
-        or any(robot.model.timing.least < robot.model.timing.most for robot in robots)
         or any(each.probability for each in scenario.inputs)
         or any(starmap(scenario.interfere, combinations(robots, 2)))
     )

@@ -30,13 +30,6 @@ class Tracking(StrEnum):
     BELIEF = "belief"
 
 
-class Timing(Struct, frozen=True):
-    """Least and most ticks of a step; each step's duration is drawn from the seed."""
-
-    least: int = 1
-    most: int = 1
-
-
 class Battery(Struct, frozen=True):
     """Charge in the scenario's own unit: ``start`` initially, at most ``capacity``. A step takes
     ``move``; a tick (live: a second) without a step takes ``stay``, or gives ``charge`` on a
@@ -53,8 +46,8 @@ class RobotModel(Struct, frozen=True):
     """The abilities of robots of one kind.
 
     ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
-    for unlimited. ``size`` (metres), ``speed`` (metres per second) and ``motion`` determine its
-    motion in metres (docs/motion.md). ``carries``: the most loads that it carries at one time.
+    for unlimited. ``timing``: ticks of a step in lockstep. ``size`` (metres), ``speed`` (metres per
+    second) and ``motion`` determine its motion in metres (docs/motion.md).
     """
 
     name: str
@@ -64,10 +57,9 @@ class RobotModel(Struct, frozen=True):
     vision: float | None = None
     size: float | None = None
     speed: float | None = None
-    timing: Timing = Timing()
+    timing: int = 1
     motion: MotionModel | None = None
     battery: Battery | None = None
-    carries: int = 1
 
 
 class Robot(Struct, frozen=True):
@@ -360,7 +352,7 @@ class Scenario(Struct, frozen=True):
             return False
         near = self.in_conflict(robot)
         seen = [o for o in self.robots if o in near or o.name in robot.tracks]
-        slow = any(other.model.timing.most > 1 for other in (robot, *seen))
+        slow = any(other.model.timing > 1 for other in (robot, *seen))
         return not slow and not (near and self.clock is settings.Clock.LIVE)
 
     def held(self, robot: str, at: Mapping[str, Collection[Region]]) -> frozenset[Region]:

@@ -136,23 +136,13 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         vision=model.vision,
         tracking=robot.tracking.value,
         tracks=tuple(sorted(robot.tracks)),
-        timing=setting.TimingHeader(model.timing.least, model.timing.most),
+        timing=model.timing,
         motion=resolved(model.motion, model.size, model.speed, model.layer),
         while_waiting=None
         if robot.while_waiting is None
         else objective_in_trace(robot.while_waiting),
         battery=convert(model.battery, setting.BatteryHeader | None, from_attributes=True),
         when=tuple(setting.WhenHeader(n, objective_in_trace(o)) for n, o in robot.when) or None,
-        carries=model.carries if _can_carry(robot, scenario) else None,
-    )
-
-
-def _can_carry(robot: Robot, scenario: Scenario) -> bool:
-    """Whether a robot has the actions for a load of some type, which may still be ordered."""
-    return any(
-        kind.takes(number) and kind.actions(number) <= robot.capabilities
-        for kind in scenario.catalogue.obstacles.values()
-        for number in range(len(kind.needs))
     )
 
 

@@ -11,13 +11,6 @@ from safenav.bounds import Count, Heading, Positive, Region, Seconds
 from safenav.trace.objective import Objective
 
 
-class TimingHeader(Struct, frozen=True):
-    """Ticks that a step takes: at least and at most."""
-
-    least: Positive
-    most: Positive
-
-
 class BatteryHeader(Struct, frozen=True):
     """Charge: its capacity, its initial value, the cost of a step (``move``) and of a tick
     without one (``stay``), the gain of a tick on a charger."""
@@ -63,12 +56,11 @@ class RobotHeader(Struct, frozen=True):
     vision: float | None = None
     tracking: str | None = None
     tracks: tuple[str, ...] | None = None
-    timing: TimingHeader | None = None
+    timing: Positive | None = None
     motion: Mapping[str, object] | None = None
     while_waiting: Objective | None = None
     battery: BatteryHeader | None = None
     when: tuple[WhenHeader, ...] | None = None
-    carries: Positive | None = None
 
 
 class NeedHeader(Struct, frozen=True):

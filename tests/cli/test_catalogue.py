@@ -8,7 +8,7 @@ from safenav.scenario.beginning import template_text
 
 PARTS = """\
 robots:
-  rover: {mobility: free, layer: ground, capabilities: [clear, push], vision: 4, timing: {most: 3}}
+  rover: {mobility: free, layer: ground, capabilities: [clear, push], vision: 4, timing: 3}
   digit: {mobility: heading, layer: ground, size: 0.7}
 obstacles:
   debris: {action: clear, resolve_at: [3, 4], blocks: [ground]}
@@ -29,8 +29,7 @@ def test_the_built_in_catalogue(safenav: Command) -> None:
         "size": 0.6,
         "speed": 0.45,
         "motion": {"kind": "walker"},
-        "timing": {"least": 1, "most": 1},
-        "carries": 1,
+        "timing": 1,
         "source": "built in",
     }
     assert "quadcopter" in data["capabilities"]["sense"]["robots"]
@@ -56,12 +55,11 @@ def test_what_a_scenario_adds_has_it_as_its_source(safenav: Command, tmp_path: P
 def test_a_catalogue_file_adds_and_replaces(safenav: Command, tmp_path: Path) -> None:
     (tmp_path / "parts.yaml").write_text(PARTS, encoding="utf-8")
     data = json.loads(safenav("catalogue", "parts.yaml", "--json").stdout)
-    assert data["robots"]["rover"]["timing"] == {"least": 1, "most": 3}
+    assert data["robots"]["rover"]["timing"] == 3
     assert data["robots"]["digit"]["source"] == "parts.yaml"
     assert data["robots"]["digit"]["size"] == 0.7
     assert data["obstacles"]["debris"]["resolve_at"] == [3, 4]
     told = safenav("catalogue", "parts.yaml").stdout
-    assert "1 to 3" in told
     assert "clear at regions 3, 4" in told
     assert "lift beside it by 2 robots together" in told
     assert "unlock beside it, then push at it" in told

@@ -110,7 +110,7 @@ def together(lines: list[Line]) -> None:
 
 
 def slow(lines: list[Line]) -> None:
-    lines[0]["scenario"]["robots"]["q"]["timing"] = {"least": 3, "most": 3}
+    lines[0]["scenario"]["robots"]["q"]["timing"] = 3
 
 
 def on_its_way(lines: list[Line]) -> None:

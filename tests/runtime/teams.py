@@ -7,7 +7,7 @@ CATALOGUE = """\
 catalogue:
   robots:
     rover: {mobility: free, layer: ground, capabilities: [push]}
-    scout: {mobility: free, layer: ground, capabilities: [sense], timing: {least: 1, most: 2}}
+    scout: {mobility: free, layer: ground, capabilities: [sense], timing: 2}
     truck: {mobility: heading, layer: ground, capabilities: [clear], timing: 2}
     drone: {mobility: free, layer: air, capabilities: [sense], vision: 3}
   obstacles:

@@ -15,7 +15,7 @@ safenav: 1
 map: {{grid: ["########", "#......#", "#......#", "########"], names: {names}}}
 catalogue:
   robots:
-    porter: {{mobility: free, layer: {layer}, capabilities: [{can}]{timing}}}
+    porter: {{mobility: free, layer: {layer}, capabilities: [{can}]}}
 {more}  obstacles:
     beam: {{needs: [{{action: lift, robots: {robots}, at: neighbours}}]}}
     leak: {{action: lift, blocks: []}}
@@ -90,13 +90,9 @@ PLAIN = {
         ),
         pytest.param(
             {"seed": "7"},
-            [
-                "seed 7 has no effect: no probabilities, no variable timing, "
-                "no robots sharing a floor"
-            ],
+            ["seed 7 has no effect: no probabilities, no robots sharing a floor"],
             id="a seed for nothing",
         ),
-        pytest.param({"seed": "7", "timing": ", timing: {least: 1, most: 2}"}, [], id="timing"),
         pytest.param({"seed": "7", "avoids": "[a]"}, [], id="a shared floor"),
         pytest.param(
             {

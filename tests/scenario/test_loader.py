@@ -8,7 +8,7 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.outcome import Outcome
-from safenav.scenario.model import Robot, Scenario, Timing, Tracking
+from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit
 from safenav.scenario.objective_text import to_data, written
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
@@ -176,24 +176,6 @@ catalogue: {robots: {rover: {mobility: free, layer: rail, vision: 4}}}
 """)
     assert [robot.model.vision for robot in scenario.robots] == [4.0, 2.5, None]
     assert {robot.model.name for robot in scenario.robots} == {"rover"}
-
-
-@pytest.mark.parametrize(
-    ("written", "expected"),
-    [
-        ("2", Timing(2, 2)),
-        ("{least: 1, most: 3}", Timing(1, 3)),
-        ("{most: 3}", Timing(1, 3)),
-        (None, Timing(1, 1)),
-    ],
-)
-def test_ticks_of_a_step(written: str | None, expected: Timing) -> None:
-    timing = "" if written is None else f", timing: {written}"
-    scenario = load(f"""\
-robots: {{ann: {{model: rover, start: 8, objective: {{hold: 26}}}}}}
-catalogue: {{robots: {{rover: {{mobility: free, layer: rail{timing}}}}}}}
-""")
-    assert scenario.robots[0].model.timing == expected
 
 
 FLYER = "robots: {ann: {model: quadcopter, start: 8, objective: {hold: 9}}}\n"

@@ -90,7 +90,7 @@ catalogue:
   robots:
     rover:
       {mobility: free, layer: rail, vision: 3, capabilities: [push, lift],
-       timing: {least: 1, most: 3}, size: 0.5, speed: 1.5, carries: 2,
+       timing: 3, size: 0.5, speed: 1.5,
        motion: {kind: rover, turning: 1, acceleration: 0.5,
        action_seconds: 3, footprint: [[0.4, -0.2], [0.4, 0.2], [-0.3, 0.2], [-0.3, -0.2]]}}
     lifter: {mobility: free, layer: air, vision: unlimited, capabilities: [sense, lift, push],

@@ -24,7 +24,6 @@ OBJECTS = (
     setting.RobotHeader,
     setting.ObstacleHeader,
     setting.NeedHeader,
-    setting.TimingHeader,
     setting.UntilHeader,
     setting.LimitsHeader,
     records.Tried,

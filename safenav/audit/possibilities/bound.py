@@ -33,10 +33,8 @@ class Bound:
         for index, name in enumerate(self.names):
             ready = tick if index < had else tick - 1
             if now.toward[name] is not None:
-                since, timing = now.set_out.get(name, tick), now.header.robots[name].timing
-                most = 1 if timing is None else timing.most
-                self.until[name] = max(ready + 1, since + most - 1)
-                ready = max(ready + 1, since + self.takes(name) - 1)
+                since = now.set_out.get(name, tick)
+                self.until[name] = ready = max(ready + 1, since + self.takes(name) - 1)
             self.start[name] = (now.pose(name), ready)
         self.sealed = {
             name: {
@@ -89,8 +87,7 @@ class Bound:
 
     def takes(self, robot: str) -> int:
         """Return the ticks of a robot's step."""
-        timing = self.now.header.robots[robot].timing
-        return 1 if timing is None else timing.least
+        return int(self.now.header.robots[robot].timing or 1)
 
     def sets_out(self, robot: str, turn: int) -> int:
         """Return the tick after which a robot can depart and still be in its region in that turn:

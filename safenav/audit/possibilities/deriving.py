@@ -13,7 +13,7 @@ from safenav.audit.language import HEADINGS, Pose, RefusedError
 from safenav.audit.lines import Objective
 from safenav.audit.needs import OpenObstacle
 from safenav.audit.poses import PoseGraph, Poses
-from safenav.audit.possibilities.members import FAR, Member
+from safenav.audit.possibilities.members import Member
 from safenav.audit.possibilities.team import Team
 from safenav.audit.run.situation import Situation
 
@@ -67,13 +67,12 @@ def poses_in(regions: Iterable[int], name: str, now: Situation) -> Iterator[Pose
 
 def member_of(name: str, now: Situation, stays: Collection[str], out: Collection[str]) -> Member:
     robot, own = now.header.robots[name], now.own[name]
-    timing = robot.timing.most if robot.timing is not None else 1
+    timing = robot.timing or 1
     rivals = frozenset(now.rivals[name])
     here = now.pose(name)
-    most = FAR if robot.carries is None else robot.carries
-    room = most - sum(name in now.carriers(one) for one in stays)
+    laden = any(name in now.carriers(one) for one in stays)
     if name in out:
-        return Member(PoseGraph({here: ()}), (frozenset([here]),), rivals, timing, room)
+        return Member(PoseGraph({here: ()}), (frozenset([here]),), rivals, timing, laden)
     steps = now.grid.graph(robot.mobility)
     targets = own.targets[-1 if shape_of(own.kind).ends else 0 :]
     aims = tuple(frozenset(p for p in steps if p[0] in target) for target in targets)
@@ -91,7 +90,7 @@ def member_of(name: str, now: Situation, stays: Collection[str], out: Collection
             for a, to in steps.items()
             if a[0] not in sealed or a == here
         )
-    return Member(steps, aims, rivals, timing, room)
+    return Member(steps, aims, rivals, timing, laden)
 
 
 def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) -> Poses:

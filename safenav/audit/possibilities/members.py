@@ -11,14 +11,14 @@ FAR = 1 << 30
 
 class Member(NamedTuple):
     """A robot. ``steps``: from each pose to others, outside permanent obstacles; ``aims``: the
-    poses where each of its targets is met; ``ticks``: duration of its slowest step; ``room``: the
-    most loads that it can carry."""
+    poses where each of its targets is met; ``ticks``: duration of a step; ``laden``: it
+    carries a load that no robot can ever put down."""
 
     steps: PoseGraph
     aims: tuple[Poses, ...]
     rivals: frozenset[str] = frozenset()
     ticks: int = 1
-    room: int = FAR
+    laden: bool = False
 
 
 Sets = tuple[Poses, ...]  # the possible poses of each robot

@@ -58,9 +58,9 @@ class Team:
         return None if ways is None else ways * self.members[name].ticks
 
     def full(self, obstacles: Iterable[OpenObstacle]) -> frozenset[str]:
-        """Return the robots that carry as many loads as they can."""
-        loads = [name for obstacle in obstacles for name in obstacle.carriers()]
-        return frozenset(n for n in self.names if loads.count(n) >= self.members[n].room)
+        """Return the robots that carry a load, and so can take no other."""
+        laden = frozenset(name for name in self.names if self.members[name].laden)
+        return laden.union(*(obstacle.carriers() for obstacle in obstacles))
 
     def fits(self, group: Iterable[str], at: Mapping[str, Poses]) -> bool:
         """Return whether all robots of a group can stand at some of their poses at the same time,

@@ -153,8 +153,8 @@ def transit(record: Line, now: Situation) -> Iterator[Message]:
     bound, robot = now.toward[record.robot], record.robot
     timing = None if now.live or now.external else now.header.robots[robot].timing
     one = bound is record.toward is None and record.to != record.from_
-    if one and timing is not None and timing.least > 1:
-        yield f"a step of {robot} takes one tick; it takes at least {timing.least}"
+    if one and timing is not None and timing > 1:
+        yield f"a step of {robot} takes one tick, and not {timing}"
     over = record.toward is None and not now.has_failed(robot)
     if bound is not None and over and record.to != bound:
         yield f"{robot} was in transit to {now.show(bound)}, but is at {now.show(record.to)}"

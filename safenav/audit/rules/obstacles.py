@@ -135,7 +135,7 @@ class NeedRule(Rule):
         if group is None and record.need == now.open[name].stage:
             group = now.takers(record.robot, name) or now.meets_without_line(record.robot, name)
         if group is None or len(needs) < 2:
-            full = [n for n in record.robots or (record.robot,) if now.is_full(n)]
+            full = [n for n in record.robots or (record.robot,) if now.loads(n)]
             for robot in (
                 full if record.need == now.open[name].stage and now.open[name].takes() else ()
             ):

@@ -119,14 +119,8 @@ class State(Robots):
         return self.open[obstacle].carriers() if there else frozenset()
 
     def loads(self, robot: str) -> list[str]:
-        """Return the loads that a robot carries."""
+        """Return the loads that a robot carries; it can take no other."""
         return [name for name in self.obstacles if robot in self.carriers(name)]
-
-    def is_full(self, robot: str) -> bool:
-        """Return whether a robot carries as many loads as it can; traces of earlier versions set no
-        limit."""
-        most = self.header.robots[robot].carries
-        return most is not None and len(self.loads(robot)) >= most
 
     def need(self, obstacle: str) -> Need:
         """Return the obstacle's next need, or its last one if all are met; if the need before it
@@ -194,7 +188,7 @@ class State(Robots):
         out, act = self.unmet(self.open[obstacle])[0].cut_off, self.turn.act
         there -= out - self.open[obstacle].done - {*(act.robots if act is not None else ())}
         carriers = self.carriers(obstacle)
-        return {n for n in there if n in carriers or not self.is_full(n)}
+        return {n for n in there if n in carriers or not self.loads(n)}
 
     def takers(self, robot: str, obstacle: str) -> frozenset[str] | None:
         """Return all robots that take a load with this one in its turn; None if it cannot take

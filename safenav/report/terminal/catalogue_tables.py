@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from safenav.report.terminal.table import table
-from safenav.scenario.model import Catalogue, Need, ResolveAt, RobotModel, Timing
+from safenav.scenario.model import Catalogue, Need, ResolveAt, RobotModel
 from safenav.scenario.reading.catalogue import UNLIMITED
 
 
@@ -31,8 +31,7 @@ def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
                 "size": model.size,
                 "speed": model.speed,
                 "motion": _motion_data(model),
-                "timing": {"least": model.timing.least, "most": model.timing.most},
-                "carries": model.carries,
+                "timing": model.timing,
                 "source": catalogue.sources[f"robots.{name}"],
             }
             for name, model in catalogue.robots.items()
@@ -95,7 +94,7 @@ def _robots(catalogue: Catalogue) -> list[str]:
             model.layer,
             _listed(sorted(model.capabilities)),
             UNLIMITED if model.vision is None else f"{model.vision:g}",
-            _ticks(model.timing),
+            str(model.timing),
             _metres(model),
             None if model.motion is None else model.motion.kind,
             catalogue.sources[f"robots.{name}"],
@@ -128,10 +127,6 @@ def _capabilities(catalogue: Catalogue) -> list[str]:
 
 def _listed(words: Iterable[str]) -> str | None:
     return ", ".join(words) or None
-
-
-def _ticks(timing: Timing) -> str:
-    return str(timing.least) if timing.least == timing.most else f"{timing.least} to {timing.most}"
 
 
 def _metres(model: RobotModel) -> str | None:

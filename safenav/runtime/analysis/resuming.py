@@ -28,7 +28,6 @@ from safenav.scenario.model import (
     Robot,
     RobotModel,
     Scenario,
-    Timing,
     Tracking,
     name_parts,
 )
@@ -285,8 +284,7 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
         robot.layer,
         robot.capabilities,
         robot.vision,
-        timing=Timing() if robot.timing is None else Timing(robot.timing.least, robot.timing.most),
-        carries=1 if robot.carries is None else robot.carries,
+        timing=robot.timing or 1,
     )
     if robot.motion is not None:
         model = replace(model, motion=_motion(robot.motion))

@@ -131,8 +131,8 @@ def _member(robot: Robot, state: TeamState) -> Member:
         robot.objective.in_turn,
         robot.objective.settles,
         robot.capabilities,
-        robot.model.timing.most,
-        robot.model.carries - state.knowledge.burden(robot.name),
+        robot.model.timing,
+        state.knowledge.is_laden(robot.name),
         robot.objective.strict and not robot.objective.literal,  # see ``spec.forms``
     )
 

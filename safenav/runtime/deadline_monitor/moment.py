@@ -89,16 +89,15 @@ def goals_from_start(team: TeamState, robot: RobotState) -> list[list[Mask]]:
 def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, int]) -> BoundRobot:
     model = robot.robot.model
     graph = plain_graph(team.scenario.map, model.mobility)
-    least, leaves, until = model.timing.least, None, 0
+    leaves, until = None, 0
     if robot.transit is not None:
         leaves = graph.number(robot.pose)
         since = begun.get(robot.name, team.tick)
-        until = max(ready + 1, since + model.timing.most - 1)
-        ready = max(ready + 1, since + least - 1)
+        ready = until = max(ready + 1, since + model.timing - 1)
     walls = graph.on(
         known.obstacle.region
         for known in team.knowledge.permanent.values()
         if known.obstacle.goes is None and known.obstacle.blocks(robot.robot)
     )
     number, skills = graph.number(robot.next_pose), robot.robot.capabilities
-    return BoundRobot(graph, number, ready, least, skills, walls, leaves, until)
+    return BoundRobot(graph, number, ready, model.timing, skills, walls, leaves, until)

@@ -72,7 +72,7 @@ def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
 
 def _least(team: TeamState, robot: RobotState) -> int | None:
     graph, objective = team.graph(robot), robot.robot.objective
-    start, ticks = graph.number(robot.pose), robot.robot.model.timing.least
+    start, ticks = graph.number(robot.pose), robot.robot.model.timing
     targets, allowed = graph.on_each(objective.targets), permitted(robot.robot, graph)
     walk = Walk(graph, targets, allowed, start, ticks)
     least = least_within(replace(walk, strict=objective.literal))

@@ -257,8 +257,7 @@ def without_room(floor: Floor, word: Word) -> list[str]:
 
 
 def _loads(floor: Floor, gate: int, word: Word) -> str:
-    """Describe the loads of robots that cannot take another one, since they carry as many as they
-    can; empty if there are none."""
+    """Describe the loads of robots that cannot take another one; empty if there are none."""
     problem, stages = floor.problem, floor.stages
     full = problem.full(stages) if problem.takes(gate, stages) else frozenset()
     loads = {

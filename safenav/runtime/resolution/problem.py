@@ -131,9 +131,9 @@ class OpenObstacle(Struct, frozen=True, dict=True):
 class Member(Struct, frozen=True, eq=False):
     """A robot as coordination sees it. ``floor``: the poses that walls, permanent obstacles and its
     own safety lines allow. ``targets``: pose masks, in order; ``in_turn``: they count in this order
-    only; ``settles``: it stays at the last one. ``ticks``: those of its slowest step. ``room``: the
-    most loads that it can carry. ``any_first``: until it has met one of its targets, any of them
-    may come first."""
+    only; ``settles``: it stays at the last one. ``ticks``: those of a step. ``laden``: it carries a
+    load that no robot can ever put down. ``any_first``: until it has met one of its targets, any of
+    them may come first."""
 
     name: str
     graph: PoseGraph
@@ -143,7 +143,7 @@ class Member(Struct, frozen=True, eq=False):
     settles: bool
     capabilities: frozenset[str]
     ticks: int = 1
-    room: int = 1
+    laden: bool = False
     any_first: bool = False
 
     def live(self, allowed: Mask) -> Mask:
@@ -269,10 +269,10 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return self.gates[gate].takes(stages[gate])
 
     def full(self, stages: Stages) -> frozenset[int]:
-        """The robots that carry as much as they can."""
+        """The robots that carry a load, and so can take no other."""
         gates = zip(self.gates, stages, strict=True)
-        loads = [i for gate, stage in gates for i in gate.carriers(stage)]
-        return frozenset(i for i, m in enumerate(self.members) if loads.count(i) >= m.room)
+        laden = frozenset(i for i, member in enumerate(self.members) if member.laden)
+        return laden.union(*(gate.carriers(stage) for gate, stage in gates))
 
     def skilled(self, gate: int, stages: Stages) -> list[int]:
         """Return the robots with the actions of the obstacle's next need and of the 'same' needs

@@ -37,7 +37,7 @@ class PlanTriggers:
     def __init__(self, state: TeamState, searches: Searches, clock: Callable[[], float]) -> None:
         self.state = state
         sharing = (robot for robot in state.scenario.robots if robot.name in searches.sharing)
-        slowest = max((robot.model.timing.most for robot in sharing), default=1)
+        slowest = max((robot.model.timing for robot in sharing), default=1)
         begun = state.scenario.begun
         self._objectives = {robot.name: robot.objective for robot in state.scenario.robots}
         self.watch = StarvationMonitor(slowest, None if begun is None else begun.waited)

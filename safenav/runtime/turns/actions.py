@@ -308,5 +308,5 @@ def _loads(team: TeamState, robot: Robot) -> list[Obstacle]:
     sent_for = assignment.obstacle if assignment.role is Role.HELPS else None
     may = takers(team, (work.obstacle for work in pending if work.takes))
     left = {name for name, robots in may.items() if robot.name not in robots}
-    loads = team.knowledge.to_take(robot, sent_for, here, left)
+    loads = team.knowledge.to_take(sent_for, left)
     return [work.obstacle for work in pending if work.takes and work.obstacle in loads]

@@ -93,7 +93,7 @@ class StepChoice(Struct, frozen=True):
         if planner.switch is not None and self.state.knowledge.knows(violation.obstacle):
             planner.switch.stopped = robot.pose
         options = planner.alternatives(robot.pose, observed, refused)
-        if self.state.live or robot.robot.model.timing.most > 1:
+        if self.state.live or robot.robot.model.timing > 1:
             # Help is requested at the end of this turn, and not by a robot in transit.
             options = [option for option in options if option.pose == robot.pose]
         safe = next(

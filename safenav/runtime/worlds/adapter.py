@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any, TypeVar
 
@@ -65,7 +64,6 @@ class BlockingAdapter:
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}
         self._simulated = world if isinstance(world, SimulatedWorld) else None
         self._changing = world if protocol.implements(world, ChangingWorld) else None
-        self._draws = {r.name: random.Random(f"{scenario.seed}/{r.name}") for r in scenario.robots}
         self._tick = 0
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
 
@@ -153,11 +151,8 @@ class BlockingAdapter:
         return changes
 
     def _duration(self, robot: Robot, target: Pose) -> int:
-        """Ticks of a step: drawn from the seed if the model gives a range; staying takes 1."""
-        if target.region == self._regions[robot.name]:
-            return 1
-        timing = robot.model.timing
-        return self._draws[robot.name].randint(timing.least, timing.most)
+        """Ticks of a step; staying takes 1."""
+        return 1 if target.region == self._regions[robot.name] else robot.model.timing
 
     def _moved(self, robot: Robot, pose: Pose, command: int) -> protocol.Ended:
         """The end of a step, with the pose that the world reports, checked to be possible."""

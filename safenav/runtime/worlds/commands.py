@@ -357,8 +357,8 @@ class Commands:
             limits.append(max(SOONEST, policy.patience * max(_median(took), known)))
         elif robot.model.motion is not None:
             pace = pace_on(self.scenario.map, robot)
-            ticks, way = robot.model.timing.most, (command.start.region, command.target.region)
-            seconds = max(pace.step(command.since, *way, ticks), known, *took)
+            way = command.start.region, command.target.region
+            seconds = max(pace.step(command.since, *way), known, *took)
             limits.append(max(FIRST, policy.patience * seconds))
         return min(limits, default=None)
 

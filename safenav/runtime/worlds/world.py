@@ -104,7 +104,7 @@ class Works(Struct):
     ) -> list[Work]:
         """Let ``robot`` do all that it can where it stands, with the others in their ``regions``;
         return the obstacles that this resolves. ``cleared``: names of the loads that it may
-        take. It takes loads last, in the order of ``taking``, as many as it can carry."""
+        take. It takes a load last, the first in the order of ``taking``."""
         before = self._here(robot, regions)
         for work in before:
             while not work.takes and self._advance(work, robot, regions, cleared):
@@ -143,40 +143,30 @@ class Works(Struct):
         """The regions where the next need of an obstacle is fulfilled."""
         return work.obstacle.resolution_regions(self.scenario.map, work.need)
 
-    def room_at(self, robot: Robot, here: Region) -> int:
-        """The number of loads that a robot can take in a region after it has put down others
-        there."""
-        carried = [work for work in self._carried(robot) if not work.finished]
-        last = [work for work in carried if work.need + 1 == len(work.obstacle.needs)]
-        return self.room(robot) + sum(here in self.regions(work) for work in last)
-
-    def room(self, robot: Robot) -> int:
-        """The number of further loads that a robot can carry."""
-        return robot.model.carries - len(self._carried(robot))
-
-    def _carried(self, robot: Robot) -> list[Work]:
+    def carries(self, robot: Robot) -> bool:
+        """Whether a robot carries a load, and so can take no other."""
         works = {**self.others, **self.open}
-        return [work for work in works.values() if robot.name in work.carriers]
+        return any(robot.name in work.carriers for work in works.values())
 
     def within_reach(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[tuple[Work, tuple[str, ...]]]:
         """The obstacles of which ``robot`` can fulfil a need, or its part of one, where it stands;
-        each with the robots that take part. Loads: as many as it can carry."""
+        each with the robots that take part. Loads: at most one."""
         here = self._here(robot, regions)
         if not here:
             return []
-        found, room = [], self.room(robot)
+        found, laden = [], self.carries(robot)
         first = [work for work in here if not work.takes]
         for work in (*first, *taking(here)):
-            if work.finished or self._waits(work, cleared) or (work.takes and room <= 0):
+            if work.finished or self._waits(work, cleared) or (work.takes and laden):
                 continue
             need = work.obstacle.needs[work.need]
             group = self._group(work, robot, regions)
             new = robot.name in group and robot.name not in work.done
             if new and not (need.together and len(group) < need.robots):
                 found.append((work, group if need.together else (robot.name,)))
-                room -= work.takes
+                laden = laden or work.takes
         return found
 
     def _group(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> tuple[str, ...]:
@@ -193,7 +183,7 @@ class Works(Struct):
             if not work.takes or other.name in work.done:
                 return True
             mine = self.takers.get(work.obstacle.name, (other.name,))
-            return other.name in mine and self.room(other) > 0
+            return other.name in mine and not self.carries(other)
 
         if not there(robot):
             return ()

@@ -20,13 +20,11 @@ from safenav.scenario.model import (
     ObstacleType,
     ResolveAt,
     RobotModel,
-    Timing,
 )
 from safenav.scenario.reading.motion import MOTION, read_motion
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml import shapes
-from safenav.scenario.yaml.document import Mapping as MappingNode
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.fields import NAME, well_named
 from safenav.scenario.yaml.findings import Findings, suggestion
@@ -44,7 +42,6 @@ MOST_TICKS = 1000
 UNLIMITED = "unlimited"
 MOST_CHARGE = 1_000_000
 MOST_ROBOTS = 100
-MOST_LOADS = 100
 LISTED = "'safenav catalogue' lists them; 'catalogue' in the scenario adds others"
 ACTION = "for example 'action: push'"
 
@@ -59,28 +56,6 @@ def _vision(node: Node | None, what: str, findings: Findings) -> float | None:
         findings.add(node, f"{what} is {radius:g}, and must be at least 1", hint)
         return None
     return radius
-
-
-class TimingKeys(Table):
-    made = Timing
-    least = Key(shapes.whole(1, MOST_TICKS), "At least.")
-    most = Key(
-        shapes.whole(1, MOST_TICKS),
-        "At most.",
-        required="the maximum number of ticks of a step, for example {least: 1, most: 3}",
-    )
-
-
-def _timing(node: Node | None, what: str, findings: Findings) -> Timing | None:
-    """Ticks that a step takes: ``2``, or ``{least: 1, most: 3}``."""
-    if not isinstance(node, MappingNode):
-        ticks = read.integer(node, what, findings, least=1, most=MOST_TICKS)
-        return None if ticks is None else Timing(ticks, ticks)
-    item = TimingKeys.read(node, what, findings, f"in {what}")
-    least, most = (item.least, item.most) if item else (None, None)
-    if least is not None and most is not None and least > most:
-        findings.add(node, f"{what}: at least {least} and at most {most} ticks")
-    return Timing(least or 1, most or 1)
 
 
 class BatteryKeys(Table):
@@ -153,7 +128,6 @@ VISION = Shape(
     "vision",
     "Radius of sight in regions.",
 )
-TIMING = Shape(shapes.either(shapes.whole(1, MOST_TICKS), TimingKeys), _timing)
 WHERE = Shape(shapes.either({"enum": tuple(ResolveAt)}, shapes.many(REGION, 1)), _places)
 
 
@@ -172,13 +146,9 @@ class ModelKeys(Table):
     vision = Key(VISION)
     size = Key(shapes.POSITIVE, "Diameter of its body's bounding circle, in metres.")
     speed = Key(shapes.POSITIVE, "Metres per second.")
-    timing = Key(TIMING, "Ticks of a step: a number, or bounds to draw it from. Default: 1.")
+    timing = Key(shapes.whole(1, MOST_TICKS), "Ticks of a step in lockstep.")
     motion = Key(MOTION)
     battery = Key(Shape(BatteryKeys, _battery))
-    carries = Key(
-        shapes.whole(1, MOST_LOADS),
-        "Maximum number of loads (needs with 'same') that it carries.",
-    )
 
 
 class NeedKeys(Table):

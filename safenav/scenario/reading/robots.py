@@ -222,7 +222,7 @@ def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
             other.name
             for other, *_ in standing
             if other is robot or other.name in robot.tracks or robot.conflicts(other)
-            if other.model.timing.most > 1
+            if other.model.timing > 1
         ]
         if slow:
             what = f"'tracking' of {clipped(robot.name)}: {robot.tracking.value}"

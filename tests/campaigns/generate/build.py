@@ -118,7 +118,7 @@ class Draft:
                 return {kind: targets}
 
     def timing(self) -> Any:
-        return self.random.choice([1, 1, 1, 2, {"least": 1, "most": 3}])
+        return self.random.choice([1, 1, 1, 2, 3])
 
     def obstacle(self, kind: str, region: int, **more: Any) -> bool:
         """Add an obstacle of the type, unless the region has one or is a robot's start."""

@@ -41,7 +41,7 @@ def busy_scenario(seed: int) -> str:
         skills = [action for action in ("lift", "push") if random.random() < 0.6]
         mobility = random.choice(("free", "free", "heading"))
         layer = "ground" if shared and random.random() < 0.8 else f"layer{k}"
-        ticks = random.choice((1, 1, 1, 2, 3, "{least: 1, most: 3}"))
+        ticks = random.choice((1, 1, 1, 2, 3, 3))
         lines.append(
             f"    m{k}: {{mobility: {mobility}, layer: {layer}, timing: {ticks},"
             f" capabilities: [{', '.join(skills)}]}}"

@@ -295,10 +295,7 @@ def _keeps_room(
     if load == gate or problem.resolved(load, stages) or not problem.takes(load, stages):
         return False
     need = problem.next_need(load, stages)
-    whole = need.together or need.robots == 1
-    gates = zip(problem.gates, stages, strict=True)
-    carried = sum(robot in each.carriers(stage) for each, stage in gates)
-    return whole and carried + 1 >= problem.members[robot].room
+    return need.together or need.robots == 1
 
 
 def _last_the_loads(problem: Problem, stages: Stages) -> list[int]:
