@@ -50,7 +50,7 @@ def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) 
 
 
 def test_a_robot_of_unknown_motion_takes_a_second_a_tick() -> None:
-    pace = pace_of(None, COLS, least=2)
+    pace = pace_of(None, COLS, ticks=2)
     assert pace.step(0.0, 40, 41) == 2.0
     small = pace_of(resolved(MotionModel("walker"), None, None, "ground"), COLS, 0.5)
     assert type(small) is Pace

@@ -57,7 +57,7 @@ def floor(seed: int) -> Floor:
         stopped = frozenset(k for k in range(len(bots)) if random.random() < 0.6)
         place = random.choice(free)
         gates.append(OpenObstacle(f"o{number}", place, (stopped,) * len(needs), needs))
-    members = [replace(member, room=random.choice((1, 1, 2))) for member in made.problem.members]
+    members = [replace(m, laden=random.random() < 0.1) for m in made.problem.members]
     made.problem = Problem(tuple(members), tuple(gates), made.problem.conflicts)
     return made
 
@@ -96,7 +96,7 @@ def following(problem: Problem, moment: Moment) -> Iterator[Moment]:
             if wants.action in problem.members[robot].capabilities
             and wants.regions >> pose % problem.members[robot].graph.size & 1
             and (not wants.same or robot in group)
-            and not (loads and burden(problem, stages, robot) >= problem.members[robot].room)
+            and not (loads and (burden(problem, stages, robot) or problem.members[robot].laden))
         ]
         sizes = [wants.robots] if wants.together else [1]
         for who in combinations(there, sizes[0]):
