@@ -304,7 +304,7 @@ def _loads(team: TeamState, robot: Robot) -> list[Obstacle]:
     """Return the known loads that a robot may take now: one that is sent for a load takes no
     other."""
     pending = team.knowledge.pending.values()
-    assignment, here = team.robots[robot.name].assignment, team.robots[robot.name].pose.region
+    assignment = team.robots[robot.name].assignment
     sent_for = assignment.obstacle if assignment.role is Role.HELPS else None
     may = takers(team, (work.obstacle for work in pending if work.takes))
     left = {name for name, robots in may.items() if robot.name not in robots}
