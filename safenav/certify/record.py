@@ -11,8 +11,7 @@ from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, UsageError
 from safenav.lines import read_file
-from safenav.outcome import Outcome
-from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.mission import Mission, default_synthesizer, uninterrupted
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.scenario.reading.references import referenced_files, root_of
 from safenav.scenario.yaml.source import STDIN
@@ -46,9 +45,7 @@ def bundle_of_run(
         synthesizer, kept = default_synthesizer(plan, cache=cache), Kept()
         trace = Path(directory) / "trace.jsonl"
         with TraceWriter(trace) as writer:
-            ended = Mission(plan, synthesizer, listeners=[writer], progress=kept).run()
-        if ended.outcome is Outcome.INTERRUPTED:  # by Ctrl-C, so write no bundle
-            raise KeyboardInterrupt
+            uninterrupted(Mission(plan, synthesizer, listeners=[writer], progress=kept).run())
         data = trace.read_bytes()
         kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
         moved = motion_made(data) if motion else None

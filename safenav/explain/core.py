@@ -1,12 +1,14 @@
 """Minimal unrealizable core: guarantees that cannot be kept together, in scenario terms.
 
 Graph search first drops walls (a robot never observes walls that it cannot reach), then QuickXplain
-queries the synthesizer. Assumptions are never dropped: without them a strategy is even less
-possible."""
+queries the synthesizer (Junker: Preferred explanations and relaxations for over-constrained
+problems, AAAI 2004): about 2k log(n/k) + 2k queries for k of n members. Assumptions are never
+dropped: without them a strategy is even less possible."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TypeVar
 
 from msgspec.structs import replace
 
@@ -18,7 +20,6 @@ from safenav.explain.explanation import (
     is_guarantee,
     with_guarantees,
 )
-from safenav.explain.quickxplain import minimal_subset
 from safenav.explain.realizability import Questions, cooperative
 from safenav.outcome import Verdict
 from safenav.scenario.objective import Target
@@ -26,6 +27,8 @@ from safenav.spec.movement import stepping
 from safenav.spec.specification import Constraint, Section, Specification
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region, RegionMap
+
+Item = TypeVar("Item")
 
 MOST_AT_ONCE = 64
 """Members that are tried one by one, several at a time, before any search."""
@@ -185,3 +188,28 @@ def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Regio
     opened = replace(world, walls=frozenset(walls))
     beyond = opened.distances(target)
     return {wall for wall in walls if not beyond.keys().isdisjoint(opened.neighbours(wall))}
+
+
+def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool]) -> list[Item]:
+    """Return a subset that fails, none of whose members can be spared; earlier ones are preferred.
+
+    ``fails`` must hold for ``items`` and be monotone: whatever contains a failing set fails."""
+    if fails(()):
+        return []
+    return _explain([], False, list(items), fails)
+
+
+def _explain(
+    background: list[Item], grown: bool, items: list[Item], fails: Callable[[Sequence[Item]], bool]
+) -> list[Item]:
+    """Return the items that are needed to fail together with ``background``; ``grown``: whether the
+    background has members that were not there at its last query."""
+    if grown and fails(background):
+        return []
+    if len(items) == 1:
+        return items
+    half = (len(items) + 1) // 2
+    first, second = items[:half], items[half:]
+    late = _explain([*background, *first], True, second, fails)
+    early = _explain([*background, *late], bool(late), first, fails)
+    return [*early, *late]

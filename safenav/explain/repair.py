@@ -18,7 +18,6 @@ from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Word
 from safenav.scenario.objective_text import written
-from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.compatibility import conflicts
 from safenav.scenario.yaml.document import flow
 from safenav.spec.objective import NO_MEMORY
@@ -59,9 +58,8 @@ def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
     for kind in _FIRST[problem.cause]:
         if kind is K.REMOVE_WALLS and any(repair.kind is K.OPEN_WALL for repair in found):
             continue
-        candidates = _candidates(kind, problem)
-        given, deadline = problem.scenario, problem.deadline
-        tried = offered(candidates, given, lambda new: judge(new) or None, TRIED, deadline)
+        candidates, given = _CANDIDATES[kind](problem), problem.scenario
+        tried = offered(candidates, given, lambda new: judge(new) or None, TRIED, problem.deadline)
         found += [repair for repair, _ in tried]
     return tuple(found)
 
@@ -87,20 +85,6 @@ def offered(
             yield candidate, answer
 
 
-def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:
-    makers = {
-        K.OPEN_WALL: open_walls,
-        K.REMOVE_WALLS: removed_walls,
-        K.HEADING: _headings,
-        K.START: _starts,
-        K.MOBILITY: _mobility,
-        K.OBJECTIVE: _objectives,
-        K.AVOIDS: _avoids,
-        K.INPUT: _inputs,
-    }
-    return makers[kind](problem)
-
-
 def _headings(problem: RepairProblem) -> Iterator[Repair]:
     robot = problem.robot
     if robot.model.mobility is not Mobility.HEADING:
@@ -116,7 +100,8 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
     """Yield other starts, nearest first, from which the robot alone could meet its objective."""
     scenario, robot = problem.scenario, problem.robot
     taken = {other.start.region for other in scenario.robots if other is not robot}
-    within = _rooms_with_all_targets(problem)
+    to_targets = [scenario.map.distances(target) for target in problem.task.targets]
+    within = {r for r in scenario.map.free if all(r in field for field in to_targets)}
     for region in nearest(robot.start.region, within - taken, scenario.map)[:LOOKED_AT]:
         if region == robot.start.region:
             continue
@@ -222,19 +207,6 @@ def _hopeful(robot: Robot, problem: RepairProblem) -> bool:
     return solo.winnable
 
 
-def _rooms_with_all_targets(problem: RepairProblem) -> set[Region]:
-    """Return the regions from which a robot that can turn reaches every target."""
-    world, targets = problem.scenario.map, problem.task.targets
-    if not targets:
-        return set(world.free)
-    found: set[Region] = set()
-    for region in targets[0]:
-        room = Reachability(Mobility.FREE, Pose(region), world)
-        if all(map(room.reaches, targets)):
-            found |= room.regions
-    return found
-
-
 def nearest(region: Region, regions: Iterable[Region], world: RegionMap) -> list[Region]:
     """Return some regions, those nearest to ``region`` (ignoring walls) first."""
     row, col = world.position(region)
@@ -257,3 +229,15 @@ def _with_robots(
     kind: RepairKind, problem: RepairProblem, changed: list[Robot], *change: tuple[str, str]
 ) -> Repair:
     return Repair(kind, change, with_robots(problem.scenario, changed))
+
+
+_CANDIDATES: dict[RepairKind, Callable[[RepairProblem], Iterator[Repair]]] = {
+    K.OPEN_WALL: open_walls,
+    K.REMOVE_WALLS: removed_walls,
+    K.HEADING: _headings,
+    K.START: _starts,
+    K.MOBILITY: _mobility,
+    K.OBJECTIVE: _objectives,
+    K.AVOIDS: _avoids,
+    K.INPUT: _inputs,
+}

@@ -77,6 +77,13 @@ class RunResult(Struct, frozen=True):
     lost: tuple[str, ...] = ()
 
 
+def uninterrupted(ended: RunResult) -> RunResult:
+    """Return the result of a run; raise KeyboardInterrupt again that ended it."""
+    if ended.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    return ended
+
+
 class Mission:
     """One run of a scenario.
 

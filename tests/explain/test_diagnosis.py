@@ -6,6 +6,7 @@ from random import Random
 import pytest
 from msgspec.structs import replace
 
+from safenav.explain.core import minimal_subset
 from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import (
     Diagnosis,
@@ -14,7 +15,6 @@ from safenav.explain.explanation import (
     RepairProblem,
 )
 from safenav.explain.investigation import explain
-from safenav.explain.quickxplain import minimal_subset
 from safenav.explain.repair import find_repairs
 from safenav.explain.summary import explain_unrealizable, why_words
 from safenav.explain.undisturbed import play

@@ -19,7 +19,7 @@ from safenav.outcome import Outcome
 from safenav.runtime.analysis.missing import Missing, missing_actions
 from safenav.runtime.coordination.foresight import Foresight, foresee
 from safenav.runtime.duties.reasons import Hindrance, Shortfall
-from safenav.runtime.mission import Mission, RunResult
+from safenav.runtime.mission import Mission, RunResult, uninterrupted
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import (
     Need,
@@ -116,13 +116,6 @@ def explain_run(
     ]
     took = time.monotonic() - begun
     return Postmortem(result, result.links, tuple(repairs), tried, took, failed.missing)
-
-
-def uninterrupted(ended: RunResult) -> RunResult:
-    """Return the result of a run; raise KeyboardInterrupt again that ended it."""
-    if ended.outcome is Outcome.INTERRUPTED:
-        raise KeyboardInterrupt
-    return ended
 
 
 def as_it_stands(state: TeamState) -> Scenario:

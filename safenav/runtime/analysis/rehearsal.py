@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.mission import Mission, RunResult
+from safenav.runtime.mission import Mission, RunResult, uninterrupted
 from safenav.scenario.model import Scenario
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
@@ -34,4 +34,5 @@ def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
 
     orders = tuple(obstacle for obstacle in scenario.obstacles if obstacle.ordered)
     mission = Mission(replace(scenario, obstacles=orders), synthesizer, listeners=[heard])
-    return Rehearsal(mission.run(), late, flat)
+    result = uninterrupted(mission.run())
+    return Rehearsal(result, late, flat)
