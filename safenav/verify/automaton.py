@@ -132,7 +132,7 @@ class Automaton:
     def range_failures(self) -> Iterator[Failure]:
         """Yield the first value outside its range, for each integer variable."""
         for place, values in zip(self.current, self._columns, strict=True):
-            outside = set(values).difference(place.variable.range)
+            outside = {value for value in {*values} if value not in place.variable.range}
             if outside:
                 pairs = zip(self.nodes, values, strict=True)
                 node, value = next(pair for pair in pairs if pair[1] in outside)

@@ -28,7 +28,8 @@ from safenav.verify.bitparallel import Evaluator, Vector
 
 _JOINT_DOMAIN = 1 << 12
 _BLOCK_BITS = 1 << 22
-_MOST_ROWS = 1 << 22
+_MOST_ROWS = 1 << 20
+_WIDEST = 1 << 16
 
 Row = tuple[int, ...]
 """Values of the known places, in their order."""
@@ -134,6 +135,12 @@ def _count_component(
     domain = prod(len(place.variable.range) for place in part)
     if not tied:
         return [domain] * len(rows)
+    widest = max(part, key=lambda place: len(place.variable.range)).variable
+    if len(widest.range) > _WIDEST:
+        raise ResourceLimitError(
+            f"the strategy is too large to verify: {widest.name} has {len(widest.range):,} values, "
+            f"and constraints on it; at most {_WIDEST:,} can be verified"
+        )
     if len(part) == 1 or domain <= _JOINT_DOMAIN:
         return [mask.bit_count() for mask in _masks(rows, index, part, tied)]
     seen = frozenset().union(*(c.places for c in tied))

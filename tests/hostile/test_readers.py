@@ -1,5 +1,6 @@
 """Small files that stand for huge ones, and files that never end: each reader has its limits."""
 
+import json
 import struct
 import zlib
 from pathlib import Path
@@ -65,6 +66,10 @@ ROBOTS = "".join(
     f"  r{k}: {{model: quadcopter, start: 6, objective: {{hold: 6}}}}\n" for k in range(5000)
 )
 AXES = "".join(f"  limits.ticks_{k}: {{from: 0, to: 999}}\n" for k in range(12))
+WIDE = "[INPUT]\na:0...2147483647\n[OUTPUT]\nb\n[SYS_TRANS]\n{0}\n"
+BITS = ["a@0.0.2147483647", *(f"a@{k}" for k in range(1, 31)), "b"]
+ZERO = {"rank": 0, "state": [0] * 32, "trans": [0]}
+WIDE_STRATEGY = json.dumps({"variables": BITS, "nodes": {"0": ZERO}})
 TWICE = NODES[:-1] + ", " + NODES[1:]
 Files = dict[str, str | bytes]
 
@@ -79,6 +84,11 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
         {"s.slugs": SPEC.format("b").replace("\na\n", "\na:0...99999999999\n"), "s.json": "{}"},
         ("verify", "s.slugs", "s.json"),
     ),
+    "an integer, verified": (
+        {"s.slugs": WIDE.format("a' = a | b'"), "s.json": WIDE_STRATEGY},
+        ("verify", "s.slugs", "s.json"),
+    ),
+    "an integer, explained": ({"s.slugs": WIDE.format("b & !b")}, ("explain", "s.slugs")),
     "brackets": (
         {"s.slugs": SPEC.format("(" * 200_000), "s.json": "{}"},
         ("verify", "s.slugs", "s.json"),
@@ -154,6 +164,9 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
 }
 ALLOWED = {
     "a long number": (0, 2),
+    "a memory of many values": (3,),
+    "an integer, explained": (1,),
+    "an integer, verified": (3,),
     "a PNG of zeros": (0, 2),
     "a PNG with more rows than it says": (0, 2),
 }
