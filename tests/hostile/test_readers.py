@@ -66,7 +66,7 @@ ROBOTS = "".join(
     f"  r{k}: {{model: quadcopter, start: 6, objective: {{hold: 6}}}}\n" for k in range(5000)
 )
 AXES = "".join(f"  limits.ticks_{k}: {{from: 0, to: 999}}\n" for k in range(12))
-WIDE = "[INPUT]\na:0...2147483647\n[OUTPUT]\nb\n[SYS_TRANS]\n{0}\n"
+WIDE = "[INPUT]\na:0...2147483647\n[OUTPUT]\nb\n[ENV_INIT]\na = 0\n[SYS_TRANS]\n{0}\n"
 BITS = ["a@0.0.2147483647", *(f"a@{k}" for k in range(1, 31)), "b"]
 ZERO = {"rank": 0, "state": [0] * 32, "trans": [0]}
 WIDE_STRATEGY = json.dumps({"variables": BITS, "nodes": {"0": ZERO}})
