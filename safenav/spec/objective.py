@@ -74,13 +74,6 @@ def _about_targets(
     return variables, _pursuit(objective, item, region, memory)
 
 
-def next_is(objective: TargetObjective, index: int) -> str:
-    """The condition that a target is next after a step, for an objective that remembers that."""
-    if isinstance(objective, Patrol):
-        return "scout'" if index else "!scout'"
-    return f"{objective.turn}' = {index}"
-
-
 def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
     what, places = describe(patrol), [one_of("region", target) for target in patrol.targets]
     scout = "scout" if patrol.begin(region, memory.index) == 1 else "!scout"

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from msgspec import Struct
 
 from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Stage
-from safenav.world.poses import Mask, PoseGraph, bits
+from safenav.world.poses import Mask, PoseGraph
 
 NEVER = 1 << 40
 
@@ -70,7 +70,7 @@ Fields = dict[tuple[object, ...], "ReachByTick"]
 """Cache of the poses that robots can reach by tick."""
 
 
-def known(moment: BoundMoment) -> Times:
+def _met_before(moment: BoundMoment) -> Times:
     """Return the turns of the needs that are met; NEVER for the others."""
     return tuple(
         (moment.now,) * one.stage.need + (NEVER,) * (len(one.gate.needs) - one.stage.need)
@@ -78,10 +78,10 @@ def known(moment: BoundMoment) -> Times:
     )
 
 
-def earliest(moment: BoundMoment, fields: Fields | None = None) -> Times:
+def earliest(moment: BoundMoment) -> Times:
     """Return the earliest turns of all needs: the fixpoint in which each obstacle opens as early as
-    the times of the others allow. ``fields``: a cache for several calls with the same robots."""
-    times, fields = known(moment), {} if fields is None else fields
+    the times of the others allow."""
+    times, fields = _met_before(moment), Fields()
     while True:
         spreads = [Spread(moment, i, times, fields) for i in range(moment.count)]
         after = tuple(
@@ -193,26 +193,12 @@ class ReachByTick:
     def __init__(self, first: int, masks: Sequence[Mask]) -> None:
         self.first, self.masks = first, masks
 
-    def at(self, tick: int) -> Mask:
-        """Return the poses in which it may be at the end of a tick."""
-        return self.masks[min(tick - self.first, len(self.masks) - 1)]
-
     def contact(self, goal: Mask) -> int:
         """Return the first tick at whose end it may be in a pose of ``goal``."""
         for k, mask in enumerate(self.masks):
             if mask & goal:
                 return self.first + k
         return NEVER
-
-    def arrivals(self, goal: Mask) -> list[tuple[int, int]]:
-        """Return the poses of ``goal``, each with the first tick at whose end it may be there."""
-        found, seen = [], 0
-        for k, mask in enumerate(self.masks):
-            fresh = mask & goal & ~seen
-            if fresh:
-                found += [(pose, self.first + k) for pose in bits(fresh)]
-                seen |= fresh
-        return found
 
     def on(self, goal: Mask, since: int) -> dict[int, Mask]:
         """Return the poses of ``goal`` by tick; those from before tick ``since`` count for that

@@ -2,7 +2,7 @@
 
     occasion                      search                         exhausted    budget spent
     a robot starves, stands in the way of a helper, or (live) all wait: (plan_search)
-      all moves can be undone       to the next goal of each       the mission  few, leg, later
+      all moves can be undone       to the next goal of each       the mission  few, later
       some remember                 for the mission, one round     forget it    last plan, row above
       some turn                     for the mission, one round     deadlock     last plan, next row
       some turn                     for the mission, more rounds   deadlock     few, later
@@ -13,12 +13,12 @@
     a move with no way back       last plan again (rejoin),      refused      refused
                                   then for the mission
 
-*few*: ``deadlock_of_few``; *leg*: one robot reaches its goal and pushes the others aside; *later*:
-once the watch's patience is over again; *forget it*: the same search for robots without the memory
-of their formulas. ``deadlock`` ends the run with the proof, unless a robot is out of service
-(later). Robots cut off by one out of service have no goal. A round is the three variants of
-``search.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures in a row, or
-``MOST_WORK`` in these, the run ends at ``search_limit``. Every plan is shortened before it begins.
+*few*: ``deadlock_of_few``; *later*: once the watch's patience is over again; *forget it*: the same
+search for robots without the memory of their formulas. ``deadlock`` ends the run with the proof,
+unless a robot is out of service (later). Robots cut off by one out of service have no goal. A round
+is the three variants of ``search.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures
+in a row, or ``MOST_WORK`` in these, the run ends at ``search_limit``. Every plan is shortened
+before it begins.
 Budgets are states unless said otherwise; they were measured on random teams: small and often beats
 large.
 With a robot out of service on a floor where some turn, searches for the mission take one round with
@@ -80,8 +80,6 @@ SHORTENING_ROUNDS = 3
 SHORTENING_LAYERS = 20_000
 """Layers of the search for one robot's path: a tick and a number of steps each."""
 
-AIM_NODES = 20_000
-"""Nodes of a strategy that are searched for the next change of a robot's memory."""
 REMEMBERED_STATES = 4_000
 """Poses with a formula's memory; with more, plans are made over poses alone."""
 
@@ -89,8 +87,3 @@ AT_ONCE = 0.02
 """Live: seconds within which most searches end; results of others are fetched later."""
 LONGEST = 60
 """Live: the most steps, all undoable, that robots take during a search; then they wait."""
-
-MOST_HELPERS = 2
-"""Most robots that move and help in a plan for a deadline, unless the need takes more."""
-TIMED_STATES = 4_000
-"""States of one search for a plan with a deadline."""

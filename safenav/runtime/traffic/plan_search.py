@@ -16,7 +16,7 @@ from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.joint_search.formula_memory import remembering
-from safenav.runtime.traffic.joint_search.search import Goal, Search, one_leg
+from safenav.runtime.traffic.joint_search.search import Goal, Search
 from safenav.runtime.traffic.joint_search.states import (
     Answer,
     BudgetExhausted,
@@ -94,7 +94,6 @@ class PlanSearch(Struct):
                     break
         if isinstance(answer, BudgetExhausted):
             self._check_small_groups(plain, problem.course)
-            answer = (None if self.searches.turning else one_leg(search)) or answer
         if isinstance(answer, Found):
             answer = self._repeatable(problem, answer)
             answer = self._left_well(problem, answer)

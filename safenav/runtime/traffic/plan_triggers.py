@@ -61,7 +61,7 @@ class PlanTriggers:
             rivals = self.state.rivals(robot.robot)
             waits[name] = [other.name for other in rivals if other.occupied & sides]
         moving = [name for name, robot in robots.items() if robot.transit is not None]
-        floor = self._searches.aimed(self._searches.floor())
+        floor = self._searches.remembered(self._searches.floor())
         unmoved = execution.still(waits, moving)
         for name in robots:  # in this order: the first is named, and the plan is made for it
             if name not in unmoved or name not in self._searches.sharing or not robots[name].active:
@@ -78,7 +78,7 @@ class PlanTriggers:
 
     def frees(self, name: str) -> bool:
         """Return whether a plan may help a robot that has no strategy from its pose."""
-        floor = self._searches.aimed(self._searches.floor())
+        floor = self._searches.remembered(self._searches.floor())
         if name not in self._searches.sharing or not 0 < self._distance(floor, name) < FAR:
             return False
         key = name, self._present(floor)
@@ -109,7 +109,7 @@ class PlanTriggers:
 
     def _starving(self) -> PlanTrigger | None:
         """Return the first robot without progress towards its assigned target; None if none."""
-        floor = self._searches.aimed(self._searches.floor())
+        floor = self._searches.remembered(self._searches.floor())
         found = None
         for name, robot in self.state.robots.items():
             if name not in self._searches.sharing:

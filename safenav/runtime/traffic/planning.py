@@ -197,7 +197,7 @@ class Traffic:
         """The result of a search with its problem and first state; None if it is not available yet,
         or does not apply to the robots' present state."""
         plain = pending.floor
-        floor = self.searches.aimed(plain)
+        floor = self.searches.remembered(plain)
         try:
             found = self.thinking.ask(pending.moment, lambda: self.search.sought(plain, floor))
         except Unknown:

@@ -19,10 +19,7 @@ from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint_search import formula_memory
 from safenav.runtime.traffic.joint_search.search import Goal, Search
 from safenav.runtime.traffic.joint_search.states import Count, Course, Effort, JointState
-from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
-from safenav.synthesis.strategy import Strategy
-from safenav.world.moves import Pose
 from safenav.world.poses import FAR, Mask, region_mask
 
 _Graphs = dict[int, formula_memory.StateGraph]
@@ -52,7 +49,6 @@ class Searches:
     def __init__(self, state: TeamState, stop: BackgroundSearch) -> None:
         self._state = state
         self._stop = stop
-        self._aims: dict[str, formula_memory.Milestones] = {}
         self._remembering: dict[bool, tuple[Problem, _Graphs, Problem]] = {}
         self._hopeless: Problem | None = None
         self._in_service: tuple[Floor, Floor] | None = None
@@ -131,43 +127,6 @@ class Searches:
         """Ignore the memory of robots for this problem: with it there is no plan from here or from
         any state that they can reach. They continue as if without memory."""
         self._hopeless = floor.problem
-
-    def aimed(self, floor: Floor) -> Floor:
-        """Return the problem with the robots' memory. A robot whose memory exceeds the size limit
-        has the next milestone of its strategy as its only goal (``Milestones``)."""
-        floor = self.remembered(floor)
-        members = list(floor.problem.members)
-        changed = False
-        for index, robot in enumerate(self._state.robots.values()):
-            objective = robot.robot.objective
-            if not isinstance(objective, Ltl) or not robot.active:
-                continue
-            known = isinstance(members[index].graph, formula_memory.StateGraph)
-            if known or not guarantees_of(objective).remember_something:
-                continue
-            if robot.assignment.role is not Role.OWN or self._has_done_all(robot):
-                continue
-            aim = self._aim(robot, objective)
-            if aim is not None:
-                goal = 1 << members[index].graph.number(aim)
-                members[index] = replace(members[index], targets=(goal,))
-                changed = True
-        if not changed:
-            return floor
-        return replace(floor, problem=replace(floor.problem, members=tuple(members)))
-
-    def _aim(self, robot: RobotState, objective: Ltl) -> Pose | None:
-        """Return the milestone of a robot by its own strategy; None if that is not explicit."""
-        planner = robot.planner
-        if planner.node is None or not isinstance(planner.strategy, Strategy):
-            return None
-        aims = self._aims.get(robot.name)
-        if aims is None or aims.strategy is not planner.strategy:
-            inputs = [each.name for each in self._state.scenario.inputs]
-            aims = self._aims[robot.name] = formula_memory.Milestones(
-                planner.strategy, objective, inputs
-            )
-        return aims.aim(planner.node, robot.own.seen)
 
     def _has_done_all(self, robot: RobotState) -> bool:
         return robot.own.rounds >= self._state.scenario.until.rounds

@@ -275,19 +275,6 @@ def boolean(node: Node | None, what: str, findings: Findings) -> bool | None:
     return node.value
 
 
-def switch(node: Node | None, what: str, findings: Findings) -> bool | None:
-    """Return the truth value of ``on`` or ``off``, which YAML 1.1 reads as a Boolean."""
-    if isinstance(node, Scalar) and isinstance(node.value, str) and node.value.lower() in _SWITCH:
-        return _SWITCH[node.value.lower()]
-    if isinstance(node, Scalar) and isinstance(node.value, bool):
-        return boolean(node, what, findings)
-    wrong_type(node, what, "on or off", findings)
-    return None
-
-
-_SWITCH = {"on": True, "off": False}
-
-
 def choice(
     node: Node | None, what: str, findings: Findings, known: Wanted[str, Value]
 ) -> Value | None:

@@ -97,7 +97,6 @@ TEXT = Shape({"type": "string", "pattern": "\\S"}, read.text, "text")
 TEXTS = Shape(many(TEXT), read.texts)
 WORDS = Shape(many(TEXT), read.words)
 TRUTH = Shape({"type": "boolean"}, read.boolean)
-SWITCH = Shape({"enum": [True, False, "on", "off"]}, read.switch)
 POSITIVE = Shape({"type": "number", "exclusiveMinimum": 0}, read.positive)
 PROBABILITY = Shape({"type": "number", "minimum": 0, "maximum": 1}, read.probability)
 

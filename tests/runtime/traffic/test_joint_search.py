@@ -16,7 +16,7 @@ from safenav.runtime.traffic.joint_search.execution import (
     required_counts,
     schedule,
 )
-from safenav.runtime.traffic.joint_search.search import Search, Variant, one_leg
+from safenav.runtime.traffic.joint_search.search import Search, Variant
 from safenav.runtime.traffic.joint_search.states import (
     BudgetExhausted,
     Count,
@@ -100,32 +100,6 @@ def test_rounds_restart_with_resolutions_but_of_batteries(restarts: bool, end: t
     completed, resolved = Course(floor.problem, 1).completed, floor.problem.resolved
     found = search(floor, goal=lambda one: resolved(0, one.stages) and completed(one)).run()
     assert isinstance(found, end)
-
-
-@pytest.mark.parametrize(
-    ("grid", "bots", "exists"),
-    [
-        pytest.param(SWAP, {"a": Bot("6", [8, 6]), "b": Bot("8", [6, 8])}, True, id="a niche"),
-        pytest.param(
-            RING,
-            {"a": Bot("6", [8]), "b": Bot("7", [7]), "c": Bot("11", [11])},
-            True,
-            id="one makes way",
-        ),
-        pytest.param(TUBE, {"a": Bot("7", [10]), "b": Bot("9", [7])}, False, id="no way"),
-        pytest.param(TUBE, {"a": Bot("7", [7]), "b": Bot("9", [9])}, False, id="all are there"),
-    ],
-)
-def test_one_robot_pushes_others_aside(grid: list[str], bots: dict[str, Bot], exists: bool) -> None:
-    """The last resort of a large team: one robot reaches its goal, the others may not."""
-    floor = Floor(grid, bots)
-    one = search(floor)
-    found, fields = one_leg(one), one.fields(one.start)
-    assert (found is not None) is exists
-    if found is not None:
-        ends = zip(fields, one.start.poses, found.states[-1].poses, strict=True)
-        assert any(field and field[start] > field[end] == 0 for field, start, end in ends)
-        play(floor, found, random.Random(0))
 
 
 def test_a_plan_leads_around_a_robot_that_cannot_move() -> None:

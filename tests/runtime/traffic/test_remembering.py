@@ -2,9 +2,7 @@
 
 import pytest
 
-from runtime.played import completed
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES
-from safenav.runtime.traffic.joint_search import formula_memory
 from safenav.runtime.traffic.joint_search.formula_memory import StateGraph, state_graph
 from safenav.scenario.objective import Ltl
 from safenav.world.map import RegionMap
@@ -60,28 +58,3 @@ def test_a_goal_about_a_step_is_met_by_that_step_alone() -> None:
     assert [left >> s & 1 for s in after] == [1, 1]
     assert [left >> s & 1 for s in graph.after(after[0], 7)] == [0]
     assert [left >> s & 1 for s in graph.after(eight, 7)] == [0]
-
-
-SEEN = """\
-safenav: 1
-map: {grid: ["#######", "#.....#", "###.###", "#######"]}
-catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
-robots:
-  ann:
-    model: cart
-    start: 8
-    objective:
-      ltl: {memory: {seen: bool}, init: ["!seen"], liveness: [seen & region = 11, region = 8],
-            safety: ["seen' <-> (region = 12 | (seen & region != 8))"]}
-  bob: {model: cart, start: 12, objective: {visit: [8, 12]}}
-until: {rounds: 1}
-"""
-
-
-def test_a_plan_without_memory_leads_to_what_is_remembered_first(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Region 11 alone is no goal of ann's: it has to see 12 before."""
-    monkeypatch.setattr(formula_memory, "REMEMBERED_STATES", 0)
-    run = completed(SEEN)
-    assert run.all("plan")[0]["robots"]["ann"][-1] == [12, None]

@@ -4,30 +4,22 @@ the memory there and the goals that the step into it has met.
 A state is the number of a pose plus the number of a memory times the number of poses, so that
 regions are found in it as in a pose. A step leads to each memory that the formulas allow after it;
 standing still is not a step. The step into the first state of a path is unknown.
-
-Where a memory is too large for that, the robot's strategy supplies a milestone. Consider "be at the
-dock again after having seen the shelf": a plan over poses alone would take the robot to the dock.
 """
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from functools import cached_property, lru_cache
-from itertools import combinations, pairwise, product
+from itertools import combinations, product
 
 from msgspec.structs import replace
 
 from safenav.cached_method import cached_method
-from safenav.components import path_to
-from safenav.formula.evaluator import predicate
-from safenav.formula.parser import parse
 from safenav.runtime.resolution.problem import Problem
-from safenav.runtime.traffic.budgets import AIM_NODES, REMEMBERED_STATES
+from safenav.runtime.traffic.budgets import REMEMBERED_STATES
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
-from safenav.synthesis.strategy import Strategy
-from safenav.world.map import Heading, RegionMap
+from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import Mask, PoseGraph, bits, plain_graph
 
@@ -185,75 +177,3 @@ def state_graph(
     if plain or not 0 < count * poses <= REMEMBERED_STATES:
         return None
     return StateGraph(objective, world, mobility, stays=stays)
-
-
-Row = tuple[int, ...]
-"""The part of a node that formulas refer to: region, heading if there is one, memory, inputs."""
-
-
-class Milestones:
-    """Milestones of a robot with formulas, by one of its strategies: the shortest of its paths on
-    which a goal is met, up to the first step that changes the memory. Results are cached.
-    ``inputs``: names of the environment inputs that formulas may name."""
-
-    def __init__(self, strategy: Strategy, objective: Ltl, inputs: Collection[str]) -> None:
-        self.strategy = strategy
-        self._objective = objective
-        self._goals = tuple(predicate(parse(goal)) for goal in objective.liveness)
-        known = strategy.values(0)
-        pose = [name for name in ("region", "heading") if name in known]
-        memory = [name for name in objective.memory if name in known]
-        self._memory = slice(len(pose), len(pose) + len(memory))
-        self._names = (*pose, *memory, *(name for name in inputs if name in known))
-
-    @cached_method
-    def aim(self, node: int, met: frozenset[int]) -> Pose | None:
-        """Return the pose that the robot must reach first; None if the robot stands there or the
-        pose is unknown. ``met``: the goals of its formulas that it has met in this round."""
-        path = self._path(node, met)
-        return None if path is None else self._milestone(path)
-
-    def _path(self, node: int, met: frozenset[int]) -> list[int] | None:
-        """Return the shortest path of the strategy from a node that meets one of the other goals;
-        None if none is found."""
-        rows, transitions = self._rows, self.strategy.transitions
-        before = {node: node}
-        queue = deque([node])
-        while queue and len(before) < AIM_NODES:
-            here = queue.popleft()
-            for after in transitions[here]:
-                if self._goals_of(rows[here], rows[after]) - met:
-                    return [*path_to(here, before), after]
-                if after not in before:
-                    before[after] = here
-                    queue.append(after)
-        return None
-
-    @cached_method
-    def _goals_of(self, before: Row, after: Row) -> frozenset[int]:
-        """Return the goals that a step between two nodes meets."""
-        one = dict(zip(self._names, before, strict=True))
-        other = dict(zip(self._names, after, strict=True))
-        return frozenset(i for i, goal in enumerate(self._goals) if goal(one, other))
-
-    def _milestone(self, path: list[int]) -> Pose | None:
-        """Return the first pose of a path, other than the present one, where the memory changes or
-        the goal is met."""
-        rows = [self._rows[node] for node in path]
-        here = self._pose(rows[0])
-        for step, (before, after) in enumerate(pairwise(rows)):
-            if step == len(rows) - 2 or before[self._memory] != after[self._memory]:
-                for pose in (self._pose(before), self._pose(after)):
-                    if pose != here:
-                        return pose
-        return None
-
-    def _pose(self, row: Row) -> Pose:
-        heading = Heading(row[1]) if "heading" in self._names else None
-        return Pose(row[0], heading)
-
-    @cached_property
-    def _rows(self) -> list[Row]:
-        fields = {field.variable.name: field for field in self.strategy.fields}
-        wanted = [fields[name] for name in self._names]
-        return [tuple(field.decode(state) for field in wanted) for state in self.strategy.states]

@@ -318,14 +318,6 @@ def _next_leg(search: Search, state: JointState) -> tuple[tuple[JointState, ...]
     return None, vain
 
 
-def one_leg(search: Search) -> Found | None:
-    """Return moves that bring one robot to its goal poses, with all others pushed aside; None if no
-    such leg is found. The last resort if all moves can be undone and no plan for all robots was
-    found in time: the others may make no progress by it."""
-    leg, _ = _next_leg(search, search.start)
-    return None if leg is None else Found(leg)
-
-
 def _reached(search: Search, start: JointState, robot: int) -> Goal:
     """Return a test whether a robot has reached its goal poses of ``start``, the stages or its
     count have changed, or the goal of the search is reached."""
