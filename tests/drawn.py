@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from random import Random
+import json
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import pytest
 
@@ -13,23 +14,43 @@ from safenav.scenario.reading.loader import load_scenario_text
 
 MOST = 60
 """Draws until one is accepted."""
+APART = 12_000_000
+"""Between the seeds of these draws: more than campaigns have seeds, and a multiple of the small
+numbers by which generators tell seeds apart."""
 LEAST = 0.8
 """Share of a random test's cases that must have played something."""
 PLAYED = "played"
 
+T = TypeVar("T")
+D = TypeVar("D", str, Mapping[str, Any], dict[str, Any])
 
-def accepted(draw: Callable[[Random], str], seed: object) -> tuple[str, Scenario]:
-    """Return the text and the scenario of the first of a seed's draws that the loader accepts.
 
-    ``draw``: returns the YAML text of a scenario. Fails if the loader refuses 60 in a row."""
-    random, errors = Random(f"{seed}"), list[str]()
-    for _ in range(MOST):
-        text = draw(random)
+def tried(attempt: Callable[[int], T], seed: int) -> tuple[T, int]:
+    """Return what an attempt with a seed gives, and the number of refusals before: an attempt that
+    raises InputError is repeated with another seed, which follows from this one.
+
+    Fails if 60 in a row are refused."""
+    errors = list[str]()
+    for again in range(MOST):
         try:
-            return text, load_scenario_text(text)
+            return attempt(seed + again * APART), again
         except InputError as error:
-            errors.append(str(error).splitlines()[0])
-    pytest.fail(f"seed {seed}: {MOST} draws refused, the last for: {errors[-1]}")
+            errors.append(str(error).partition("\n")[0])
+    raise AssertionError(f"seed {seed}: {MOST} draws refused, the last for: {errors[-1]}")
+
+
+def loads(
+    draw: Callable[[int], D], seed: int, load: Callable[[str], Scenario] = load_scenario_text
+) -> tuple[D, Scenario]:
+    """Return a seed's scenario, as it was drawn and as loaded: the first that is accepted.
+
+    ``draw``: returns it as YAML text or as data."""
+
+    def attempt(number: int) -> tuple[D, Scenario]:
+        made = draw(number)
+        return made, load(made if isinstance(made, str) else json.dumps(made))
+
+    return tried(attempt, seed)[0]
 
 
 class Plays:

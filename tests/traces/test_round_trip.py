@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from runtime.played import completed
 from safenav.audit.check import audit
+from safenav.errors import InputError
 from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import (
     KINDS,
@@ -75,19 +76,29 @@ def test_a_real_trace_is_written_as_it_was_read(name: str) -> None:
 HOSTILE = "\x1b[2J\x07\x9b\u2028\u202e\nx"
 
 
-def test_names_of_a_trace_give_no_orders_to_the_terminal() -> None:
-    """Also as keys, and unescaped, as another program may write them. Explanations have lines."""
+def test_names_of_a_trace_that_give_orders_to_the_terminal_are_refused_and_shown_escaped() -> None:
+    """Also as keys, and unescaped, as another program may write them."""
     lines = real_trace("case_study_1_beliefs").splitlines()
     hostile = json.dumps(HOSTILE, ensure_ascii=False)[1:-1]
     renamed = [line.replace("door", f"door{hostile}").replace("quad", hostile) for line in lines]
+    with pytest.raises(InputError) as refused:
+        read_lines(renamed)
+    told = [diagnostic.found for diagnostic in refused.value.diagnostics]
+    assert all(line.isprintable() for line in told)
+    assert any("cannot name a robot" in line for line in told)
+    assert any("cannot name an obstacle" in line for line in told)
+
+
+def test_texts_of_a_trace_give_no_orders_to_the_terminal() -> None:
+    """Explanations have lines."""
+    lines = real_trace("case_study_1_beliefs").splitlines()
+    hostile = json.dumps(HOSTILE, ensure_ascii=False)[1:-1]
     end = '"explanation":"'
-    renamed[-1] = renamed[-1].replace(end, rf"{end}one\ntwo\u001b")
-    trace = read_lines(renamed)
-    shown = r"\x1b[2J\x07\x9b\u2028\u202e\nx"
-    assert {shown, "digit"} == {*trace.header.scenario.robots}
-    assert trace.header.scenario.obstacles[0].type == f"door{shown}"
+    lines[-1] = lines[-1].replace(end, rf"{end}one\ntwo\u001b{hostile}")
+    trace = read_lines(lines)
     assert trace.outcome is not None
-    assert trace.outcome.explanation.startswith("one\ntwo\\x1b")
+    shown = r"\x1b[2J\x07\x9b\u2028\u202e"
+    assert trace.outcome.explanation.startswith(f"one\ntwo\\x1b{shown}\nx")
     assert audit(trace).ok
     said = json.dumps([as_data(record) for record in trace.records], ensure_ascii=False)
     assert said.isprintable()
