@@ -5,12 +5,14 @@ Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many other see
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
+from drawn import tried
 from fuzz.blend import continued, play
 from fuzz.mixed import Data, formula_mission, mixed_mission
 from fuzz.troubles import faults_of
@@ -51,24 +53,21 @@ def test_a_run_that_once_ended_in_a_finding_is_sound(former: dict[str, Any]) -> 
 @pytest.mark.parametrize(("live", "faults", "operator"), WAYS)
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
 def test_a_run_with_faults_and_an_operator_is_sound(
-    seed: int, live: bool, faults: bool, operator: bool
+    seed: int, live: bool, faults: bool, operator: bool, played: Callable[[], None]
 ) -> None:
-    data = mixed_mission(seed, live=live)
-    try:
-        one = play(data, seed, faults=faults_of(seed) if faults else None, operator=operator)
-    except InputError:
-        return
+    about: Any = {"faults": faults_of(seed) if faults else None, "operator": operator}
+    one, _ = tried(lambda drawn: play(mixed_mission(drawn, live=live), seed, **about), seed)
     assert not one.found
+    played()
 
 
 @pytest.mark.parametrize("live", [True, False], ids=["live", "lockstep"])
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
-def test_a_run_that_is_killed_continues(seed: int, live: bool) -> None:
-    try:
-        one = continued(mixed_mission(seed, live=live), seed)
-    except InputError:
-        return
+def test_a_run_that_is_killed_continues(seed: int, live: bool, played: Callable[[], None]) -> None:
+    one, _ = tried(lambda drawn: continued(mixed_mission(drawn, live=live), seed), seed)
     assert not one.found
+    if one.cuts:
+        played()
 
 
 def slow_mission(seed: int, *, live: bool) -> Data:
