@@ -63,6 +63,10 @@ def scenario_of(data: Mapping[str, Any], clock: Clock) -> Scenario:
     return replace(load_scenario_text(text), clock=clock)
 
 
+def in_time(text: str) -> Scenario:
+    return replace(load_scenario_text(text), clock=Clock.LIVE)
+
+
 def play(seed: int, *, faults: bool = False, wired: bool = False, patience: float = 120) -> Played:
     """One live run, judged. ``wired``: its world is behind a socket; ``patience``: limit in seconds
     of CPU time."""

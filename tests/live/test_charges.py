@@ -6,13 +6,15 @@ is alone completes its mission if and only if its charge can suffice.
 
 import json
 import os
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from campaigns.generate.build import Data
+from drawn import loads
 from fuzz.watch import Charges
-from live.campaign import faults_of, scenario_of
+from live.campaign import faults_of, in_time, scenario_of
 from live.charged import alone, team
 from live.floor import Floor
 from live.judge import verdict
@@ -20,7 +22,6 @@ from live.worlds import Live
 from runtime.energy.test_need import lasting
 from safenav import Mission
 from safenav.audit.check import check_trace
-from safenav.errors import InputError
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.stops import Stops
 from safenav.scenario.model import Scenario
@@ -52,12 +53,10 @@ def play(data: Data, scenario: Scenario, seed: int, *, faults: bool = False) -> 
 
 
 @pytest.mark.parametrize("seed", range(1000 if LONG else 8))
-def test_a_lone_robot_completes_its_mission_exactly_if_its_charge_can_suffice(seed: int) -> None:
-    data = alone(seed)
-    try:
-        scenario = scenario_of(data, Clock.LIVE)
-    except InputError:
-        return
+def test_a_lone_robot_completes_its_mission_exactly_if_its_charge_can_suffice(
+    seed: int, played: Callable[[], None]
+) -> None:
+    data, scenario = loads(alone, seed, in_time)
     (robot,), battery = scenario.robots, scenario.robots[0].model.battery
     assert battery is not None
     graph = graph_of(robot, scenario.map)
@@ -67,17 +66,15 @@ def test_a_lone_robot_completes_its_mission_exactly_if_its_charge_can_suffice(se
     outcome, charges, _ = play(data, scenario, seed)
     can = (graph.number(robot.start), battery.start) in lasts
     assert (outcome, charges.flat) == ("completed" if can else "unrealizable", set())
+    played()
 
 
 @pytest.mark.parametrize("seed", (*range(500 if LONG else 4), *FAILED))
-def test_no_robot_of_a_team_sets_out_without_charge(seed: int) -> None:
-    data = team(seed)
-    try:
-        scenario = scenario_of(data, Clock.LIVE)
-    except InputError:  # a robot reaches no charger
-        assert seed not in FAILED
-        return
+def test_no_robot_of_a_team_sets_out_without_charge(seed: int, played: Callable[[], None]) -> None:
+    data, scenario = loads(team, seed, in_time)
+    assert seed not in FAILED or data == team(seed)
     play(data, scenario, seed, faults=seed % 4 == 3)
+    played()
 
 
 def test_a_team_that_continues_after_its_rounds_breaks_a_rule() -> None:
