@@ -21,8 +21,9 @@ import pytest
 
 from campaigns.seeds import Judged, SlowError, campaign, crash_of, limited
 from certify.making import checked
+from drawn import tried
 from fuzz.continuing import LIMITS, Rest, rest_of, told
-from fuzz.mixed import formula_mission, mixed_mission
+from fuzz.mixed import Data, formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
 from safenav import Mission
@@ -269,18 +270,24 @@ class Hand:
 def judged(seed: int, options: argparse.Namespace) -> Judged:
     """The run of one seed."""
     made = formula_mission if options.formulas else mixed_mission
-    data = made(seed, live=not options.lockstep)
     faults = faults_of(seed) if options.faults else None
     about: Any = {"faults": faults, "operator": options.operator, "patience": options.patience}
-    try:
+
+    def attempt(drawn: int) -> tuple[Data, Played]:
+        data = made(drawn, live=not options.lockstep)
         if options.continued:
             cuts: Any = {"every": options.every, "times": options.times or 1}
-            one = continued(data, seed, **cuts, **about)
-        else:
-            one = play(data, seed, **about)
-    except InputError:
-        return Judged(counts={"refused": 1})
-    counts = {one.outcome: 1, "cuts": one.cuts, "interventions": len(one.given)}
+            return data, continued(data, seed, **cuts, **about)
+        return data, play(data, seed, **about)
+
+    (data, one), refused = tried(attempt, seed)
+    counts = {
+        "accepted": 1,
+        "refused": refused,
+        one.outcome: 1,
+        "cuts": one.cuts,
+        "interventions": len(one.given),
+    }
     counts |= {**one.injected, **one.excuses}
     files = {"yaml": json.dumps(data), "jsonl": "".join(one.lines), "words": json.dumps(one.given)}
     return Judged(one.found, counts, files)

@@ -4,12 +4,16 @@
 """
 
 import os
+from functools import partial
 from typing import Any
 
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
+from drawn import loads
 from fuzz.mixed import tracked_mission
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
 
 
 def campaign(bounded: int) -> settings:
@@ -27,6 +31,16 @@ def campaign(bounded: int) -> settings:
 @st.composite
 def scenarios(draw: st.DrawFn, robots: int = 4) -> dict[str, Any]:
     """A random mission, as data, with at most this many robots."""
-    mission = tracked_mission(draw(st.integers(0, 10**6)))
-    mission["robots"] = dict([*mission["robots"].items()][:robots])
-    return mission
+    return small(draw(st.integers(0, 10**6)), robots)[0]
+
+
+def small(seed: int, robots: int) -> tuple[dict[str, Any], Scenario]:
+    """A mission with at most this many robots that the loader accepts, even if their targets are
+    out of reach."""
+
+    def made(number: int) -> dict[str, Any]:
+        mission = tracked_mission(number)
+        mission["robots"] = dict([*mission["robots"].items()][:robots])
+        return mission
+
+    return loads(made, seed, partial(load_scenario_text, reachable=False))

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -43,7 +44,7 @@ def test_two_on_one_floor_that_see_four_regions() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [*SEEDS, *LONG])
 def test_random_teams_with_beliefs_pass_the_audit(
-    seed: int, monkeypatch: pytest.MonkeyPatch
+    seed: int, monkeypatch: pytest.MonkeyPatch, played: Callable[[], None]
 ) -> None:
     """The audit knows when somebody collides and when a belief misses the truth. Teams of two
     or three whose targets can be reached."""
@@ -51,6 +52,7 @@ def test_random_teams_with_beliefs_pass_the_audit(
     text = _with_beliefs(teams.team_scenario(seed), radius=1 + seed % 4)
     trace = play(text)
     assert trace.outcome["outcome"] in ENDINGS
+    played()
 
 
 def _with_beliefs(text: str, radius: int) -> str:

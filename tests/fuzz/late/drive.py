@@ -17,7 +17,7 @@ from fuzz.late.physics_judge import Judge, PhysicsLog
 from fuzz.late.rooms import fleet_of, late_mission
 from fuzz.test_missions import quiet
 from safenav.audit.check import check_trace
-from safenav.errors import InputError, UsageError
+from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.steps import FleetClock
@@ -46,17 +46,14 @@ class LateDrive(Struct):
     defects: list[str]
 
 
-def late_drive(seed: int, *, late: bool = True) -> LateDrive | None:
-    """Drive a random mission; None for one that is refused."""
+def late_drive(seed: int, *, late: bool = True) -> LateDrive:
+    """Drive a random mission. Raises InputError for one that is refused."""
     random, data = Random(f"drive {seed}"), late_mission(seed)
     hidden = data["obstacles"]
     if not any("from" in one for one in hidden):
         data["obstacles"] = []  # unknown to the team
     text = yaml.safe_dump(data, sort_keys=False)
-    try:
-        scenario = load_scenario_text(text, "late.yaml")
-    except InputError:
-        return None
+    scenario = load_scenario_text(text, "late.yaml")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "fleet.yaml"
         path.write_text(yaml.safe_dump(fleet_of(random, hidden, scenario)))
@@ -74,8 +71,8 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive | None:
     given = (scenario, fleet.stations, fleet.simulation, random, ways, watches, hand)
     try:
         robots = LateTransport(*given)
-    except UsageError:
-        return None
+    except UsageError as error:
+        raise InputError([Diagnostic("late.yaml", 0, 0, str(error))]) from error
     clock = FleetClock(lambda: robots.physics.now, robots.step)
     recording, lines = DriveRecording(), list[records.Record]()
     world = FleetWorld(scenario, fleet.stations, robots, clock, recording)
