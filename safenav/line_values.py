@@ -117,10 +117,12 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             for name, inner in value.items():
                 if by_name and key in _TEXTS:  # a requirement may be named by its formula
                     left.append((key, inner, level + 1, False))
-                elif not NAME.fullmatch(name) or name.startswith("__") or name in _INTERNAL:
+                elif not NAME.fullmatch(name):
                     yield f"{_shown(name)} is neither a field nor a name"
                 elif by_name:
                     left.append((key, inner, level + 1, key in _TWICE_BY_NAME))
+                elif name.startswith("__") or name in _INTERNAL:
+                    yield f"{_shown(name)} is not a field"
                 else:
                     field = "targets" if key in _OBJECTIVES and name not in _ASIDE else name
                     left.append((field, inner, level + 1, name in _BY_NAME))

@@ -1,5 +1,6 @@
 """What a line of a trace may hold: the words of the format, names and numbers, and nothing else."""
 
+import json
 import types
 from collections.abc import Iterator, Mapping
 from enum import StrEnum
@@ -71,12 +72,18 @@ def test_a_good_trace_has_no_flaw(name: str) -> None:
     assert [flaw for line in GOOD[name]() for flaw in flaws(line, line["type"])] == []
 
 
+@pytest.mark.parametrize("name", ["line", "data", "from_", "late", "outcome", "region", "__a"])
+def test_a_robot_may_be_named_as_a_field(name: str) -> None:
+    lines = [json.loads(line.replace("quad", name)) for line in text(GOOD["door"]())]
+    assert read_lines(text(lines)).header.scenario.robots.keys() == {name, "digit"}
+
+
 HOSTILE: dict[str, tuple[str, dict[str, object], str]] = {
     "a word": ("move", {"by": "either"}, "`by` must be one of"),
     "a robot": ("goal", {"robot": "quad is proven safe"}, "`robot` must be a name"),
     "code": ("request", {"bids": {"x: open('f')": 1}}, "neither a field nor a name"),
-    "a key of the programs": ("move", {"from_": 3}, "neither a field nor a name"),
-    "a method": ("move", {"__class__": 3}, "neither a field nor a name"),
+    "a key of the programs": ("move", {"from_": 3}, "'from_' is not a field"),
+    "a method": ("move", {"__class__": 3}, "'__class__' is not a field"),
     "a truth": ("move", {"toward": True}, "`toward` must be"),
     "a number": ("outcome", {"ticks": "never"}, "`ticks` must be"),
     "a target": ("push", {"objectives": {"quad": {"visit": ["all"]}}}, "`objectives.quad` must"),

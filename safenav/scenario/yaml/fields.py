@@ -289,8 +289,9 @@ def choice(
     return known[node.value]
 
 
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+MOST_OF_A_NAME = 100
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
 """The form of names that become variables of specifications."""
 
 
@@ -300,7 +301,9 @@ def well_named(key: Scalar, what: str, findings: Findings, form: re.Pattern[str]
         return True
     signs = "digits, '_' and '-'" if form is NAME else "digits and '_'"
     hint = f"use letters from a to z, {signs}, beginning with a letter"
-    if not key.text.isascii():
+    if len(key.text) > MOST_OF_A_NAME:
+        hint = f"it has {len(key.text)} characters; use at most {MOST_OF_A_NAME}"
+    elif not key.text.isascii():
         hint += ": specifications are ASCII; 'name' of the scenario may be any text"
     findings.add(key, f"'{clipped(key.text)}' cannot name {what}", hint)
     return False
