@@ -7,9 +7,8 @@ from enum import Enum
 
 from msgspec import Struct, field
 
-from safenav.scenario.model import Obstacle, ObstacleType, Robot
+from safenav.scenario.model import OPERATOR_ACTION, Obstacle, ObstacleType, Robot
 from safenav.scenario.settings import FailedMoves, Failures
-from safenav.trace.vocabulary import OPERATOR_ACTION
 from safenav.world.map import Region
 
 

@@ -150,6 +150,12 @@ class ObstacleType(Struct, frozen=True):
         return needs.actions(self.needs, number)
 
 
+OPERATOR_ACTION = "operator"
+"""The action of an obstacle that stands for a failure; no robot has it."""
+FAILURES = ("lost_", "unknown_")
+"""The beginnings of the types of these obstacles: ``unknown_ground``, ``lost_digit``."""
+
+
 class Catalogue(Struct, frozen=True):
     """Robot models and obstacle types by name.
 

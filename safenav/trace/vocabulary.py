@@ -4,10 +4,6 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-OPERATOR_ACTION = "operator"
-"""The action of an obstacle that stands for a failure (``unknown_ground``, ``lost_digit``). No
-robot has it."""
-
 
 class Reason(StrEnum):
     """Reason for a synthesis."""

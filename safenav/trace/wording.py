@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from msgspec import Struct, field
 
 from safenav.outcome import Verdict
+from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Objective, Word, number_word
 from safenav.scenario.objective_text import describe
 from safenav.trace import records, vocabulary
@@ -215,7 +216,7 @@ class Wording(Struct, frozen=True):
         kind = self.strong(with_article(line.obstacle.partition("@")[0]))
         found = f"finds {kind} at {self._at(line.proposed)} and keeps out"
         who = f"{self.robot(line.robot)} at {self._at(line.at)}"
-        if line.action == vocabulary.OPERATOR_ACTION:
+        if line.action == OPERATOR_ACTION:
             if line.obstacle.startswith(f"lost_{line.robot}@"):
                 return f"{who} is lost: it may also be at {self._at(line.proposed)}"
             if line.obstacle.startswith("unknown_"):  # its steps failed, or it was stopped

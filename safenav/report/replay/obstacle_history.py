@@ -8,8 +8,8 @@ from safenav.begun import Begun
 from safenav.report.replay.changes import Changes
 from safenav.report.replay.robot_paths import ContradictionError, RobotPaths
 from safenav.report.replay.timeline import Hidden, ObstacleStatus
+from safenav.scenario.model import OPERATOR_ACTION
 from safenav.trace import records, setting
-from safenav.trace.vocabulary import OPERATOR_ACTION
 
 ObstacleLine = (
     records.Violation

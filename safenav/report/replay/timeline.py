@@ -14,10 +14,10 @@ from msgspec import Struct, field
 
 from safenav.outcome import Outcome
 from safenav.report.replay.changes import Changes
+from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Objective, Word, number_word, station
 from safenav.scenario.settings import Exclusion
 from safenav.trace.records import End
-from safenav.trace.vocabulary import OPERATOR_ACTION
 from safenav.trace.wording import objective_words
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap

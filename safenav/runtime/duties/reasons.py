@@ -11,8 +11,9 @@ from safenav.components import explored
 from safenav.runtime.duties.settlement import Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import TeamClosure
+from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Word
-from safenav.trace.vocabulary import OPERATOR_ACTION, OperatorCause
+from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.poses import bits
 

@@ -14,6 +14,8 @@ from typing import ClassVar, TypeVar
 from msgspec.structs import replace
 
 from safenav.scenario.model import (
+    FAILURES,
+    OPERATOR_ACTION,
     Battery,
     Catalogue,
     Need,
@@ -120,6 +122,26 @@ def entry_of(kind: str, entries: Callable[[Catalogue], Mapping[str, Entry]]) -> 
     return Shape(shapes.TEXT, reads)
 
 
+def _action(node: Node | None, what: str, findings: Findings) -> str | None:
+    """An action of robots: any word but that of the operator's."""
+    found = read.text(node, what, findings)
+    if found == OPERATOR_ACTION:
+        findings.add(node, f"{what}: '{found}' is reserved for human operators", "use another word")
+    return found
+
+
+def _actions(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
+    found = read.words(node, what, findings)
+    for item in node.items if isinstance(node, Sequence) else ():
+        if isinstance(item, Scalar) and item.value == OPERATOR_ACTION:
+            _action(item, what, findings)
+    return found
+
+
+ACTION_WORD = Shape(
+    {"type": "string", "pattern": "\\S", "not": {"const": OPERATOR_ACTION}}, _action, "action"
+)
+TYPE_NAME = {**shapes.matching(NAME), "not": {"pattern": f"^({'|'.join(FAILURES)})"}}
 MODEL = entry_of("robot model", lambda catalogue: catalogue.robots)
 TYPE = entry_of("obstacle type", lambda catalogue: catalogue.obstacles)
 VISION = Shape(
@@ -142,7 +164,7 @@ class ModelKeys(Table):
     layer = Key(
         shapes.TEXT, "Robots of one layer avoid each other.", required="for example 'layer: ground'"
     )
-    capabilities = Key(shapes.WORDS, "Actions that it can perform.")
+    capabilities = Key(Shape(shapes.many(ACTION_WORD), _actions), "Actions that it can perform.")
     vision = Key(VISION)
     size = Key(shapes.POSITIVE, "Diameter of its body's bounding circle, in metres.")
     speed = Key(shapes.POSITIVE, "Metres per second.")
@@ -154,7 +176,7 @@ class ModelKeys(Table):
 class NeedKeys(Table):
     definition = "need"
     made = Need
-    action = Key(shapes.TEXT, "The capability that resolves it.", required=ACTION)
+    action = Key(ACTION_WORD, "The capability that resolves it.", required=ACTION)
     robots = Key(shapes.whole(1, MOST_ROBOTS), "Number of distinct robots that perform it.")
     at = Key(WHERE, "Where the action works.")
     together = Key(shapes.TRUTH, "Whether all perform it in the same tick.")
@@ -175,7 +197,7 @@ class TypeKeys(Table):
             },
         )
     }
-    action = Key(shapes.TEXT, "The capability that resolves it.")
+    action = Key(ACTION_WORD, "The capability that resolves it.")
     resolve_at = Key(WHERE, "Where the action works.")
     needs = Key(
         shapes.form(shapes.many(NeedKeys, 1)), "Several actions that resolve it, in this order."
@@ -195,9 +217,7 @@ class CatalogueKeys(Table):
     robots = Key(
         shapes.form(shapes.named(ModelKeys, shapes.matching(NAME))), "Robot models by name."
     )
-    obstacles = Key(
-        shapes.form(shapes.named(TypeKeys, shapes.matching(NAME))), "Obstacle types by name."
-    )
+    obstacles = Key(shapes.form(shapes.named(TypeKeys, TYPE_NAME)), "Obstacle types by name.")
 
 
 @lru_cache(maxsize=1)
@@ -270,7 +290,9 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
 
 def _type(known: Catalogue, key: Scalar, node: Node, reading: Reading) -> ObstacleType | None:
     before = len(reading)
-    well_named(key, "an obstacle type", reading)
+    if well_named(key, "an obstacle type", reading) and key.text.startswith(FAILURES):
+        found = f"'{clipped(key.text)}' is reserved for regions that robots report as closed"
+        reading.add(key, found, "use another name")
     what = f"obstacle type {clipped(key.text)}"
     item = TypeKeys.read(node, what, reading)
     if item is None:
