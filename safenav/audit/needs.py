@@ -26,7 +26,8 @@ class OpenObstacle(NamedTuple):
     """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
     next one first; ``done``: robots that have done their part of the next need; ``barred``: robots
     without a strategy for serving it; ``order``: rank by which robots that can take several loads
-    take them; ``stage``: number of its next need."""
+    take them; ``stage``: number of its next need; ``failed``: robots whose actions on it have
+    failed."""
 
     name: str
     region: int
@@ -36,11 +37,13 @@ class OpenObstacle(NamedTuple):
     barred: frozenset[str] = frozenset()
     order: tuple[str, int, int] = ("", 0, 0)
     stage: int = 0
+    failed: frozenset[str] = frozenset()
 
     def closes(self, robot: str) -> bool:
         """Return whether a robot must not enter its region: it is stopped, and does not resolve the
-        obstacle by entering."""
-        return bool(self.left) and robot in self.stops and not self.entered_by(robot)
+        obstacle by entering, or has failed to."""
+        enters = self.entered_by(robot) and robot not in self.failed
+        return bool(self.left) and robot in self.stops and not enters
 
     def entered_by(self, robot: str) -> bool:
         """Return whether a robot alone resolves it by entering its region now."""

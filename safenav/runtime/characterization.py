@@ -27,16 +27,20 @@ def characterize(
     world: Commands, team: TeamState, robot: Robot, pose: Pose, target: Region
 ) -> ForbiddenMove | None:
     """Return the violation of knowledge or observation by moving from ``pose`` to ``target``, or
-    None. A known obstacle stays closed until an event opens it, regardless of sensors."""
+    None. A known obstacle stays closed until an event opens it, regardless of sensors. Until then
+    a robot that has entered it may only go back."""
     if target == pose.region:
         return None
+    around = team.knowledge.around(pose.region, robot)
+    came = team.robots[robot.name].came
+    if around is not None and came is not None and target != came.region:
+        return ForbiddenMove(robot, pose.region, pose.region, around)
     obstacle = team.knowledge.closing(target, robot)
     if obstacle is None:
         obstacle = world.sense(robot, target)
         if obstacle is None:
             return None
-        if team.live:  # a sensor may miss it next time; in lockstep all sensors agree
-            team.knowledge.sight(obstacle)
+        team.knowledge.sight(obstacle)  # a sensor may miss it next time
         if not team.knowledge.closed_to(obstacle, robot):
             return None
     return ForbiddenMove(robot, pose.region, target, obstacle)

@@ -50,11 +50,13 @@ class Permanent(Struct, frozen=True):
 
 class Knowledge:
     """The obstacles that the team knows. Owner of ``pending`` and ``permanent`` ones, by name.
-    ``sighted``: obstacles seen by robots that may enter them, and encountered by no other robot."""
+    ``sighted``: obstacles seen by robots that may enter them, and encountered by no other robot.
+    ``barred``: (robot, obstacle) where the robot's actions have failed too often."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.permanent: dict[str, Permanent] = {}
         self.sighted: dict[str, Obstacle] = {}
+        self.barred: Collection[tuple[str, str]] = frozenset()
         self._unmet = Works(scenario)
         self._known = Works(scenario, others=self._unmet.open)
         self._finished: dict[str, Work] = {}
@@ -86,10 +88,24 @@ class Knowledge:
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
         """Whether a robot must not enter an obstacle's region now. An obstacle in O is closed to
-        every robot that it blocks."""
-        if obstacle.name in self.permanent:
+        every robot that it blocks, an obstacle on which a robot's actions fail to that robot."""
+        if self.is_left(obstacle, robot):
             return obstacle.blocks(robot)
         return obstacle.closed_to(robot, self.need_of(obstacle))
+
+    def is_left(self, obstacle: Obstacle, robot: Robot) -> bool:
+        """Whether a robot no longer acts on an obstacle: it is in O, or its actions have failed."""
+        return obstacle.name in self.permanent or (robot.name, obstacle.name) in self.barred
+
+    def around(self, region: Region, robot: Robot) -> Obstacle | None:
+        """Return the unresolved obstacle that stops a robot and into which it has walked to resolve
+        it."""
+        for obstacle in (*self.obstacles.values(), *self.sighted.values()):
+            last = len(obstacle.needs) - 1
+            inside = obstacle.region == region and obstacle.blocks(robot)
+            if inside and obstacle.resolved_by_entering(robot, last):
+                return obstacle
+        return None
 
     def need_of(self, obstacle: Obstacle) -> int:
         """The number of the next need; the last one until the world reports the obstacle
@@ -102,6 +118,10 @@ class Knowledge:
         known = (*self.obstacles.values(), *self.sighted.values())
         here = (obstacle for obstacle in known if obstacle.region == region)
         return next((obstacle for obstacle in here if self.closed_to(obstacle, robot)), None)
+
+    def is_waited_for(self, region: Region) -> bool:
+        """Whether an obstacle in a region is pending."""
+        return any(work.obstacle.region == region for work in self.pending.values())
 
     @property
     def obstacles(self) -> dict[str, Obstacle]:

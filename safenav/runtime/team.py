@@ -88,10 +88,11 @@ class RobotState(Struct):
     stand still. ``stays_for``: the observation for which its strategy last had it stay, with the
     regions ``shown`` as occupied; ``stood``: the moments at which it has decided since it stands
     there. ``mode``: the input that set its present objective; ``base``: the objective before that,
-    with its progress. ``charge``: that of its battery; ``stop``: the pose to which its charge makes
-    it go. ``claims``: further regions in which, by a report, it may be: before its turn those named
-    by the end of its step, then those in which it is lost that are not closed yet, since others are
-    there; each with the robots to which it is to be closed."""
+    with its progress. ``came``: the pose from which it entered its region (None: it was put there).
+    ``charge``: that of its battery; ``stop``: the pose to which its charge makes it go. ``claims``:
+    further regions in which, by a report, it may be: before its turn those named by the end of its
+    step, then those in which it is lost that are not closed yet, since others are there; each with
+    the robots to which it is to be closed."""
 
     robot: Robot
     pose: Pose
@@ -114,6 +115,7 @@ class RobotState(Struct):
     held: HoldReason | None = None
     mode: str | None = None
     base: tuple[Objective, Progress, int | None] | None = None
+    came: Pose | None = None
     charge: float | None = None
     stop: Pose | None = None
     claims: Mapping[Region, frozenset[str]] = field(default_factory=dict)
@@ -242,6 +244,7 @@ class TeamState(Struct):
             begun = done is not None and not done.uncounted
             robots[robot.name] = RobotState(robot, robot.start, own, role, own, begun=begun)
         team = cls(scenario, robots, Knowledge(scenario), tuple(listeners))
+        team.knowledge.barred = team.failures.barred
         team.recorded = team.objectives()
         team.inputs = team.inputs_before = {each.name: False for each in scenario.inputs}
         return team

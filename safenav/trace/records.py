@@ -197,9 +197,9 @@ class Act(Record, frozen=True, tag="act"):
 
 
 class ActionEnd(Record, frozen=True, tag="acted"):
-    """Live: the end of an action. ``results``: the result for each obstacle. ``barred``: those on
-    which the robot has failed too often; it does not act on them until they change or it is back in
-    service. ``reason``: why it has failed."""
+    """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: the
+    result for each obstacle. ``barred``: those on which the robot has failed too often; it does not
+    act on them until they change or it is back in service. ``reason``: why it has failed."""
 
     command: Count
     robot: str
@@ -323,7 +323,8 @@ class Service(Record, frozen=True, tag="service"):
 
 
 class Violation(Record, frozen=True, tag="violation"):
-    """The robot would have entered ``proposed``; ``action`` is that of the obstacle's next need."""
+    """The robot would have entered ``proposed`` (``at``: it must not pass the obstacle in its own
+    region); ``action`` is that of the obstacle's next need."""
 
     robot: str
     at: Region

@@ -104,6 +104,12 @@ class PoseGraph:
         into = {(former, pose) for former in bits(self.backward(1 << pose))}
         return PoseGraph(self.world, self.mobility, self._closed.union(into))
 
+    @cached_method
+    def back_only(self, pose: int, region: Region) -> PoseGraph:
+        """Return this graph with the steps from ``pose`` into ``region`` only."""
+        ahead = {(pose, after) for after in self.steps(pose) if after % self.size != region}
+        return PoseGraph(self.world, self.mobility, self._closed.union(ahead))
+
     def regions_of(self, poses: Mask) -> Mask:
         """The regions of a set of poses."""
         found = 0

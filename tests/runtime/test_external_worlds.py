@@ -8,15 +8,16 @@ import pytest
 
 from runtime.facts import case
 from runtime.played import Run, begin, completed, loaded, play
-from runtime.worlds import Bare
+from runtime.worlds import Bare, Driven, Remote
 from safenav import Mission
 from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
-from safenav.runtime.worlds.protocol import Arrived, WorldEvent
+from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
+from safenav.trace.vocabulary import ActResult
 from safenav.world.moves import Pose
 
 BUILDING = """
@@ -95,10 +96,70 @@ def test_an_unlisted_obstacle_is_declared_before_it_is_named(tmp_path: Path) -> 
 
 
 def test_a_door_that_jams_and_falls_shut_is_resolved_each_time() -> None:
-    run = built(jams=3, closings=3)
+    run = built(jams=1, closings=3)
     assert run.one("discovered")
     order = [kind for kind, _ in run.order("violation", "resolved")]
-    assert order.count("resolved") >= 2 and order[:2] == ["violation", "resolved"]
+    assert order.count("resolved") >= 2 and order[0] == "violation"
+    assert run.one("acted")["results"] == {"door@27": "failed"}
+
+
+JAMMED = """
+name: a door that does not open
+map: {grid: ["#########", "#.......#", "#########"]}
+catalogue:
+  robots: {pusher: {mobility: free, layer: ground, capabilities: [push], size: 0.5, speed: 1}}
+robots: {p: {model: pusher, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}}
+obstacles: [{type: door, region: [1, 4]}]
+limits: {ticks: 60}
+"""
+AROUND = JAMMED.replace('"#########"]', '"#.#####.#", "#.......#", "#########"]')
+
+
+class Stuck(Driven):
+    """A blocking world whose door never opens: ``act`` returns nothing."""
+
+    def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
+        del robot
+        return []
+
+
+class StuckInTime(Remote):
+    """The same in time: an action ends with an empty ``Acted``, or one with the failure."""
+
+    says: tuple[ActResult, ...] = ()
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
+        del obstacles
+        (door,) = self.simulation.truth.standing().values()
+        there = self.simulation._poses[robot.name].region == door.region
+        found = tuple((door, result) for result in self.says if there)
+        return Acted(self.now(), robot.name, found, command=command)
+
+
+class Failing(StuckInTime):
+    says = (ActResult.FAILED,)
+
+
+@pytest.mark.parametrize("world", [Stuck, StuckInTime, Failing])
+@pytest.mark.parametrize("objective", ["visit: [[1, 7], [1, 1]]", "hold: [1, 7]"])
+@pytest.mark.parametrize("text", [JAMMED, AROUND])
+def test_no_robot_passes_a_door_that_does_not_open(
+    text: str, objective: str, world: type[Stuck | StuckInTime]
+) -> None:
+    """It has entered the door to open it, tries twice, and goes back; then around, if it can."""
+    clock = "" if world is Stuck else "clock: live\n"
+    scenario, run = loaded(text.replace("visit: [[1, 7], [1, 1]]", objective) + clock), Run()
+    Mission(scenario, world=world(scenario), listeners=[run]).run()
+    door = scenario.obstacles[0].region
+    lines = run.all("move" if world is Stuck else "depart")
+    assert not [line for line in lines if (line["from"], line["to"]) == (door, door + 1)]
+    assert run.outcome["outcome"] == ("completed" if text is AROUND else "operator_needed")
+    assert run.all("violation", obstacle="door@13") and not run.findings
+    assert [line.get("barred") for line in run.all("acted")] == [None, ["door@13"]]
+    if text is AROUND:
+        left = next(line for line in lines if line["from"] == door != line["to"])
+        left["to"] = door + 1
+        assert "way-back" in run.broken
 
 
 class Sliding(Building):

@@ -38,10 +38,11 @@ def open_obstacle(
     present ones); in a live run they do not act."""
     one = now.open[name]
     barred = frozenset(robot for robot, left in {*refused, *now.barred} if left == name)
+    failed = frozenset(robot for robot, left in now.barred if left == name)
     if now.live:
         barred |= {*(now.out if out is None else out)}
     done = frozenset[str]() if one.left[0].together else one.done
-    return one._replace(left=now.unmet(one), done=done, barred=barred)
+    return one._replace(left=now.unmet(one), done=done, barred=barred, failed=failed)
 
 
 def team_of(now: Situation, out: Collection[str] | None = None) -> Team | None:
@@ -85,8 +86,10 @@ def member_of(name: str, now: Situation, stays: Collection[str], out: Collection
             aims = tuple(_met(formulas, k, steps) for k in range(len(formulas.goals)))
     sealed = own.avoid | {now.obstacles[one].region for one in stays if name in now.stopped_by(one)}
     if sealed:
+        inside = any(now.is_inside(name, one) for one in stays)
+        ahead = {b for b in steps.get(here, ()) if inside and b[0] != now.came[name]}
         steps = PoseGraph(
-            (a, tuple(b for b in to if b[0] not in sealed))
+            (a, tuple(b for b in to if b[0] not in sealed and not (a == here and b in ahead)))
             for a, to in steps.items()
             if a[0] not in sealed or a == here
         )

@@ -37,6 +37,7 @@ class ClockRule(Rule):
     def line(self, record: Line, now: Situation) -> Iterator[Message]:
         if not now.live:
             dropped = record.type == "late" and record.event == _INTERVENTION
+            dropped = dropped or (record.type == "acted" and now.external)
             if record.t is not None or (record.type in _LIVE and not dropped):
                 yield None, "this line occurs in live runs only, but the run is in lockstep"
         elif record.t is None:
@@ -54,7 +55,7 @@ class CommandRule(Rule):
     region to another, or to act. Each ``arrive`` and ``acted`` ends the open command of its robot.
     The robot has arrived at its destination, or is back if it was blocked; a lost robot is in some
     region. It leaves to others only obstacles on which its action has just failed. No robot departs
-    while it is out of service (T, Live runs)."""
+    while it is out of service (T, Live runs). In ticks, only failed actions have a line."""
 
     name, kinds = "command", ("depart", "act", "arrive", "acted")
 
@@ -84,6 +85,9 @@ class CommandRule(Rule):
 
     def _acted(self, record: Line, now: Situation) -> Iterator[str]:
         robot, act = record.robot, now.acting.get(record.robot)
+        if not now.live:
+            yield from self._fails(record, now)
+            return
         if act is None or act.command != record.command:
             yield f"{robot} has acted by command {record.command}, which is not open"
             return
@@ -95,6 +99,13 @@ class CommandRule(Rule):
         for name in record.barred or ():
             if record.results.get(name) != "failed":
                 yield f"{robot} leaves {name} to other robots, but its action has not failed"
+
+    def _fails(self, record: Line, now: Situation) -> Iterator[str]:
+        for name, result in record.results.items():
+            if result != "failed" or record.robot not in now.standing(name):
+                yield f"{record.robot} cannot fail to resolve {name} where it is"
+        for name in {*(record.barred or ())} - record.results.keys():
+            yield f"{record.robot} leaves {name} to other robots, but its action has not failed"
 
     def _arrived(self, record: Line, now: Situation) -> Iterator[str]:
         robot, depart = record.robot, now.under_way.get(record.robot)

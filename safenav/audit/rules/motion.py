@@ -108,6 +108,23 @@ def known_obstacle(record: Line, now: Situation) -> Iterator[Message]:
             yield problem
 
 
+@judges("line", "move")
+def way_back(record: Line, now: Situation) -> Iterator[Message]:
+    """A robot that has entered a discovered obstacle to resolve it leaves it, until it is resolved,
+    only to where it came from. It does not enter one again on which its actions have failed."""
+    robot, entered = record.robot, now.entered(record)
+    if now.has_failed(robot) or not entered:
+        return
+    for name in now.discovered:
+        obstacle = now.obstacles[name]
+        there = now.status[name] in _IS and now.is_inside(robot, name)
+        if there and not entered <= {now.came[robot], obstacle.region}:
+            yield f"{robot} passes {name}, which is not resolved"
+        fails = now.status[name] is Status.UNRESOLVED and (robot, name) in now.barred
+        if fails and obstacle.region in entered and robot in now.stopped_by(name):
+            yield f"{robot} enters {name}, which it has failed to resolve"
+
+
 class AlwaysRule(Rule):
     """A robot never enters a region that its own objective avoids, and each of its steps satisfies
     the formulas in its ``always`` or, for some values of their memory, those in the ``safety`` of

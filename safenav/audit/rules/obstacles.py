@@ -13,10 +13,10 @@ from safenav.audit.run.turn import Status, taken
 @judges("line", "violation")
 def violation(record: Line, now: Situation) -> Iterator[Message]:
     """A violation is real: the robot is in the recorded region, could have taken the proposed step,
-    and an unresolved obstacle that it must not enter is there; or its action on one there fails.
-    The line names the action of its next need (D 5.1)."""
+    and an unresolved obstacle that it must not enter is there; or it has entered one to resolve it,
+    which has failed so far. The line names the action of its next need (D 5.1)."""
     robot, obstacle = record.robot, now.obstacles[record.obstacle]
-    status, acts = now.status[obstacle.name], robot in now.acting and record.at == record.proposed
+    status, acts = now.status[obstacle.name], record.at == record.proposed
     again = now.external and status.away  # with all needs unmet
     action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
     where = {"at": now.region[robot], "proposed": obstacle.region}
@@ -29,7 +29,8 @@ def violation(record: Line, now: Situation) -> Iterator[Message]:
         faces = f", facing {heading}," if heading else ""
         step = f"{now.show(record.at)}{faces} to {now.show(record.proposed)}"
         yield f"{robot} cannot step from {step}"
-    stopped = now.stopped_by if acts else now.blocked_by
+    fails = acts or (robot, obstacle.name) in now.barred
+    stopped = now.stopped_by if fails else now.blocked_by
     if robot not in stopped(obstacle.name):
         yield f"{obstacle.name} does not block {robot}"
     if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
@@ -50,7 +51,7 @@ def backtrack(now: Situation) -> Iterator[Message]:
         yield turn.robot, f"{turn.robot} does not back up from {obstacle}", violation
     acted = turn.first("acted")
     for each in violations:
-        vain = acted is not None and acted.results.get(each.obstacle) == "failed"
+        vain = acted is None or acted.results.get(each.obstacle) == "failed"
         if each.at == each.proposed and not vain:
             yield turn.robot, f"{turn.robot} has not failed to resolve {each.obstacle}", each
     move = turn.first("move")

@@ -24,6 +24,8 @@ class Robots:
         self.region: dict[str, int] = {n: r.start for n, r in robots.items()}
         self.heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
         self.toward: dict[str, int | None] = dict.fromkeys(robots)
+        self.came: dict[str, int | None] = dict.fromkeys(robots)
+        """The region from which each robot has entered its own; None if it was put there."""
         self.set_out: dict[str, int] = {}
         """The tick in which each robot in transit began its step."""
         self.own: dict[str, Objective] = {n: r.objective for n, r in robots.items()}

@@ -120,13 +120,16 @@ class Situation(Actions):
             case "acted":
                 acted = self.turn.act = self.acting.pop(robot, None)
                 self.barred |= {(robot, one) for one in record.barred or ()}
-                if record.results or not record.reason:  # otherwise it has failed
+                if self.live and (record.results or not record.reason):  # else it has failed
                     self.perform(robot, record.results, acted)
             case "operator" if record.region is not None and robot is not None:
                 self._place(robot, record.region, record.heading, None)
+                self.came[robot] = None
                 self.lost.pop(robot, None)
                 self._fit_again(robot=robot)
             case "move":
+                if record.to != self.region[robot]:
+                    self.came[robot] = None if self.has_failed(robot) else self.region[robot]
                 self._place(robot, record.to, record.heading, record.toward)
                 if record.toward is None:
                     self.set_out.pop(robot, None)

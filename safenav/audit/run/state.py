@@ -164,6 +164,13 @@ class State(Robots):
             return stopped
         return {name for name in stopped if not self.open[obstacle].entered_by(name)}
 
+    def is_inside(self, robot: str, obstacle: str) -> bool:
+        """Return whether a robot has walked into an obstacle that stops it, to resolve it."""
+        here = self.obstacles[obstacle].region == self.region[robot]
+        here = here and self.came[robot] is not None and self.toward[robot] is None
+        enters = self.open[obstacle].ends_by_entering(robot)
+        return here and enters and robot in self.stopped_by(obstacle)
+
     def is_cut_short(self) -> bool:
         """Return whether the run ended within this turn, which is therefore incomplete."""
         if not self.turn.final:

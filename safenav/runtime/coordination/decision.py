@@ -206,7 +206,8 @@ def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
     for obstacle, traversable in event.found:
         request, helped = requests.of(obstacle.name), knowledge.helped(obstacle)
         pops = (each.obstacle.name for each in requests.closed if each.entries)  # to come
-        asked = (request is not None and request.recorded is not None) or obstacle.name in pops
+        recorded = request is not None and (request.recorded is not None or bool(request.entries))
+        asked = recorded or obstacle.name in pops
         who, robots = event.robot.name, helped if len(helped) > 1 else None
         what = who, team.robots[who].pose.region, asked, traversable
         lines.append(records.Resolved(team.tick, obstacle.name, *what, robots=robots))

@@ -128,6 +128,11 @@ def _why_stuck(state: TeamState, name: str, *, chosen: bool) -> str:
         return f"{name} cannot meet its formulas with what it can reach"
     if chosen:  # from its present pose it still could
         return f"{name} could no longer {describe(objective, state.scenario.map.word)} after that"
+    around = state.knowledge.around(robot.pose.region, robot.robot)
+    if around is not None and state.knowledge.is_left(around, robot.robot):
+        words = describe(objective, state.scenario.map.word)
+        what = obstacle_words(around.name, state.scenario.map.word)
+        return f"{name} cannot {words}: it has entered {what} to resolve it, and can only go back"
     walls = state.knowledge.walls_for(robot.robot, state.knowledge.pending)
     return _why_not(
         state, name, Task(robot.robot, robot.next_pose, objective, robot.next_memory, walls)

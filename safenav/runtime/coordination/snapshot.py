@@ -40,11 +40,14 @@ def floor_of(
             for pairs in (none, refused)
         )
         gate = OpenObstacle.of(obstacle, robots, scenario.map, *out)
+        fail = (name for name, failed in state.failures.barred if failed == obstacle.name)
+        stopped = frozenset(i for i in map(names.index, fail) if obstacle.blocks(robots[i]))
         strays = (cut_off(state, obstacle, need) for need in range(len(obstacle.needs)))
         restarts = scenario.restarts_rounds(obstacle.name)
         gates.append(
             replace(
                 gate,
+                closed_to=tuple(group | stopped for group in gate.closed_to),
                 restarts=restarts,
                 cut_off=tuple(frozenset(map(names.index, group)) for group in strays),
             )
@@ -121,6 +124,10 @@ def _member(robot: Robot, state: TeamState) -> Member:
     floor, here = graph.outside(closed), state.robots[robot.name].next_pose
     if here.region in closed:  # it stands there, and may stay
         graph = graph.left_only(graph.number(here))
+        came = state.robots[robot.name].came
+        inside = came is not None and state.robots[robot.name].transit is None
+        if came is not None and inside and state.knowledge.around(here.region, robot) is not None:
+            graph = graph.back_only(graph.number(here), came.region)
         floor |= 1 << graph.number(here)
     targets = graph.on_each(robot.objective.targets) if formulas is None else formulas.goals
     return Member(

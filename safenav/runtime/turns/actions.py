@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -37,7 +37,38 @@ class Actions(Struct):
         event, robot.acted = robot.acted, None
         event = event or self._done_by(robot)
         robot.asked, robot.acts_on = True, tuple(self._within_reach(robot)[0])
-        yield from self._resolve(robot, event)
+        if told:
+            yield from self._resolve(robot, event)
+            return
+        results = {obstacle.name for obstacle, _ in event.found}
+        failed = [o for o in robot.acts_on if o.name not in results and self._is_last(o)]
+        yield from self._resolve(robot, event, self.state.knowledge.affected(results))
+        yield from self._fail(robot, [o for o in failed if self.state.knowledge.knows(o)])
+
+    def _is_last(self, obstacle: Obstacle) -> bool:
+        """Whether a single action resolves an obstacle now, so that it has failed without a
+        result."""
+        last = self.state.knowledge.need_of(obstacle) == len(obstacle.needs) - 1
+        return last and obstacle.needs[-1].robots == 1
+
+    def _fail(self, robot: RobotState, failed: Collection[Obstacle]) -> Iterator[Event]:
+        """Lockstep: count the failed actions of a robot, after which it leaves obstacles to
+        others."""
+        if not failed:
+            return
+        results = {obstacle.name: ActResult.FAILED for obstacle in failed}
+        left = self._count(robot, results)
+        self.state.emit(records.ActionEnd(self.state.tick, 0, robot.name, results, left or None))
+        if left:
+            yield from self.relocation.leave_plan()
+            yield Unsettled(vocabulary.Reason.REQUEST)
+
+    def _count(self, robot: RobotState, results: Mapping[str, ActResult]) -> tuple[str, ...]:
+        """Count failed actions; return the obstacles that the robot leaves to others."""
+        state = self.state
+        failed = [name for name, result in results.items() if result is ActResult.FAILED]
+        policy = state.scenario.failures
+        return tuple(n for n in failed if state.failures.action_failed(policy, robot.name, n))
 
     def acts_first(self, robot: RobotState) -> bool:
         """Lockstep: whether a robot stays to act before it leaves, as a live one does: at its
@@ -113,9 +144,7 @@ class Actions(Struct):
         results = {obstacle.name: result for obstacle, result in event.found}
         failed = [obstacle for obstacle, result in event.found if result is ActResult.FAILED]
         found = [self._found(robot, each) for each in failed if self._finds(event, each)]
-        counted, policy = state.failures, state.scenario.failures
-        tried = [each for each, result in results.items() if result is ActResult.FAILED]
-        left_to_others = tuple(each for each in tried if counted.action_failed(policy, name, each))
+        left_to_others = self._count(robot, results)
         ended = results, left_to_others or None, event.reason or None
         state.emit(records.ActionEnd(state.tick, event.command or 0, name, *ended))
         robot.asked = {*results.values()} <= {ActResult.FAILED}  # else there may be more to do
@@ -180,10 +209,9 @@ class Actions(Struct):
         told, knowledge = {obstacle.name for obstacle, _ in event.found}, self.state.knowledge
         missing = []
         for obstacle in (o for o in obstacles if o.name not in told):
-            last = knowledge.need_of(obstacle) == len(obstacle.needs) - 1
             if not knowledge.knows(obstacle):
                 missing.append((obstacle, ActResult.NOTHING))
-            elif last and obstacle.needs[-1].robots == 1:
+            elif self._is_last(obstacle):
                 missing.append((obstacle, ActResult.FAILED))
         return replace(event, found=(*event.found, *missing))
 
@@ -193,6 +221,7 @@ class Actions(Struct):
         repeats them would keep the robot acting forever. Also drop results that report an obstacle
         as resolved while its last need cannot be fulfilled yet."""
         told, dropped = list[tuple[Obstacle, ActResult]](), list[tuple[Obstacle, ActResult]]()
+        knowledge = self.state.knowledge
         early = [pair for pair in event.found if self._is_early(event.robot, *pair)]
         if early and self.state.live:
             words = ", ".join(f"{obstacle.name}: done" for obstacle, _ in early)
@@ -200,7 +229,7 @@ class Actions(Struct):
             self.world.dropped.append((replace(event, found=tuple(early)), said))
         for obstacle, result in (pair for pair in event.found if pair not in early):
             new = obstacle.name not in self.state.failures.opened
-            known = obstacle.name in named or obstacle.name in self.state.knowledge.pending
+            known = obstacle.name in {*named, *knowledge.pending, *knowledge.sighted}
             changes = result in (ActResult.DONE, ActResult.UNTRAVERSABLE) and new
             changes = changes or (result is ActResult.FAILED and self._finds(event, obstacle))
             (told if known or changes else dropped).append((obstacle, result))

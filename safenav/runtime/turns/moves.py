@@ -96,6 +96,8 @@ class Moves(Struct, frozen=True):
         elif not isinstance(event, Lost):
             robot.pose = event.pose
         strayed = robot.pose != pose
+        if robot.pose.region != start.region:
+            robot.came = None if strayed else start
         moved = strayed and isinstance(event, Elsewhere)  # perhaps free of what it waits for
         self.state.outdated |= moved and self.state.waiting is not None
         reaction, violation = self._judge(robot, start, pose, event)

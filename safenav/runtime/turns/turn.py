@@ -24,7 +24,7 @@ from safenav.runtime.turns.while_waiting import may_act, may_continue
 from safenav.runtime.worlds.commands import Commands
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
-from safenav.trace.vocabulary import HoldReason, MovedBy, PlanEndReason
+from safenav.trace.vocabulary import ChangeCause, HoldReason, MovedBy, PlanEndReason
 
 
 class Turns:
@@ -62,6 +62,8 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.HELD)  # brought back with no charge
         elif not self.state.live and self.actions.acts_first(robot):
             yield from self._stand_still(robot, HoldReason.ACTING)
+        elif self._is_shut_in(robot):
+            yield from self._go_back(robot)
         elif self.traffic.plan.active and not self._released(robot):
             yield from self._follow_plan(robot)
         elif self.state.live and self._awaits_action(robot.name):
@@ -100,6 +102,34 @@ class Turns:
         if planner.node is None and robot.stays_for != off and not self.strategies.relocate(robot):
             robot.stays_for = off  # it has no node there
         return planner.node is not None
+
+    def _is_shut_in(self, robot: RobotState) -> bool:
+        """Whether a robot has walked into an obstacle on which it no longer acts."""
+        around = self.state.knowledge.around(robot.pose.region, robot.robot)
+        left = around is not None and self.state.knowledge.is_left(around, robot.robot)
+        return left and robot.came is not None
+
+    def _go_back(self, robot: RobotState) -> Iterator[Event]:
+        """Let a robot return from an obstacle to where it came from, unless another robot is
+        there. Its strategy may lead it on through the obstacle."""
+        graph, came = self.state.graph(robot), robot.came
+        assert came is not None
+        steps = map(graph.pose, graph.steps(graph.number(robot.pose)))
+        back = next((pose for pose in steps if pose.region == came.region), None)
+        free = came.region not in taken(self.state, robot.robot)
+        if back is None or not free or self.choice.violation(robot, back) is not None:
+            yield from self._stand_still(robot, HoldReason.HELD)
+            if back is None and self.state.knowledge.is_waited_for(robot.pose.region):
+                why = "it cannot turn back from an obstacle that it has failed to resolve"
+                self.state.failures.out[robot.name] = why
+                yield from self.relocation.serve(robot, active=False, cause=ChangeCause.WORLD)
+            return
+        yield from self.relocation.leave_plan(settling=False)
+        self.choice.look_around(robot)
+        robot.planner.node = None
+        yield from self.moves.begin(robot, DecidedStep(back, MovedBy.BACKTRACK))
+        if robot.transit is None and not self.traffic.plan.active:
+            yield from self.relocation.go_on(robot)
 
     def _charges(self, robot: RobotState) -> bool:
         """Whether it stands on a charger, and has no other one to go to."""
