@@ -11,13 +11,20 @@ from runtime.played import begin, end, play
 from safenav import Mission, built_in, load_scenario
 from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import (
+    AddObstacle,
+    AssignObjective,
+    MarkPermanent,
     MarkResolved,
     PlaceOrder,
     PutBack,
+    RemoveObstacle,
     SetInput,
     SetService,
+    SetTruth,
 )
 from safenav.runtime.intervention.reading import read_intervention
+from safenav.scenario.model import Need, ObstacleType
+from safenav.scenario.objective import Ltl, Visit
 from safenav.scenario.settings import Clock
 from safenav.trace.vocabulary import HoldReason
 from safenav.world.moves import Pose
@@ -140,3 +147,75 @@ def test_an_obstacle_that_comes_again_has_the_truth_of_its_entry() -> None:
     text = (SCENARIOS / "case_study_3.yaml").read_text().split("obstacles:")[0]
     found = [r["traversable"] for r in play(f"{text}obstacles: {entries}\n").all("resolved")]
     assert found == [True, False]
+
+
+DOOR, CRATE = built_in().obstacles["door"], built_in().obstacles["crate"]
+HALL = """
+name: hall
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
+robots:
+  cart: {model: turtlebot4, start: [2, 1], objective: {visit: [[2, 7], [2, 1]]}}
+obstacles: [{type: door, region: [3, 2]}]
+inputs: {alarm: {at: [3]}}
+"""
+
+
+def _visits(*targets: int, **rules: Any) -> AssignObjective:
+    each = tuple(frozenset({target}) for target in targets)
+    return AssignObjective("cart", Visit(each, **rules))
+
+
+@pytest.mark.parametrize("clock", ["", "clock: live\n"])
+@pytest.mark.parametrize(
+    ("wanted", "says"),
+    [
+        (SetService("nobody", active=False), "no robot nobody"),
+        (SetService("nobody", active=True), "no robot nobody"),
+        (AssignObjective("nobody", Visit((frozenset({20}),))), "no robot nobody"),
+        (PutBack("nobody", Pose(20)), "no robot nobody|only in live runs"),
+        (PutBack("cart", Pose(999)), "off the map|only in live runs|executes a command"),
+        (AddObstacle(DOOR, 999), "region 999 is off the map"),
+        (AddObstacle(DOOR, -1), "region -1 is off the map"),
+        (AddObstacle(DOOR, 20, truth=True), "a door has no truth"),
+        (AddObstacle(replace(DOOR, action="sense"), 20), "the scenario has another type door"),
+        (AddObstacle(replace(DOOR, name="a b"), 20), "'a b' cannot name an obstacle type"),
+        (AddObstacle(replace(DOOR, name="lost_cart"), 20), "the name lost_cart is reserved"),
+        (AddObstacle(ObstacleType("lid", "push", frozenset({0})), 20), "no region where lid"),
+        (
+            AddObstacle(replace(DOOR, name="lid", blocks=frozenset({"dgit"})), 20),
+            "'blocks' of lid: 'dgit' is not",
+        ),
+        (
+            AddObstacle(replace(DOOR, name="lid", listed=(Need("push", robots=0),)), 20),
+            "the type lid has a wrong part",
+        ),
+        (PlaceOrder(CRATE, 999), "region 999 is off the map|stops robots"),
+        (PlaceOrder(replace(CRATE, name="x", has_truth=True), 20), "has a truth"),
+        (RemoveObstacle("nope@3"), "no unresolved obstacle nope@3"),
+        (SetTruth("nope@3", traversable=True), "no unresolved obstacle nope@3"),
+        (SetInput("alrm", on=True), "there is no input 'alrm'"),
+        (MarkResolved("nope@3"), "the team knows of no obstacle"),
+        (MarkPermanent("nope@3"), "the team knows of no obstacle|only in live runs"),
+        (_visits(), "visit has 0 targets"),
+        (_visits(999, 19), "expected free regions of the map"),
+        (_visits(-5, 19), "expected free regions of the map"),
+        (_visits(20, 19, avoid=frozenset({999})), "expected regions of the map"),
+        (_visits(20, 19, always=("region' !=",)), "wrong formula"),
+        (AssignObjective("cart", Visit([[19], [20]])), "a list in place of a frozenset"),  # type: ignore[arg-type,list-item]
+        (AssignObjective("cart", Visit((frozenset({"a"}),))), "a wrong part"),  # type: ignore[arg-type]
+        (AssignObjective("cart", Ltl()), "no formulas"),
+        (AssignObjective("cart", Ltl(liveness=("fire",), inputs=("fire",))), "no input 'fire'"),
+    ],
+    ids=str,
+)
+def test_an_impossible_intervention_is_refused_at_the_call(
+    wanted: Any, says: str, clock: str
+) -> None:
+    """The run goes on as if it had not been requested."""
+    mission, trace = begin(HALL + clock)
+    mission.step()
+    with pytest.raises(UsageError, match=says):
+        mission.intervene(wanted)
+    end(mission, trace)
+    assert trace.outcome["outcome"] == "completed" and not trace.findings
+    assert not trace.all("late")

@@ -17,12 +17,13 @@ from safenav.runtime.coordination.assignment import holding
 from safenav.runtime.failures import stands_for
 from safenav.runtime.intervention import kinds
 from safenav.runtime.intervention.inputs import EnvironmentInputs
+from safenav.runtime.intervention.wrong import wrong_objective, wrong_type
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.turns.turn import Turns
 from safenav.runtime.worlds.world import Change, SimulatedWorld
-from safenav.scenario.model import Obstacle
+from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
 from safenav.trace import records, vocabulary
@@ -82,7 +83,8 @@ class Interventions(Struct):
             case kinds.AssignObjective():
                 self._may_give(wanted)
             case kinds.SetService(name, active):
-                if active and self._is_lost(self._robot(name).name) and not self._comes_back(name):
+                lost = self._is_lost(self._robot(name).name)
+                if active and lost and not self._comes_back(name):
                     raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
             case kinds.SetInput(name):
                 if name not in self.state.inputs:
@@ -259,7 +261,8 @@ class Interventions(Struct):
 
     def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[events.Event]:
         """Let a robot continue from another pose, no longer lost."""
-        robot.pose, robot.asked = pose, False  # it acts there like a robot that arrives
+        robot.pose, robot.came = pose, None
+        robot.asked = False  # it acts there like a robot that arrives
         self.turns.world.placed(robot.robot, pose)
         self.turns.relocation.is_placed(robot)
         yield from self.turns.relocation.leave_plan()
@@ -291,6 +294,7 @@ class Interventions(Struct):
 
     def _may_close(self, wanted: kinds.AddObstacle) -> None:
         world = self.state.scenario.map
+        self._may_be(wanted.type)
         if not world.is_free(wanted.region):
             raise UsageError(f"{self._closed(wanted.region)}: choose a free region to close")
         standing = self._simulation().standing().get(wanted.region)
@@ -303,8 +307,17 @@ class Interventions(Struct):
             raise UsageError(f"region {wanted.region} will be closed at the next tick")
         if wanted.type.has_truth and wanted.truth is None:
             raise UsageError(f"state whether {wanted.type.name} is traversable")
+        if wanted.truth is not None and not wanted.type.has_truth:
+            raise UsageError(f"a {wanted.type.name} has no truth: leave it out")
+
+    def _may_be(self, kind: ObstacleType) -> None:
+        if (found := wrong_type(kind, self.state.scenario)) is not None:
+            raise UsageError(found)
 
     def _may_order(self, wanted: kinds.PlaceOrder) -> None:
+        self._may_be(wanted.type)
+        if wanted.type.has_truth:
+            raise UsageError(f"a {wanted.type.name} has a truth, which orders do not reveal")
         if not self.state.scenario.map.is_free(wanted.region):
             raise UsageError(f"{self._closed(wanted.region)}: place the order in a free region")
         if wanted.type.blocks != frozenset():
@@ -316,6 +329,8 @@ class Interventions(Struct):
             raise UsageError(
                 f"the inputs determine the objective of {wanted.robot}: see its 'when'"
             )
+        if (found := wrong_objective(wanted.objective, self.state.scenario)) is not None:
+            raise UsageError(found)
         world = self.state.scenario.map
         avoid = wanted.objective.avoid
         if robot.next_pose.region in avoid:
