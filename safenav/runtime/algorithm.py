@@ -68,6 +68,8 @@ class Algorithm(Struct):
     _together: bool = False
     _astray: list[events.OutsideStrategy] = field(default_factory=list)
     _paying: bool = False
+    _again: bool = False
+    """Whether the team has decided again since a decision was deferred, which may be obsolete."""
 
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
@@ -108,6 +110,7 @@ class Algorithm(Struct):
             while event is not None:
                 if self._together and isinstance(event, Unsettled | events.ObstaclesReopened):
                     break  # several interventions are decided together
+                self._again |= isinstance(event, Unsettled) and not self._paying
                 decision = coordinate(self.team, event, self.stop.check)  # 7 to 13, 17 to 19
                 try:
                     answers = self.search.synthesize(decision.tasks)  # 14, 20
@@ -127,6 +130,8 @@ class Algorithm(Struct):
         for part in ("knowledge", "requests", "lacks", "settled"):
             if (decided := getattr(decision, part)) is not None:
                 setattr(team, part, decided)
+        if decision.settled is not None:
+            self.traffic.look_again()
         team.changes += 1
         for record in decision.records:
             team.emit(record)
@@ -194,8 +199,11 @@ class Algorithm(Struct):
             self._astray.append(decision.event)
 
     def retry_deferred(self) -> None:
-        """Repeat the decisions that wait for strategies."""
+        """Repeat the decisions that wait for strategies, and abandon syntheses that none of them
+        needs now."""
         deferred, astray = self._deferred, self._astray
+        self._again = False
+        self.search.wanted.clear()
         self._deferred, self._astray, self.team.deferred = None, [], None
         for robot in self.team.robots.values():
             robot.held = None
@@ -211,6 +219,7 @@ class Algorithm(Struct):
                     self.settle([event])
         finally:
             self._paying = False
+        self.search.abandon()
         self._forget()
 
     def first_results(self, names: Collection[str]) -> dict[str, TaskResult]:

@@ -77,6 +77,9 @@ class Passes(Algorithm):
         self.deadlines.tick_begins()
         self._hear()
         self._apply_changes()
+        if self._again and (team.deferred or self._astray):
+            self.run_part(self.retry_deferred)
+        self._again = False
         self.execute_controllers()  # 6
         if team.waiting is None:
             self.run_part(self._plan)

@@ -4,7 +4,6 @@ robots simultaneously."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
@@ -72,10 +71,26 @@ class NotYet(Exception):  # noqa: N818 - it is not an error
     """A strategy is still being synthesized: request it again later."""
 
 
+class Obsolete(Exception):  # noqa: N818 - it is not an error
+    """No decision waits for this synthesis: it is abandoned."""
+
+
+class BackgroundRequest(Struct, eq=False):
+    """Syntheses that run while the robots move. ``obsolete``: no decision waits for them."""
+
+    future: Future[list[SynthesisResult]] | None = None
+    obsolete: bool = False
+
+    @property
+    def done(self) -> bool:
+        return self.future is not None and self.future.done()
+
+
 class StrategySearch(Struct, eq=False):
     """Requests syntheses, and counts their cost (``syntheses``, ``seconds``). ``busy``: one is
     running. ``background``: whether they run while the robots move; requests then raise NotYet
-    until the result is available."""
+    until the result is available. ``wanted``: the texts that decisions have requested since they
+    were last made again."""
 
     _world: RegionMap
     _synthesizer: Synthesizer
@@ -86,19 +101,30 @@ class StrategySearch(Struct, eq=False):
     syntheses: int = 0
     seconds: float = 0.0
     _pool: ThreadPoolExecutor | None = None
-    _asked: dict[str, tuple[Future[list[SynthesisResult]], int]] = field(default_factory=dict)
+    _asked: dict[str, tuple[BackgroundRequest, int]] = field(default_factory=dict)
     _awaited: bool = False
+    wanted: set[str] = field(default_factory=set)
 
     def fresh(self) -> bool:
         """Whether all pending results have arrived since the last call."""
         # read once: a synthesis may end at any moment
-        pending = any(not future.done() for future, _ in self._asked.values())
+        pending = any(not request.done for request, _ in self._asked.values())
         come, self._awaited = self._awaited and not pending, pending
         return come
 
     def forget(self) -> None:
         """Forget the results that decisions waited for."""
+        self.wanted.clear()
+        self.abandon()
         self._asked.clear()
+
+    def abandon(self) -> None:
+        """Abandon the running syntheses that are not ``wanted``."""
+        wanted = {id(self._asked[text][0]) for text in self.wanted & self._asked.keys()}
+        for text, (request, _) in [*self._asked.items()]:
+            if not request.done and id(request) not in wanted:
+                request.obsolete = True
+                del self._asked[text]
 
     def synthesize(self, candidates: Mapping[str, Sequence[Candidate]]) -> dict[str, TaskResult]:
         """The result for each robot: of its first realizable candidate, or of the last one; or of
@@ -137,6 +163,7 @@ class StrategySearch(Struct, eq=False):
 
     def close(self) -> None:
         """End the syntheses in the background."""
+        self.forget()
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
 
@@ -176,14 +203,27 @@ class StrategySearch(Struct, eq=False):
             from concurrent.futures import ThreadPoolExecutor  # only live runs need it
 
             self._pool = self._pool or ThreadPoolExecutor(1)
-            ends = partial(self._synthesizer.synthesize_all, progress=lambda _: self._stop.check())
-            future = self._pool.submit(ends, [*new.values()])
-            self._asked |= {text: (future, index) for index, text in enumerate(new)}
-        if not all(self._asked[text][0].done() for text in texts):
+            request = BackgroundRequest()
+            request.future = self._pool.submit(self._synthesized, request, [*new.values()])
+            self._asked |= {text: (request, index) for index, text in enumerate(new)}
+        self.wanted.update(texts)
+        if not all(self._asked[text][0].done for text in texts):
             self._awaited = True
             raise NotYet
         found = (self._asked[text] for text in texts)
-        return [future.result()[index] for future, index in found]
+        return [each.result()[index] for request, index in found if (each := request.future)]
+
+    def _synthesized(
+        self, request: BackgroundRequest, specs: Sequence[Specification]
+    ) -> list[SynthesisResult]:
+        """The results of a request, in a thread. Raises RunEnded, or Obsolete."""
+
+        def hear(_: SynthesisProgress) -> None:
+            self._stop.check()
+            if request.obsolete:
+                raise Obsolete
+
+        return self._synthesizer.synthesize_all(specs, progress=hear)
 
 
 def _tried(result: TaskResult) -> tuple[records.Tried, ...]:

@@ -85,9 +85,13 @@ class BackgroundSearch:
                 self._asked = None
         return found
 
+    def abandon(self) -> None:
+        """Abandon the running search: its result is not needed."""
+        self._abandoned = True
+
     def close(self) -> None:
         """Abandon the running search."""
-        self._abandoned = True
+        self.abandon()
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
 

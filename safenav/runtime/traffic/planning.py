@@ -136,6 +136,17 @@ class Traffic:
             self.wanted = PlanTrigger(f"{name} has no strategy from where it is", name)
             self._looked = -1.0
 
+    def look_again(self) -> None:
+        """Abandon the search for a plan after a decision, unless its robot is off its strategy: the
+        plan may no longer be needed."""
+        wanted = self.wanted
+        if wanted is None or not self.thinking.background:
+            return
+        if self.state.robots[wanted.robot].planner.node is not None:
+            self.wanted = self._pending = None
+            self._looked = -1.0
+            self.thinking.abandon()
+
     def end(
         self, reason: vocabulary.PlanEndReason, nodes: Mapping[str, int | None] | None = None
     ) -> None:

@@ -1,0 +1,66 @@
+"""Live: robots do not wait for a synthesis that no decision needs any more."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from runtime.played import Run, loaded
+from runtime.worlds import Clocked
+from safenav import Mission, Synthesizer
+from safenav.runtime.worlds.protocol import Sensed, WorldEvent
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.synthesis.binary import find_binary
+from safenav.synthesis.cache import Cache
+
+HALL = """
+name: a door that a person opens
+clock: live
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [], size: 0.5, speed: 1}
+    pusher: {mobility: free, layer: air, capabilities: [push], size: 0.5, speed: 1}
+robots:
+  cart: {model: cart, start: [2, 1], objective: {visit: [[2, 7], [2, 1]]}}
+  helper: {model: pusher, start: [3, 7], objective: {hold: [3, 7]}}
+obstacles: [{type: door, region: [2, 4]}]
+until: {rounds: 1}
+limits: {seconds: 600}
+"""
+
+
+class Opened(Clocked):
+    """A person opens the door 20 s after a robot has seen it. From then on the synthesizer does not
+    answer (``flag``)."""
+
+    def __init__(self, scenario: Scenario, flag: Path) -> None:
+        super().__init__(scenario)
+        self.flag, self.door = flag, scenario.obstacles[0]
+        self.due: float | None = None
+
+    def sense(self, robot: Robot, region: int) -> Obstacle | None:
+        found: Obstacle | None = self.simulation.sense(robot, region)
+        if found is not None and self.due is None:
+            self.due = self.simulation.now() + 20.0
+            self.flag.touch()
+        return found
+
+    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+        events = list(self.simulation.wait(timeout))
+        if self.due is not None and self.simulation.now() >= self.due:
+            self.due = float("inf")
+            self.simulation.truth.remove(self.door.name)
+            events.append(Sensed(self.simulation.now(), self.door, there=False))
+        return events
+
+
+def test_a_run_continues_although_an_obsolete_synthesis_never_ends(tmp_path: Path) -> None:
+    flag, slow = tmp_path / "flag", tmp_path / "slugs"
+    slow.write_text(
+        f'#!/bin/sh\n[ -e "{flag}" ] && exec sleep 1000\nexec "{find_binary().path}" "$@"\n'
+    )
+    slow.chmod(0o755)
+    scenario, run = loaded(HALL), Run()
+    synthesizer = Synthesizer(slow, seconds=None, cache=Cache(None))
+    Mission(scenario, synthesizer, world=Opened(scenario, flag), listeners=[run]).run()
+    assert run.all("hold", why="synthesis") and run.one("gone")
+    assert run.outcome["outcome"] == "completed" and not run.findings
