@@ -39,7 +39,7 @@ from safenav.motion.mover import Crossing, Mover, mover
 from safenav.motion.rover import RoverMover
 from safenav.motion.walker.cutting import before
 from safenav.motion.walker.mover import WalkerMover
-from safenav.scenario.model import Robot
+from safenav.scenario.model import Robot, name_parts
 from safenav.scenario.motion import resolved
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -151,7 +151,7 @@ class Following:
         with self._lock:
             follower.order = FollowerOrder(Doing.FACING, number, action, obstacle)
             self._rest(follower)
-            pieces = follower.mover.face(0, int(obstacle.rpartition("@")[2]))
+            pieces = follower.mover.face(0, int(name_parts(obstacle)[1]))
             self._send(follower, pieces) if pieces else self._over(follower)
 
     def cancel(self, robot: str) -> None:

@@ -296,7 +296,7 @@ class Wording(Struct, frozen=True):
             about += f" (need {line.need + 1})"
         live = self._is_live(line)  # a bid counts ticks of the slowest step, whatever its seconds
         bids = ", ".join(
-            f"{name} cannot reach it"
+            f"{name} cannot come"
             if bid is None
             else f"{name} bids {bid}"
             if live

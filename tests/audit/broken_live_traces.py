@@ -1,6 +1,6 @@
 """Traces of runs in time, broken on purpose."""
 
-from audit.broken_traces import Case
+from audit.broken_traces import Case, cut_after
 from audit.trace_script import Line, drop, edit, find, insert_after
 
 
@@ -59,6 +59,11 @@ CASES_OF_LIVE: list[Case] = [
     ("backtrack lost_around 2 a", drop("backtrack")),
     ("order lost_around 2 a 2", insert_after("backtrack", A_BACKS_UP)),
     ("unresolved-obstacle entered 2 a", resolved_later),
+    (
+        "way-back resolved_before_pop 19 digit",
+        edit("depart", {"robot": "digit", "command": 10}, to=10),
+        cut_after("depart", command=10),
+    ),
     ("late opened 10 -", edit("late", {}, at=4.5)),
     ("late opened 10 -", edit("late", {}, reason="")),
     ("waiting lost 4 -", edit("waiting", {}, outcome="completed")),

@@ -212,13 +212,14 @@ def test_a_walker_does_not_turn_around_and_steps_are_single() -> None:
         assert ended.reason == f"no motion leads from region {EAST} to {region}"
 
 
-def test_an_action_waits_until_the_robot_faces_the_obstacle() -> None:
+@pytest.mark.parametrize("obstacle", ["uncertainty@19", "parcel@19#2"])
+def test_an_action_waits_until_the_robot_faces_the_obstacle(obstacle: str) -> None:
     follows, bodies, _, _ = prepared()
-    follows.perform("jackal", "sense", "uncertainty@19", 7)
+    follows.perform("jackal", "sense", obstacle, 7)
     assert bodies.sent == []
     seconds = bodies.references["jackal"].end - bodies.now
     bodies.pass_by("jackal", seconds + PERIOD)
-    assert bodies.sent == [("jackal", ("sense", "uncertainty@19", 7))]
+    assert bodies.sent == [("jackal", ("sense", obstacle, 7))]
     bodies.off["jackal"] = 0.5  # its own controller moves it meanwhile
     assert bodies.pass_by("jackal", 1.0) == []
     done = Performed("jackal", 7, ActResult.DONE)

@@ -111,7 +111,7 @@ def known_obstacle(record: Line, now: Situation) -> Iterator[Message]:
 @judges("line", "move")
 def way_back(record: Line, now: Situation) -> Iterator[Message]:
     """A robot that has entered a discovered obstacle to resolve it leaves it, until it is resolved,
-    only to where it came from. It does not enter one again on which its actions have failed."""
+    only to where it came from. It never enters one on which its actions have failed (D 5.1)."""
     robot, entered = record.robot, now.entered(record)
     if now.has_failed(robot) or not entered:
         return

@@ -22,9 +22,8 @@ class Actions(State):
         for name, obstacle in self.obstacles.items():
             if results.get(name, "failed" if failed else None) in WITHOUT_EFFECT:
                 continue
-            told = act is not None or self.external
-            if told and name not in results and self.resolves_alone(name):
-                continue  # it may have appeared after the action began, or the action has failed
+            if act is not None and name not in results and self.resolves_alone(name):
+                continue  # it may have appeared after the action began
             # Needs of an obstacle that the scenario does not list count from its discovery.
             counted = name in self.introduced or len(obstacle.all_needs) == 1
             if counted and self.status[name].unmet:

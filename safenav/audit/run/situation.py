@@ -120,7 +120,9 @@ class Situation(Actions):
             case "acted":
                 acted = self.turn.act = self.acting.pop(robot, None)
                 self.barred |= {(robot, one) for one in record.barred or ()}
-                if self.live and (record.results or not record.reason):  # else it has failed
+                if not self.live:
+                    self._fail(robot, record.results)
+                elif record.results or not record.reason:  # otherwise it has failed
                     self.perform(robot, record.results, acted)
             case "operator" if record.region is not None and robot is not None:
                 self._place(robot, record.region, record.heading, None)
@@ -370,6 +372,12 @@ class Situation(Actions):
     def _rests(self, robot: str) -> None:
         """Relieve a robot out of service of its duty, until it is back and gets an objective."""
         self.resting = self.resting | {robot} if robot in self.out else self.resting - {robot}
+
+    def _fail(self, robot: str, results: Iterable[str]) -> None:
+        """Revoke a robot's part in the next needs of obstacles: its actions have failed."""
+        for name in self.open.keys() & {*results}:
+            done = self.open[name].done - {robot}
+            self.open[name] = self.open[name]._replace(done=done)
 
     def _fit_again(self, *, robot: str = "", obstacle: str = "") -> None:
         """Let a robot act on all obstacles again, or all robots on one obstacle."""

@@ -27,7 +27,7 @@ from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
 from safenav.trace.told_objective import objective_in_trace
-from safenav.trace.words import listed
+from safenav.trace.words import listed, obstacle_words
 from safenav.world.moves import Pose
 
 
@@ -166,9 +166,56 @@ def _because(
         return "no order of moves lets them resolve it now"
     if not helpers:
         return why_nobody(floor, found, gate, team.scenario.map.word, team.out_of_service)
-    if failed := [r for r in bids_for(floor, gate) if (r, name) in team.failures.barred]:
-        return f"{listed(failed)} {'has' if len(failed) == 1 else 'have'} failed"
-    return None
+    return _why_others(team, floor, found, gate, request, helpers)
+
+
+def _why_others(
+    team: TeamState,
+    floor: Floor,
+    found: Settlement,
+    gate: int,
+    request: OpenRequest,
+    helpers: tuple[str, ...],
+) -> str | None:
+    """Why robots that fail, are out of service, or are nearer than the helpers do not help; None
+    where the bids show it."""
+    word, bids = team.scenario.map.word, bids_for(floor, gate)
+    last = max((bids[helper] or 0 for helper in helpers if helper in bids), default=0)
+    reasons: dict[str, list[str]] = {}
+    for robot, ticks in bids.items():
+        index, why = floor.index(robot), ""
+        duty = found.duties.get(index)
+        if robot in helpers:
+            continue
+        if (robot, floor.gates[gate]) in team.failures.barred:
+            why = "has failed"
+        elif not team.robots[robot].active:
+            why = "is out of service"
+        elif ticks is None or ticks >= last:
+            continue
+        elif duty is not None and duty.gate != gate:
+            why = f"is to help with {obstacle_words(floor.gates[duty.gate], word)}"
+        elif not _could_return(floor, gate, index):
+            why = "could not return from there"
+        elif {*helpers} <= {*request.helpers}:
+            why = f"is nearer, but {listed(helpers)} helps already"
+        reasons.setdefault(why, []).append(robot)
+    reasons.pop("", None)
+    plural = {"has failed": "have failed", "is out of service": "are out of service"}
+    parts = [
+        f"{listed(robots)} {plural.get(why, why) if len(robots) > 1 else why}"
+        for why, robots in reasons.items()
+    ]
+    return "; ".join(parts) or None
+
+
+def _could_return(floor: Floor, gate: int, robot: int) -> bool:
+    """Whether a robot could return to its pose after it has fulfilled an obstacle's next need."""
+    problem, stages = floor.problem, floor.stages
+    graph, pose = problem.members[robot].graph, 1 << floor.poses[robot]
+    there = graph.poses_on(problem.next_need(gate, stages).regions) & floor.reach(robot)
+    then = problem.allowed(robot, problem.advanced(gate, stages, (robot,)))
+    return bool(graph.closure(there, then) & pose)
 
 
 def left_words(team: TeamState, name: str) -> str:

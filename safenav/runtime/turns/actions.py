@@ -37,7 +37,7 @@ class Actions(Struct):
         event, robot.acted = robot.acted, None
         event = event or self._done_by(robot)
         robot.asked, robot.acts_on = True, tuple(self._within_reach(robot)[0])
-        if told:
+        if self._world_reaches(robot) is not None:  # a simulated action never fails
             yield from self._resolve(robot, event)
             return
         results = {obstacle.name for obstacle, _ in event.found}

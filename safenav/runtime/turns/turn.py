@@ -116,7 +116,7 @@ class Turns:
         assert came is not None
         steps = map(graph.pose, graph.steps(graph.number(robot.pose)))
         back = next((pose for pose in steps if pose.region == came.region), None)
-        free = came.region not in taken(self.state, robot.robot)
+        free = came.region not in self.state.had_by_others(robot.robot)
         if back is None or not free or self.choice.violation(robot, back) is not None:
             yield from self._stand_still(robot, HoldReason.HELD)
             if back is None and self.state.knowledge.is_waited_for(robot.pose.region):
