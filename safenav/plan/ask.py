@@ -1,0 +1,168 @@
+"""One question with one answer: can the team complete its mission from here, and how?
+
+``ask`` gives a plan, a proof, or nothing: the budget is spent. It depends on the floor, the joint
+state and the served requests only, and is remembered by them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from itertools import combinations, islice
+
+from msgspec import Struct
+
+from safenav.plan.search import Answer, Exhausted, Guide, Search
+from safenav.plan.shorten import shortened
+from safenav.solve.duties import settle
+from safenav.solve.solve import Solver
+from safenav.team.floor import EitherFloor, Floor, Joint, Stages
+from safenav.team.state import Plan
+from safenav.trace import proofs
+from safenav.world.poses import Mask
+
+WORK, WORK_OF_A_ROBOT = 3_000_000, 60_000
+FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
+
+
+class Found(Struct, frozen=True):
+    """``first``: the target with which a robot begins, where it is not its next one."""
+
+    plan: Plan
+    first: tuple[tuple[int, int], ...] = ()
+
+
+class Deadlock(Struct, frozen=True):
+    """No order of moves of ``robots`` completes the mission. ``states``: the joint poses that they
+    reach."""
+
+    robots: tuple[int, ...]
+    proof: proofs.JointSearch
+
+
+class Unserved(Struct, frozen=True):
+    """All can complete their rounds, but no joint state serves these gates as well."""
+
+    gates: tuple[int, ...]
+
+
+def ask(
+    floor: Floor, joint: Joint, served: tuple[int, ...], seed: int
+) -> Found | Deadlock | Unserved | None:
+    """The answer for the whole remaining mission with all ``served`` gates resolved."""
+    answer = _search(floor, joint, frozenset(served), seed)
+    if isinstance(answer, Exhausted) and _may_turn(floor, joint):
+        answer = _search(_either(floor), joint, frozenset(served), seed)
+        if isinstance(answer, list) and not isinstance(answer, Exhausted):
+            first = tuple(_first(floor, answer))
+            counts = list(joint.counts)
+            for i, memory in first:
+                counts[i] = memory, 0
+            begun = floor.begun(joint.poses, tuple(counts), joint.stages)
+            return Found(shortened(floor, [begun, *answer[1:]], frozenset(served)), first)
+    if answer is None:
+        return _few(floor, joint)
+    if not isinstance(answer, Exhausted):
+        return Found(shortened(floor, answer, frozenset(served)))
+    if served:
+        possible: tuple[int, ...] = ()
+        for g in served:  # in order: each is served if it can be with those before it
+            if not isinstance(
+                _search(floor, joint, frozenset({*possible, g}), seed), Exhausted | None
+            ):
+                possible = (*possible, g)
+        if possible or not isinstance(_search(floor, joint, frozenset(), seed), Exhausted):
+            return Unserved(tuple(g for g in served if g not in possible))
+    return Deadlock(floor.robots, _stated(floor, joint, answer))
+
+
+def _search(floor: Floor, joint: Joint, served: frozenset[int], seed: int) -> Answer:
+    work = max(WORK, WORK_OF_A_ROBOT * len(floor.robots))
+    return Search(floor, served, _guide(floor, served), joint, seed, work).run()
+
+
+def _guide(floor: Floor, served: frozenset[int]) -> Guide:
+    """Duties at later stages, from the poses in which they are reached first."""
+    solver = Solver(floor)
+
+    def guide(stages: Stages, poses: tuple[int, ...]) -> Sequence[Mask | None]:
+        goals: list[Mask | None] = [None] * len(poses)
+        wanted = served & {*floor.open(stages)}
+        if wanted:
+            aside = frozenset(floor.open(stages)) - wanted
+            for i, duty in settle(solver, poses, stages, aside, {}, frozenset()).duties.items():
+                goals[i] = duty.goal
+        return goals
+
+    return guide
+
+
+def _may_turn(floor: Floor, joint: Joint) -> bool:
+    return any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)
+
+
+def _either(floor: Floor) -> Floor:
+    return EitherFloor(floor.team, floor.gates, floor.graphs, floor.floors, floor.robots)
+
+
+def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
+    """The targets with which robots begin in a plan, where they are not their next ones."""
+    for i in floor.robots:
+        member, (memory, met) = floor.team.members[i], states[0].counts[i]
+        if member.either and met == 0:
+            reached = (member.reached(joint.poses[i]) for joint in states)
+            here = next((each for each in reached if each), 1 << memory)
+            if not here >> memory & 1:
+                yield i, here.bit_length() - 1
+
+
+def _few(floor: Floor, joint: Joint) -> Deadlock | None:
+    """Two or three robots that could not complete the mission even without all others and open
+    obstacles: a proof for the team, since these only restrict them."""
+    sharing = [i for i in floor.robots if floor.team.members[i].rivals]
+    for size in (2, 3) if len(sharing) > 3 else ():
+        groups = [
+            g
+            for g in combinations(sharing, size)
+            if all(floor.team.members[i].rivals & {*g} for i in g)
+        ]
+        for group in islice(sorted(groups, key=lambda g: _spread(floor, joint, g)), FEW_GROUPS):
+            few = EitherFloor(floor.team, (), floor.graphs, floor.floors, group)
+            begun = few.begun(joint.poses, joint.counts, ())
+            answer = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
+            found = answer.deep(begun, answer.goal, 200, "farthest first", list(group))
+            found = (
+                answer.singles(FEW_STATES)
+                if found is None or isinstance(found, Exhausted)
+                else found
+            )
+            if isinstance(found, Exhausted):
+                return Deadlock(group, _stated(few, begun, found))
+    return None
+
+
+def _spread(floor: Floor, joint: Joint, group: tuple[int, ...]) -> int:
+    at = [divmod(joint.poses[i] % floor.team.size, floor.team.world.cols) for i in group]
+    return sum(max(side) - min(side) for side in zip(*at, strict=True))
+
+
+def _stated(floor: Floor, joint: Joint, reached: Exhausted) -> proofs.JointSearch:
+    """The proof in the words of a trace: all joint poses, counted and hashed."""
+    graphs, found = floor.graphs, set()
+    for poses in {tuple(each.poses[i] for i in floor.robots) for each in reached}:
+        placed = [graphs[i].pose(p).place for i, p in zip(floor.robots, poses, strict=True)]
+        found.add(json.dumps(placed, separators=(",", ":")))
+    text = "".join(f"{line}\n" for line in sorted(found))
+    names = tuple(floor.team.members[i].name for i in floor.robots)
+    return proofs.JointSearch(
+        names,
+        {
+            name: graphs[i].pose(joint.poses[i]).place
+            for name, i in zip(names, floor.robots, strict=True)
+        },
+        {floor.gate(g).name: joint.stages[g].need for g in floor.open(joint.stages)},
+        proofs.JointGoal(floor.team.rounds),
+        len(found),
+        hashlib.sha256(text.encode()).hexdigest(),
+    )

@@ -1,0 +1,245 @@
+"""A plan as the way of each robot and what each step waits for: delays cannot break it.
+
+A step into a region waits until the rivals that were there before have arrived elsewhere (an action
+dependency graph: Hoenig et al., RA-L 2019); a step that counts a goal, for the resolutions before
+which it would not last. So every execution, for any durations, is a prefix of an order of the plan.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+
+from safenav.team.apply import will_count
+from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
+from safenav.team.state import Count, Is, Plan, State, Visit
+from safenav.team.team import Team
+
+_NONE: frozenset[int] = frozenset()
+
+
+def linear(floor: Floor, first: Joint, moves: Sequence[tuple[int, ...]]) -> list[Joint]:
+    """The states when robots go to these joint poses one at a time: who leaves a region first."""
+    found, size, members = [first], floor.team.size, floor.team.members
+    there: dict[int, list[int]] = defaultdict(list)
+    for i, pose in enumerate(first.poses):
+        there[pose % size].append(i)
+    for poses in moves:
+        left = [i for i in floor.robots if poses[i] != found[-1].poses[i]]
+        while left:
+            waiting = []
+            for i in left:
+                region, rivals = poses[i] % size, members[i].rivals
+                if any(j in rivals for j in there[region]):
+                    waiting.append(i)
+                    continue
+                there[found[-1].poses[i] % size].remove(i)
+                there[region].append(i)
+                found.append(floor.after(found[-1], i, poses[i]))
+            assert len(waiting) < len(left), "robots do not rotate"
+            left = waiting
+    return found
+
+
+def _mover(before: Joint, joint: Joint) -> int:
+    pairs = zip(before.poses, joint.poses, strict=True)
+    return next(i for i, (p, q) in enumerate(pairs) if p != q)
+
+
+def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
+    """The plan with these states, in each of which one robot has moved."""
+    size, robots, crowds = floor.team.size, floor.robots, floor.team.crowds
+    ways = {i: [Visit(states[0].poses[i])] for i in robots}
+    # By region: a robot, and its place after it.
+    stays: dict[int, list[list[int]]] = defaultdict(list)
+    present = {i: [i, 0] for i in robots}
+    owed: dict[int, set[tuple[int, int]]] = {i: set() for i in robots}  # before it leaves its place
+    for i in robots:
+        stays[states[0].poses[i] % size].append(present[i])
+    for before, joint in pairwise(states):
+        i = _mover(before, joint)
+        region, rivals, over = (
+            joint.poses[i] % size,
+            floor.team.members[i].rivals,
+            _over(floor, before),
+        )
+        latest = _latest(stays[region], rivals, crowds[i])
+        waits = owed[i] | (_whole(floor, over) if joint.counts[i] != before.counts[i] else set())
+        owed[i] = set()
+        present[i][1], present[i] = len(ways[i]), [i, 0]
+        stays[region].append(present[i])
+        ways[i].append(
+            Visit(joint.poses[i], tuple(latest.items()), frozenset(waits), before.counts[i], over)
+        )
+        if joint.stages != before.stages:
+            for j, what in _because(floor, before, joint):
+                owed[j].add(what)
+    return Plan(
+        tuple(tuple(ways.get(i, ())) for i in range(len(states[0].poses))), frozenset(floor.gates)
+    )
+
+
+def _latest(
+    stays: list[list[int]], rivals: frozenset[int], crowd: frozenset[int] | None
+) -> dict[int, int]:
+    """The rivals that were in a region, each with its place after it. In a crowd the last visitor
+    is enough: it came after all others had left."""
+    if crowd is None:
+        return {j: left for j, left in stays if j in rivals}
+    for j, left in reversed(stays):
+        if j in crowd:
+            return {j: left} if j in rivals else {}
+    return {}
+
+
+def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
+    """Who must not leave before which needs are met: those who act, and those who count where they
+    stand because of a resolution."""
+    size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
+    for g in floor.open(before.stages):
+        if joint.stages[g].need > before.stages[g].need:
+            need = floor.need(g, before.stages)
+            for j in floor.able(g, before.stages):
+                if need.regions >> joint.poses[j] % size & 1:
+                    yield j, (floor.gates[g], joint.stages[g].need)
+    for j in floor.robots if over else ():
+        member = floor.team.members[j]
+        if joint.counts[j] != restarted(member, Count(*before.counts[j]))[:2]:
+            yield from ((j, what) for what in _whole(floor, over))
+
+
+def _whole(floor: Floor, over: Iterable[int]) -> set[tuple[int, int]]:
+    return {(k, len(floor.team.obstacles[k].needs)) for k in over}
+
+
+def _over(floor: Floor, joint: Joint) -> frozenset[int]:
+    if not floor.gates:
+        return _NONE
+    open_ = floor.open(joint.stages)
+    return frozenset(k for g, k in enumerate(floor.gates) if g not in open_)
+
+
+def _are_met(state: State, needs: Iterable[tuple[int, int]]) -> bool:
+    found = ((state.obstacles[k], number) for k, number in needs)
+    return all(each.state is Is.OVER or each.stage.need >= number for each, number in found)
+
+
+def next_step(team: Team, state: State, i: int) -> int | None:
+    """The pose to which a robot may step now by the plan; None: it is at its end, or waits."""
+    plan, robot = state.plan, state.robots[i]
+    if plan is None or robot.at + 1 >= len(plan.ways[i]):
+        return None
+    visit = plan.ways[i][robot.at + 1]
+    over = frozenset(k for k in plan.foreseen if state.obstacles[k].state is Is.OVER)
+    if any(state.robots[j].at < place for j, place in visit.after) or not _are_met(
+        state, visit.needs
+    ):
+        return None
+    if over == visit.over and not _has_counted(team, i, robot.own, visit.progress):
+        return None  # it stays, and counts
+    return visit.pose if visit.pose % team.size not in closed(team, state, i) else None
+
+
+def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
+    if team.members[i].pursuit.in_turn:
+        return own.met >= due[1]
+    return (own.met, own.memory & due[0]) >= (due[1], due[0])
+
+
+def closed(team: Team, state: State, i: int) -> frozenset[int]:
+    """The regions of known obstacles that a robot must not enter now."""
+    found = set()
+    for k, each in enumerate(state.obstacles):
+        obstacle = team.obstacles[k]
+        if (each.state is Is.OPEN and i in obstacle.closed_to[each.stage.need]) or (
+            each.state is Is.SEALED and i in obstacle.blocks
+        ):
+            found.add(obstacle.region)
+    return frozenset(found)
+
+
+def at_end(state: State, among: Iterable[int]) -> bool:
+    """Whether robots have gone their whole way."""
+    plan = state.plan
+    return plan is not None and all(state.robots[i].at + 1 >= len(plan.ways[i]) for i in among)
+
+
+def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
+    """Whether a plan cannot go on by itself: nobody of its robots moves, acts, can step, or counts
+    by staying, and nobody waits for what a robot with a strategy is to do (``helped``: the
+    obstacles of these)."""
+    plan = state.plan
+    if plan is None:
+        return False
+    for i in team.sharing:
+        robot = state.robots[i]
+        if not robot.idle or next_step(team, state, i) is not None or will_count(team, state, i):
+            return False
+        way = plan.ways[i][robot.at + 1 : robot.at + 2]
+        if any(k in helped for visit in way for k, _ in visit.needs) or any(
+            each.state is Is.OPEN
+            and k in helped
+            and team.obstacles[k].region == visit.pose % team.size
+            for visit in way
+            for k, each in enumerate(state.obstacles)
+        ):
+            return False
+    return plan is not None
+
+
+def surely(team: Team, state: State) -> list[int]:
+    """For each robot the last place of its way that it can reach without a further resolution."""
+    plan = state.plan
+    assert plan is not None
+    most = [len(way) - 1 for way in plan.ways]
+    shut = [closed(team, state, i) for i in range(len(plan.ways))]
+    before = None
+    while before != most:
+        before = list(most)
+        for i, way in enumerate(plan.ways):
+            for place in range(state.robots[i].at + 1, most[i] + 1):
+                visit = way[place]
+                waits = not _are_met(state, visit.needs) or any(
+                    most[j] < at for j, at in visit.after
+                )
+                if waits or visit.pose % team.size in shut[i]:
+                    most[i] = place - 1
+                    break
+    return most
+
+
+def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
+    """The joint state after each tick of a run of the plan without surprises, in which robots move
+    in turn, each as soon as it may; None if it does not get to its end."""
+    at = [0] * len(plan.ways)
+    ticks, joint, gates = [first], first, floor.gates
+    left = sum(len(plan.ways[i]) - 1 for i in floor.robots)
+    going = [i for i in floor.robots if len(plan.ways[i]) > 1]
+    while left:
+        begun, ended = left, False
+        for i in going:
+            visit = plan.ways[i][at[i] + 1]
+            if any(at[j] < place for j, place in visit.after):
+                continue
+            if visit.needs:
+                stage = dict(zip(gates, joint.stages, strict=True))
+                if any(stage[k].need < n for k, n in visit.needs):
+                    continue
+            if floor.allowed(i, joint.stages) >> visit.pose & 1:
+                joint = floor.after(joint, i, visit.pose)
+                at[i], left = at[i] + 1, left - 1
+                ended = ended or at[i] + 1 >= len(plan.ways[i])
+        if ended:
+            going = [i for i in going if at[i] + 1 < len(plan.ways[i])]
+        if left == begun:
+            return None
+        ticks.append(joint)
+    return ticks
+
+
+def joint_now(team: Team, state: State, floor: Floor | None = None) -> Joint:
+    """The present joint state; a robot on its way is where it will arrive."""
+    floor = floor or floor_now(team, state)
+    counts = tuple((r.own.memory, r.own.met) for r in state.robots)
+    return floor.begun(tuple(r.next for r in state.robots), counts, stages_of(floor, state))

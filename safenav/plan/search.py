@@ -1,0 +1,296 @@
+"""LaCAM (Okumura, AAAI 2023): a plan for the whole remaining mission, or the proof that there is
+none.
+
+Depth first over joint states; the next one is PIBT's proposal, then PIBT with one robot forced,
+then each step of one robot alone, so it is complete with few edges a state. Many short searches
+with other orders find short plans where one deep search finds long ones; where the floor is full,
+chains of legs for one robot do.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from random import Random
+
+from safenav.plan.pibt import Field, Proposals
+from safenav.team.floor import Floor, Joint, Stages
+from safenav.world.poses import FAR, Mask
+
+Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
+"""The poses to which duties send each robot (0: nowhere; None: its own next target)."""
+Goal = Callable[[Joint], bool]
+
+FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
+MANY, ROLLS = 60, 8
+FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
+SINGLES, PROOF = 4_000, 60_000
+LEG, CHAIN, LEGS = 30, 3_000, 50
+
+
+class Exhausted(list[Joint]):
+    """All joint states that can be reached: none of them is a goal."""
+
+
+Answer = list[Joint] | Exhausted | None
+"""The joint states of a plan; or a proof; None: the budget is spent."""
+
+
+class Search:
+    """``work``: how many single-robot steps it may examine; about 200,000 a second."""
+
+    def __init__(
+        self, floor: Floor, served: frozenset[int], guide: Guide, start: Joint, seed: int, work: int
+    ) -> None:
+        self.floor, self.served, self.guide, self.start, self.work = (
+            floor,
+            served,
+            guide,
+            start,
+            work,
+        )
+        self.random = Random(seed)
+        self._alive = [floor.live(i, floor.floors[i]) for i in range(len(start.poses))]
+        alive = self._alive if len(floor.robots) > MANY else None
+        self._propose = Proposals(floor, self.random, alive).propose
+        self._guided: dict[Stages, Sequence[Mask | None]] = {}
+        self._fields: dict[tuple[int, tuple[int, int], Stages], Field] = {}
+        self._alive = [floor.live(i, floor.floors[i]) for i in range(len(start.poses))]
+
+    def goal(self, joint: Joint) -> bool:
+        return self.floor.completed(joint, self.served)
+
+    def run(self) -> Answer:
+        """The first plan that some variant finds, the cheap ones first."""
+        if self.goal(self.start):
+            return [self.start]
+        few = len(self.floor.robots) <= 4
+        if len(self.floor.robots) > MANY and (found := self._rolled()) is not None:
+            return found
+        budget = FIRST_BUDGET
+        for turn in range(ROUNDS):
+            for how in (FARTHEST, STATIC, ONE):
+                for _ in range(1 if how is FARTHEST else max(1, budget // MOST_OF_AN_ORDER)):
+                    states = budget if how is FARTHEST else min(budget, MOST_OF_AN_ORDER)
+                    found = self.deep(self.start, self.goal, states, how, self._order(how))
+                    if isinstance(found, Exhausted):
+                        return self.singles(PROOF)
+                    if found is not None:
+                        return found
+            if (found := self._legs(CHAIN << turn)) is not None:
+                return found
+            if few and turn == 0 and (answer := self.singles(SINGLES)) is not None:
+                return answer
+            if self.work <= 0:
+                break
+            budget *= 2
+        return self.singles(PROOF) if few else None
+
+    def _rolled(self) -> list[Joint] | None:
+        """Lifelong PIBT, several times: who has waited longest for a goal chooses first; no
+        backtracking."""
+        robots = self.floor.robots
+        for _ in range(ROLLS):
+            joint, states, rank = (
+                self.start,
+                [self.start],
+                {i: self.random.random() for i in robots},
+            )
+            pairs = zip(self.fields(joint), joint.poses, strict=True)
+            horizon = max((field[p] for field, p in pairs if field is not None), default=0)
+            for _ in range(8 * (horizon + self.floor.team.size // 16) + 100):
+                fields = self.fields(joint)
+                for i in robots:
+                    wants = _misses(fields[i], joint.poses[i])
+                    rank[i] = rank[i] + 1 if wants else rank[i] % 1
+                self.work -= len(robots)
+                found = self._propose(joint, fields, sorted(robots, key=lambda i: -rank[i]))
+                if self.work <= 0:
+                    break
+                if (
+                    found is None or found == joint.poses
+                ):  # a standstill: some robots step aside at random
+                    aside = self._aside(joint)
+                    if aside == joint:
+                        break
+                    joint = aside
+                    states.append(joint)
+                    if self.goal(joint):
+                        return states
+                    continue
+                joint = self.floor.moved(joint, found, robots)
+                states.append(joint)
+                if self.goal(joint):
+                    return states
+        return None
+
+    def _aside(self, joint: Joint) -> Joint:
+        """After single steps of random robots to free places from which they can go on for ever."""
+        size, poses, robots = self.floor.team.size, list(joint.poses), list(self.floor.robots)
+        at: dict[int, list[int]] = {}
+        for i, pose in enumerate(poses):
+            at.setdefault(pose % size, []).append(i)
+        self.random.shuffle(robots)
+        for i in robots[: max(1, len(robots) // 2)]:
+            steps = self.floor.steps(i, joint.stages)[poses[i]]
+            rivals = self.floor.team.members[i].rivals
+            free = [
+                p
+                for p in steps
+                if self._alive[i] >> p & 1 and not any(j in rivals for j in at.get(p % size, ()))
+            ]
+            if free:
+                at[poses[i] % size].remove(i)
+                poses[i] = self.random.choice(free)
+                at.setdefault(poses[i] % size, []).append(i)
+        return self.floor.moved(joint, tuple(poses), self.floor.robots)
+
+    def _order(self, how: str) -> list[int]:
+        order = list(self.floor.robots)
+        if how is not FARTHEST:
+            self.random.shuffle(order)
+        return order
+
+    def singles(self, budget: int) -> Answer:
+        """Breadth first, one robot's step at a time: a shortest plan, or the proof."""
+        before: dict[Joint, Joint | None] = {self.start: None}
+        queue = deque([self.start])
+        if self.goal(self.start):
+            return [self.start]
+        while queue:
+            joint = queue.popleft()
+            for i, pose in self.floor.moves(joint):
+                after = self.floor.after(joint, i, pose)
+                if after not in before:
+                    before[after] = joint
+                    if self.goal(after):
+                        return _path(after, before)
+                    queue.append(after)
+            if len(before) > budget:
+                return None
+        return Exhausted(before)
+
+    def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
+        """Depth first, at most ``budget`` states."""
+        before: dict[Joint, Joint | None] = {start: None}
+        stack = [(start, self._next(start, how, order))]
+        edges = 0
+        while stack:
+            joint, following = stack[-1]
+            after = next(following, None)
+            if after is None:
+                stack.pop()
+                continue
+            edges += 1
+            if edges > budget * 12 or self.work <= 0:
+                return None
+            if after not in before:
+                before[after] = joint
+                if goal(after):
+                    return _path(after, before)
+                if len(before) > budget:
+                    return None
+                stack.append((after, self._next(after, how, order)))
+        return Exhausted(before)
+
+    def _next(self, joint: Joint, how: str, order: list[int]) -> Iterator[Joint]:
+        floor, poses, fields = self.floor, joint.poses, self.fields(joint)
+        if how is ONE:
+            first = next((i for i in order if fields[i] is not None), None)
+            fields = [field if i == first else None for i, field in enumerate(fields)]
+        if how is not STATIC:
+            order = sorted(order, key=lambda i: _distance(fields[i], poses[i]), reverse=True)
+        self.work -= len(order)
+        found = self._propose(joint, fields, order)
+        if found is not None and found != poses:
+            yield floor.moved(joint, found, floor.robots)
+        for i in order:
+            for pose in floor.steps(i, joint.stages)[poses[i]]:
+                if self._alive[i] >> pose & 1:
+                    self.work -= len(order)
+                    found = self._propose(joint, fields, order, (i, pose))
+                    if found is not None:
+                        yield floor.moved(joint, found, floor.robots)
+        for i, pose in floor.moves(joint):
+            if self._alive[i] >> pose & 1:
+                yield floor.after(joint, i, pose)
+
+    def fields(self, joint: Joint) -> list[Field]:
+        """For each robot the distances to what it wants now; None where it wants nothing it can
+        reach."""
+        guided = self._guided.get(joint.stages)
+        if guided is None:
+            guided = self._guided[joint.stages] = self.guide(joint.stages, joint.poses)
+        found: list[Field] = [None] * len(joint.poses)
+        for i in self.floor.robots:
+            key = i, joint.counts[i], joint.stages
+            if key not in self._fields:
+                goal = self.floor.awaited(i, joint.counts[i]) if guided[i] is None else guided[i]
+                allowed = self.floor.allowed(i, joint.stages)
+                self._fields[key] = self.floor.graphs[i].distances(goal, allowed) if goal else None
+            field = self._fields[key]
+            found[i] = field if field is not None and field[joint.poses[i]] < FAR else None
+        return found
+
+    def _legs(self, most: int) -> list[Joint] | None:
+        """A chain of legs, each of one robot that all others let pass; backtracks at random."""
+        legs: list[list[Joint]] = [[self.start]]
+        vain = made = 0
+        while not self.goal(legs[-1][-1]):
+            leg, spent = self._leg(legs[-1][-1])
+            vain, made = vain + spent, made + 1
+            if (
+                vain > most
+                or made > LEGS * len(self.floor.robots)
+                or self.work <= 0
+                or (leg is None and len(legs) == 1)
+            ):
+                return None
+            if leg is None:
+                del legs[self.random.randrange(1, len(legs)) :]
+            else:
+                legs.append(leg)
+        return [legs[0][0], *(joint for leg in legs[1:] for joint in leg[1:])]
+
+    def _leg(self, start: Joint) -> tuple[list[Joint] | None, int]:
+        fields = self.fields(start)
+        wanting = [i for i in self.floor.robots if _misses(fields[i], start.poses[i])]
+        self.random.shuffle(wanting)
+        vain = 0
+        for i in wanting:
+            others = [j for j in self.floor.robots if j != i]
+            self.random.shuffle(others)
+            field = fields[i]
+            assert field is not None
+            budget = LEG + 2 * field[start.poses[i]]
+            found = self.deep(start, self._reaches(start, i, field), budget, ONE, [i, *others])
+            if found is not None and not isinstance(found, Exhausted):
+                return found, vain
+            vain += budget
+        return None, vain
+
+    def _reaches(self, start: Joint, i: int, field: Sequence[int]) -> Goal:
+        def reached(joint: Joint) -> bool:
+            changed = joint.stages != start.stages or joint.counts[i] != start.counts[i]
+            return changed or field[joint.poses[i]] == 0 or self.goal(joint)
+
+        return reached
+
+
+def _distance(field: Field, pose: int) -> int:
+    """Return the steps to what a robot wants; -1 if it wants nothing."""
+    return -1 if field is None else field[pose]
+
+
+def _misses(field: Field, pose: int) -> bool:
+    """Return whether a robot wants something and is not there."""
+    return field is not None and field[pose] > 0
+
+
+def _path(end: Joint, before: dict[Joint, Joint | None]) -> list[Joint]:
+    found: list[Joint] = []
+    joint: Joint | None = end
+    while joint is not None:
+        found.append(joint)
+        joint = before[joint]
+    return found[::-1]

@@ -1,0 +1,188 @@
+"""Shorter plans: each robot's way in turn is replaced by the earliest one among the others'."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from safenav.plan.order import linear, plan_of, preview
+from safenav.team.floor import Floor, Joint
+from safenav.team.state import Plan
+from safenav.world.poses import Mask, bits, region_mask
+
+REPEATS, MANY = 4, 100
+FEW = 12
+MOST_CELLS = 40_000
+
+
+def shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> Plan:
+    """The plan of these states, with fewer ticks and steps where that is found soon."""
+    shown = _shown(floor, states[0], [joint.poses for joint in states])
+    if shown is None or not floor.completed(shown[0][-1], served):
+        return plan_of(floor, linear(floor, states[0], [joint.poses for joint in states]))
+    best, plan = shown
+    for _ in range(REPEATS if len(floor.robots) <= MANY else REPEATS // 2):
+        order = sorted(floor.robots, key=lambda i: -_arrival(best, i))
+        before, groups = best, [order]
+        if (
+            floor.gates or len(order) <= FEW
+        ):  # also one by one: together they may disturb each other
+            groups = [order, *([i] for i in order)]
+        for group in groups:
+            best, plan = _improved(floor, best, group, served) or (best, plan)
+        if best is before:
+            break
+    return plan
+
+
+def _improved(
+    floor: Floor, best: list[Joint], who: Sequence[int], served: frozenset[int]
+) -> tuple[list[Joint], Plan] | None:
+    """The plan in which these robots, one after the other, go their earliest ways; None if it is no
+    better."""
+    ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
+    shared: dict[frozenset[int], list[Mask]] = {}
+    size = floor.team.size
+    for i in who:
+        way = _earliest(floor, best, ways, i, shared)
+        if way is not None and _pays(way, ways[i]):
+            crowd = floor.team.crowds[i]
+            if crowd is not None and (masks := shared.get(crowd)) is not None:
+                for t, (old, new) in enumerate(zip(ways[i], way, strict=False)):
+                    masks[t] = masks[t] & ~(1 << old % size) | 1 << new % size
+            ways[i] = way
+    found = _shown(floor, best[0], list(zip(*ways, strict=True)))
+    if found is None or not floor.completed(found[0][-1], served) or _cost(found[0]) >= _cost(best):
+        return None
+    return found
+
+
+def _shown(
+    floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]
+) -> tuple[list[Joint], Plan] | None:
+    """The plan with these joint poses, and the joint state after each tick of its execution."""
+    plan = plan_of(floor, linear(floor, first, ticks))
+    shown = preview(floor, plan, first)
+    return None if shown is None else (shown, plan)
+
+
+def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
+    """Whether a way has fewer steps, or ends earlier."""
+
+    def cost(way: Sequence[int]) -> tuple[int, int]:
+        moves = [t for t in range(1, len(way)) if way[t] != way[t - 1]]
+        return len(moves), moves[-1] if moves else 0
+
+    (steps, end), (most, late) = cost(way), cost(before)
+    return steps < most or end < late
+
+
+def _cost(ticks: Sequence[Joint]) -> tuple[int, int]:
+    pairs = pairwise(ticks)
+    return len(ticks), sum(a != b for x, y in pairs for a, b in zip(x.poses, y.poses, strict=True))
+
+
+def _arrival(ticks: Sequence[Joint], i: int) -> int:
+    return max(
+        (t for t in range(1, len(ticks)) if ticks[t].poses[i] != ticks[t - 1].poses[i]), default=0
+    )
+
+
+def _earliest(
+    floor: Floor,
+    ticks: Sequence[Joint],
+    ways: Sequence[Sequence[int]],
+    i: int,
+    shared: dict[frozenset[int], list[Mask]],
+) -> list[int] | None:
+    """The poses of a robot by tick on its earliest way through all that it does in ``ticks``,
+    around the ways of the others; None if it has none."""
+    graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
+    vias, rivals = _vias(floor, ticks, i), floor.team.members[i].rivals
+    if last * (len(vias) + 1) > MOST_CELLS:
+        return None
+    crowd = floor.team.crowds[i]
+    if crowd is not None:  # disjoint regions: those of all, less its own
+        if crowd not in shared:
+            shared[crowd] = [region_mask(ways[j][t] % size for j in crowd) for t in range(last + 1)]
+        taken = [
+            graph.poses_on(mask & ~(1 << pose % size))
+            for mask, pose in zip(shared[crowd], ways[i], strict=True)
+        ]
+    else:
+        taken = [
+            graph.poses_on(region_mask(ways[j][t] % size for j in rivals)) for t in range(last + 1)
+        ]
+    later = [0] * (last + 2)
+    for t in range(last, -1, -1):
+        later[t] = later[t + 1] | taken[t]
+    final = floor.live(i, floor.allowed(i, ticks[-1].stages))
+    cells: list[list[Mask]] = [[0] * (len(vias) + 1) for _ in ticks]
+    cells[0][0] = 1 << ticks[0].poses[i]
+    for t in range(last + 1):
+        if t:
+            free = ~(taken[t - 1] | taken[t])
+            allowed = floor.allowed(i, ticks[t - 1].stages) & free
+            for k, poses in enumerate(cells[t - 1]):
+                if poses:
+                    cells[t][k] = poses & free | graph.forward(poses) & allowed
+        for k, (via, least) in enumerate(vias):
+            if t >= least:
+                met = cells[t][k] & via
+                cells[t][k] ^= met
+                cells[t][k + 1] |= met
+        if end := cells[t][-1] & final & ~later[t]:
+            return _back(floor, cells, vias, t, next(bits(end)), i, taken, ticks)
+    return None
+
+
+def _back(
+    floor: Floor,
+    cells: list[list[Mask]],
+    vias: list[tuple[Mask, int]],
+    t: int,
+    pose: int,
+    i: int,
+    taken: list[Mask],
+    ticks: Sequence[Joint],
+) -> list[int] | None:
+    """The way to a cell, in which the robot stays wherever it can."""
+    graph, way, k = floor.graphs[i], [pose] * (len(ticks) - t), len(vias)
+    while t:
+        free = ~(taken[t - 1] | taken[t])
+        for passed in range(k, -1, -1):
+            row = cells[t - 1][passed]
+            if row >> pose & 1 and free >> pose & 1:
+                break
+            entered = floor.allowed(i, ticks[t - 1].stages) & free
+            came = graph.backward(1 << pose) & row if entered >> pose & 1 else 0
+            if came:
+                pose = next(bits(came))
+                break
+            if not passed or not vias[passed - 1][0] >> pose & 1 or t < vias[passed - 1][1]:
+                return None
+        k, t = passed, t - 1
+        way.append(pose)
+    return way[::-1]
+
+
+def _vias(floor: Floor, ticks: Sequence[Joint], i: int) -> list[tuple[Mask, int]]:
+    """The poses through which a robot must go in turn, each not before a tick: where it counts
+    goals, and where it acts."""
+    found, since, graph, size = list[tuple[Mask, int]](), 0, floor.graphs[i], floor.team.size
+    for t in range(1, len(ticks)):
+        before, joint = ticks[t - 1], ticks[t]
+        if joint.stages != before.stages:
+            for g in floor.open(before.stages):
+                need = floor.need(g, before.stages)
+                acts = joint.stages[g] != before.stages[g] and i in floor.able(g, before.stages)
+                if acts and need.regions >> joint.poses[i] % size & 1:
+                    found.append((graph.poses_on(need.regions), since))
+            if len(floor.open(joint.stages)) != len(floor.open(before.stages)):
+                since = t
+        if (
+            joint.counts[i] != before.counts[i]
+            and (goal := floor.awaited(i, before.counts[i])) >> joint.poses[i] & 1
+        ):
+            found.append((goal, since))
+    return found

@@ -1,0 +1,231 @@
+"""``coordinate``: what the team intends, a function of its state and of what it intended before.
+
+The duties are decided anew iff the question has changed (what is open, met, asked, resolved), and
+then once for all that has changed. The plan of the sharing robots is asked anew iff there is none:
+a surprise has dropped it (``apply``), or it is at its end and its promise is not kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from safenav.plan.ask import Deadlock, Found, Unserved, ask
+from safenav.plan.order import at_end, joint_now, stuck
+from safenav.runtime.control.roles import Role, Roles
+from safenav.runtime.control.tasks import Answers, Controller, outdated, synthesized
+from safenav.solve.duties import Settlement, settle
+from safenav.solve.proof import cause_of, closure_of, stated
+from safenav.solve.solve import BudgetError, Solver, around
+from safenav.team import state as now
+from safenav.team.apply import apply, done
+from safenav.team.floor import floor_now, stages_of
+from safenav.team.state import Is, State
+from safenav.team.team import Team
+from safenav.trace.proofs import JointSearch, Proof
+
+
+class End(Struct, frozen=True):
+    """Why the run ends: outcome, cause and proof; ``unrealizable``: robots without a strategy."""
+
+    outcome: str
+    why: str
+    cause: str | None = None
+    proof: Proof | None = None
+    unrealizable: tuple[tuple[str, str], ...] = ()
+
+
+class Control(Struct, frozen=True):
+    """What the team intends. ``proofs``: why obstacles were given up; ``new``: the robots that have
+    just been synthesized."""
+
+    question: Hashable | None = None
+    found: Settlement = Settlement()
+    roles: tuple[Role, ...] = ()
+    controllers: tuple[Controller | None, ...] = ()
+    proofs: dict[int, Proof] = field(default_factory=dict)
+    new: tuple[int, ...] = ()
+    end: End | None = None
+
+
+def coordinate(
+    team: Team, state: State, before: Control, answers: Answers
+) -> tuple[Control, list[now.Event]]:
+    """What the team intends now, and the decisions that lead there, in order."""
+    decided: list[now.Event] = []
+
+    def decide(event: now.Event) -> None:
+        nonlocal state
+        decided.append(event)
+        state = apply(team, state, event)
+
+    control, question = replace(before, new=()), _question(state)
+    if question != before.question:
+        given = _give_up(team, state, decide)
+        try:
+            control = _settled(team, state, before, given, answers)
+        except BudgetError:
+            return replace(
+                before, question=question, end=End("search_limit", "search budget exhausted")
+            ), decided
+        if control.end is None:
+            for i, role in enumerate(control.roles):
+                mine, robot = control.controllers[i], state.robots[i]
+                if role.objective != robot.objective or (
+                    i in control.new and not team.members[i].rivals
+                ):
+                    node = mine.node if mine is not None and i in control.new else robot.node
+                    if mine is not None and mine.form == "other_memory":
+                        decide(now.Turned(i, mine.task.memory.index))
+                    decide(now.Told(i, role.objective, node))
+            for i, robot in enumerate(state.robots):
+                if (
+                    robot.fresh
+                    and robot.to is None
+                    and not (before.roles and team.members[i].rivals)
+                ):
+                    decide(now.Counted(i))
+        control = replace(control, question=_question(state))
+    if control.end is None:
+        control = replace(control, end=_planned(team, state, control, decide))
+        if _question(state) != control.question and control.end is None:  # requests were set aside
+            return _again(team, state, control, answers, decided)
+    return control, decided
+
+
+def _again(
+    team: Team, state: State, control: Control, answers: Answers, decided: list[now.Event]
+) -> tuple[Control, list[now.Event]]:
+    after, more = coordinate(team, state, control, answers)
+    return replace(after, new=control.new + after.new), decided + more
+
+
+def _question(state: State) -> Hashable:
+    known = (Is.OPEN, Is.SEALED)
+    obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
+    return state.requests, obstacles, state.over
+
+
+def _give_up(team: Team, state: State, decide: object) -> dict[int, Proof]:
+    """Obstacles whose next need nobody can ever meet join O, with the closure as proof."""
+    found: dict[int, Proof] = {}
+    while True:
+        floor = floor_now(team, state)
+        sets = around(floor, tuple(r.next for r in state.robots), stages_of(floor, state))
+        closure = closure_of(sets)
+        if not closure.stuck:
+            return found
+        proof = stated(sets, closure, _names(team, state))
+        for g in closure.stuck:
+            found[floor.gates[g]] = proof
+            decide(now.GaveUp(floor.gates[g]))  # type: ignore[operator]
+            state = apply(team, state, now.GaveUp(floor.gates[g]))
+
+
+def _names(team: Team, state: State) -> tuple[str, ...]:
+    return tuple(team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up)
+
+
+def _settled(
+    team: Team, state: State, before: Control, given: dict[int, Proof], answers: Answers
+) -> Control:
+    """Duties, roles and strategies: Algorithm 1, lines 10 to 14 and 20."""
+    floor = floor_now(team, state)
+    stages, poses = stages_of(floor, state), tuple(r.next for r in state.robots)
+    helping: dict[int, tuple[int, ...]] = {}
+    for i, role in enumerate(before.roles):
+        if role.helps in floor.gates:
+            g = floor.gates.index(role.helps)
+            helping[g] = (*helping.get(g, ()), i)
+    aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
+    lone = frozenset(range(len(poses))).difference(team.sharing)
+    found = settle(Solver(floor), poses, stages, aside, helping, lone)
+    proofs = {**before.proofs, **given}
+    if found.proof is not None:
+        sets, gone = around(floor, poses, stages), _names(team, state)
+        cause = cause_of(
+            sets,
+            found.proof,
+            {k: o.stage.need for k, o in enumerate(state.obstacles) if o.given_up},
+        )
+        proof = stated(sets, found.proof, gone)
+        never = End("operator_needed", "a robot can never go on", cause, proof)
+        return Control(None, found, before.roles, before.controllers, proofs, (), never)
+    roles = Roles(team, state, floor, stages, found).all()
+    controllers, new = list(before.controllers or (None,) * len(poses)), []
+    for i, role in enumerate(roles):
+        mine = controllers[i]
+        if mine is None or (i in lone and outdated(team, state, i, role, mine)):
+            controllers[i] = synthesized(team, state, i, role, answers)
+            new.append(i)
+    end: End | None = None
+    if failed := [c for i in new if (c := controllers[i]) and not c.realizable]:
+        specs = tuple((c.task.robot.name, c.result.spec_sha256) for c in failed)
+        outcome = "operator_needed" if before.roles else "unrealizable"
+        why = "no strategy for " + ", ".join(name for name, _ in specs)
+        end = End(outcome, why, "unrealizable" if before.roles else None, None, specs)
+    return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
+
+
+def _planned(team: Team, state: State, control: Control, decide: object) -> End | None:
+    """Give the sharing robots a plan if they need one: the end of the run if there is none."""
+    if not team.sharing:
+        return None
+    helped = frozenset(
+        r.helps
+        for r, m in zip(control.roles, team.members, strict=True)
+        if r.helps is not None and not m.rivals
+    )
+    if (
+        state.plan is not None
+        and not at_end(state, team.sharing)
+        and not stuck(team, state, helped)
+    ):
+        return None
+    floor = floor_now(team, state)
+    joint, served = joint_now(team, state, floor), control.found.served
+    open_ = {floor.gates[g] for g in served}
+    if state.plan is not None and open_ and open_ <= state.plan.foreseen & helped:
+        return None  # robots with strategies are still to resolve them
+    if open_ <= helped and floor.completed(joint, frozenset(), team.sharing):
+        return None  # nothing is left to do but for others
+    answer = ask(floor, joint, served, seed=len(state.over))
+    match answer:
+        case Found(plan, first):
+            for i, memory in first:
+                decide(now.Turned(i, memory))  # type: ignore[operator]
+            decide(now.Planned(plan))  # type: ignore[operator]
+        case Unserved(gates):
+            decide(now.SetAside(tuple(floor.gates[g] for g in gates)))  # type: ignore[operator]
+        case Deadlock(robots, proof):
+            names = ", ".join(team.members[i].name for i in robots)
+            return End(
+                "operator_needed",
+                f"{names}: deadlock",
+                "deadlock",
+                _whole(team, state, robots, proof),
+            )
+        case None:
+            return End(
+                "search_limit", "search budget exhausted while planning a joint plan; no verdict"
+            )
+    return None
+
+
+def _whole(team: Team, state: State, robots: tuple[int, ...], proof: JointSearch) -> JointSearch:
+    """The proof with the obstacles that were given up, which the team treats as walls."""
+    if len(robots) < len(team.members):
+        return proof
+    gone = {
+        team.obstacles[k].name: each.stage.need
+        for k, each in enumerate(state.obstacles)
+        if each.given_up
+    }
+    return replace(proof, stages={**proof.stages, **gone})
+
+
+def is_complete(team: Team, state: State, control: Control) -> bool:
+    """Whether every robot has met its objective, and no request is being served."""
+    return not control.found.served and all(done(team, state, i) for i in range(len(team.members)))

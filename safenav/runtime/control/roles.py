@@ -1,0 +1,201 @@
+"""The objective of each robot: its duty, to wait for help, or its own; and what it must keep out
+of."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+from safenav.scenario.objective import Target, TargetObjective, alternation, station, staying
+from safenav.solve.duties import Settlement
+from safenav.solve.solve import fits
+from safenav.team.floor import Floor, Stages
+from safenav.team.state import State
+from safenav.team.team import Team
+from safenav.world.moves import Pose
+from safenav.world.poses import Mask, bits
+
+
+class Role(Struct, frozen=True):
+    """``helps``: the obstacle that it is to resolve. ``avoid``: open obstacles that a new strategy
+    treats as walls; ``must``: those of them that its present one must know. ``forbidden``: poses
+    from which the team could not go on."""
+
+    objective: TargetObjective
+    helps: int | None = None
+    avoid: frozenset[int] = frozenset()
+    must: frozenset[int] = frozenset()
+    forbidden: frozenset[Pose] = frozenset()
+
+
+class Roles:
+    """The roles that follow from a settlement. ``before``: the obstacle that each robot served
+    until now."""
+
+    def __init__(
+        self, team: Team, state: State, floor: Floor, stages: Stages, found: Settlement
+    ) -> None:
+        self.team, self.state, self.floor, self.stages, self.found = (
+            team,
+            state,
+            floor,
+            stages,
+            found,
+        )
+        self.poses = tuple(robot.next for robot in state.robots)
+
+    def all(self) -> tuple[Role, ...]:
+        return tuple(map(self.role, range(len(self.poses))))
+
+    def role(self, i: int) -> Role:
+        if i in self.found.duties:
+            return self._help(i)
+        own = None if self.waits(i) else self._own(i)
+        return own or self._wait(i)
+
+    def waits(self, i: int) -> bool:
+        """Whether a robot has met an obstacle that is being resolved."""
+        return any(
+            i in dict(self.state.obstacles[self.floor.gates[g]].asked) for g in self.found.served
+        )
+
+    def _help(self, i: int) -> Role:
+        duty, graph, rules = (
+            self.found.duties[i],
+            self.floor.graphs[i],
+            self.team.members[i].objective,
+        )
+        k, places = (
+            self.floor.gates[duty.g],
+            frozenset(bits(self.floor.graphs[i].regions_of(duty.goal))),
+        )
+        own = None if duty.stays else self._own_target(i, duty.goal)
+        wanted = (duty.goal,) if own is None else (duty.goal, graph.on(own))
+        present = self.state.robots[i].objective
+        if duty.stays:
+            objective: TargetObjective = staying(places, rules)
+        elif (
+            present.kind == "visit"
+            and present != rules
+            and present.targets[0] == places
+            and self._goes_between(i, (duty.goal, *graph.on_each(present.targets[1:])))
+        ):
+            objective = present  # it keeps its order
+        else:
+            objective = alternation((places,) if own is None else (places, own), rules)
+        return self._toward(i, wanted, objective, k)
+
+    def _own_target(self, i: int, goal: Mask) -> Target | None:
+        """The place where it waits, or the first own target between which and its duty it can
+        go."""
+        waiting = [frozenset({place}) for place in self._places(i)]
+        for target in (*waiting, *self.team.members[i].objective.targets):
+            if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):
+                return target
+        return None
+
+    def _wait(self, i: int) -> Role:
+        """Hold where it met the obstacle, or clear of a helper's way."""
+        graph, rules, here = (
+            self.floor.graphs[i],
+            self.team.members[i].objective,
+            self.poses[i] % self.team.size,
+        )
+        place = self._clear(i, next(iter(self._places(i)), here))
+        if place != here and self._goes_between(i, (graph.on({place}),)):
+            return self._toward(i, (graph.on({place}),), staying(frozenset({place}), rules))
+        return Role(staying(frozenset({here}), rules))
+
+    def _places(self, i: int) -> list[int]:
+        asked = (dict(self.state.obstacles[k].asked) for k in reversed(self.state.requests))
+        found = [regions[i] for regions in asked if i in regions]
+        robot = self.state.robots[i]
+        if robot.objective != self.team.members[i].objective and not self.found.duties.get(i):
+            found += station(robot.objective) or ()
+        return found[:1]
+
+    def _own(self, i: int) -> Role | None:
+        """Its own objective, around the open obstacles if it can; None if it cannot pursue it
+        now."""
+        member, floor, state = self.team.members[i], self.floor, self.state
+        shut = self._shut(i)
+        must = frozenset(k for k in state.requests if i in dict(state.obstacles[k].asked))
+        allowed, safe = floor.allowed(i, self.stages), self.found.safe[i]
+        lost = 0 if safe is None else floor.graphs[i].closure(1 << self.poses[i], allowed) & ~safe
+        for avoid in (shut | must, must):
+            walls = floor.graphs[i].on(self.team.obstacles[k].region for k in avoid)
+            free = floor.floors[i] & ~walls & ~lost
+            if floor.graphs[i].closure(1 << self.poses[i], free) & floor.live(i, free):
+                return Role(member.objective, None, avoid, must, self._forbidden(i, member.targets))
+        return None
+
+    def _toward(
+        self,
+        i: int,
+        targets: tuple[Mask, ...],
+        objective: TargetObjective,
+        helps: int | None = None,
+    ) -> Role:
+        shut = self._shut(i)
+        return Role(objective, helps, shut, shut, self._forbidden(i, targets))
+
+    def _shut(self, i: int) -> frozenset[int]:
+        """The open obstacles that a robot must not enter now."""
+        floor, stages = self.floor, self.stages
+        return frozenset(
+            floor.gates[g]
+            for g in floor.open(stages)
+            if i in floor.gate(g).closed_to[stages[g].need]
+        )
+
+    def _goes_between(self, i: int, targets: tuple[Mask, ...]) -> bool:
+        graph, safe = self.floor.graphs[i], self.found.safe[i]
+        allowed = self.floor.allowed(i, self.stages) & (-1 if safe is None else safe)
+        return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, allowed))
+
+    def _forbidden(self, i: int, targets: tuple[Mask, ...]) -> frozenset[Pose]:
+        """The poses beside the safe ones from which a robot could still meet its targets."""
+        safe, graph, allowed = (
+            self.found.safe[i],
+            self.floor.graphs[i],
+            self.floor.allowed(i, self.stages),
+        )
+        if safe is None:
+            return frozenset()
+        lost = graph.forward(safe) & allowed & ~safe
+        if lost:
+            own = targets == self.team.members[i].targets
+            lost &= self.floor.live(i, allowed) if own else graph.live(targets, allowed)
+        return graph.poses(lost)
+
+    def _clear(self, i: int, place: int) -> int:
+        """The place itself, or the nearest region in which a waiting robot hinders no helper."""
+        graph, allowed = self.floor.graphs[i], self.floor.allowed(i, self.stages)
+        if not self.waits(i) or not self._hinders(i, place):
+            return place
+        others = (r for j, r in enumerate(self.state.robots) if j in self.team.members[i].rivals)
+        taken = {
+            p % self.team.size for r in others if station(r.objective) for p in (r.pose, r.next)
+        }
+        found = frontier = 1 << self.poses[i]
+        while frontier:
+            for region in bits(graph.regions_of(frontier)):
+                if region not in taken and not self._hinders(i, region):
+                    return region
+            frontier = graph.forward(frontier) & allowed & ~found
+            found |= frontier
+        return place
+
+    def _hinders(self, i: int, region: int) -> bool:
+        """Whether a robot there keeps a helper, or a group, from its place."""
+        floor, rivals = self.floor, self.team.members[i].rivals
+        for helper in rivals & self.found.duties.keys():
+            duty, spots = self.found.duties[helper], {}
+            for one in duty.group:
+                shut = floor.graphs[one].poses_on(1 << region) if one in rivals else 0
+                allowed = floor.allowed(one, self.stages) & ~shut
+                goal = self.found.duties.get(one, duty).goal
+                spots[one] = floor.graphs[one].closure(1 << self.poses[one], allowed) & goal & ~shut
+            together = floor.gate(duty.g).needs[duty.need].together
+            if not all(spots.values()) or (together and not fits(floor, duty.group, spots)):
+                return True
+        return False

@@ -1,0 +1,129 @@
+"""Strategies: a robot's specification for its role, and slugs' answer, remembered by the
+question."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+from safenav.outcome import Verdict
+from safenav.runtime.control.roles import Role
+from safenav.scenario.objective import TargetObjective
+from safenav.spec.compile import compile_task
+from safenav.spec.forms import ObjectiveForm, Weakening, forms
+from safenav.spec.objective import Memory
+from safenav.spec.specification import Specification
+from safenav.spec.task import Known, Task
+from safenav.synthesis.request import SynthesisResult
+from safenav.synthesis.slugs import Synthesizer
+from safenav.team.state import Is, State
+from safenav.team.team import Team
+from safenav.trace.vocabulary import Form
+from safenav.world.poses import region_mask
+
+
+class Controller(Struct, frozen=True, eq=False):
+    """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``known``:
+    the open obstacles that it knows; ``node``: where it begins."""
+
+    task: Task
+    asked: TargetObjective
+    rung: ObjectiveForm
+    result: SynthesisResult
+    known: frozenset[int]
+
+    @property
+    def realizable(self) -> bool:
+        return self.result.verdict is Verdict.REALIZABLE
+
+    @property
+    def form(self) -> Form:
+        if self.rung.objective != self.asked:
+            return Form.ALTERNATION
+        return Form.OTHER_MEMORY if self.rung.weakening is Weakening.TURNED else Form.LITERAL
+
+    @property
+    def node(self) -> int | None:
+        strategy, pose = self.result.strategy, self.task.pose
+        values = {"region": pose.region} | (
+            {} if pose.heading is None else {"heading": int(pose.heading)}
+        )
+        return None if strategy is None else strategy.find_initial(values)
+
+    def steps(self, node: int) -> list[tuple[int, int | None, int]]:
+        """The strategy's successors: region, heading, node."""
+        strategy = self.result.strategy
+        assert strategy is not None
+        found = ((n, strategy.values(n)) for n in strategy.transitions[node])
+        return [(values["region"], values.get("heading"), n) for n, values in found]
+
+
+class Answers:
+    """Answers of the synthesizer, by the specification's text; each is verified."""
+
+    def __init__(self, synthesizer: Synthesizer) -> None:
+        self._synthesizer = synthesizer
+        self._known: dict[str, SynthesisResult] = {}
+        self.count, self.seconds = 0, 0.0
+
+    def get(self, spec: Specification) -> SynthesisResult:
+        text = spec.to_structuredslugs()
+        if text not in self._known:
+            self._known[text] = self._synthesizer.synthesize(spec)
+            self.seconds += self._known[text].seconds
+        self.count += 1
+        return self._known[text]
+
+
+def synthesized(team: Team, state: State, i: int, role: Role, answers: Answers) -> Controller:
+    """The strategy for a role: the strongest form that is realizable; if none is, the last one's
+    verdict."""
+    member, robot = team.members[i], state.robots[i]
+    own, pose = role.objective == member.objective, member.graph.pose(robot.next)
+    walls = _walls(team, state, i, role.avoid)
+    turn = robot.own.memory if own and role.objective.in_turn else 0
+    found = None
+    for rung in forms(
+        role.objective,
+        robot.own.memory if role.objective.strict else turn,
+        pose,
+        member.graph,
+        region_mask(known.region for known in walls),
+        shared=bool(member.rivals),
+    ):
+        memory = Memory(rung.turn if role.objective.strict else turn)
+        task = Task(member.robot, pose, rung.objective, memory, walls, forbidden=role.forbidden)
+        result = answers.get(compile_task(task, team.world))
+        found = Controller(task, role.objective, rung, result, role.avoid)
+        if found.realizable:
+            break
+    assert found is not None
+    return found
+
+
+def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:
+    """Whether a strategy does not suffice for a role: another objective, or walls or poses unknown
+    to it."""
+    if controller.task.objective.relaxed() != role.objective.relaxed():
+        return True
+    known = {(wall.region, wall.item) for wall in controller.task.blocked}
+    walls = {(wall.region, wall.item) for wall in _walls(team, state, i, role.must)}
+    return not walls <= known or not role.forbidden <= controller.task.forbidden
+
+
+def _walls(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[Known, ...]:
+    """The regions beyond the walls that a robot must not plan through."""
+    robot = team.members[i].robot
+    found = [
+        Known(r, f"robots.{robot.name}.objective.avoid", f"{robot.name} avoids it")
+        for r in robot.objective.avoid
+    ]
+    for k, each in enumerate(state.obstacles):
+        obstacle = team.obstacles[k]
+        if each.state is Is.SEALED and i in obstacle.blocks:
+            why = "never resolved" if each.given_up else "untraversable"
+            found.append(Known(obstacle.region, f"obstacles.{obstacle.name}", why))
+        elif each.state is Is.OPEN and k in avoid and i in obstacle.closed_to[each.stage.need]:
+            found.append(
+                Known(obstacle.region, f"obstacles.{obstacle.name}", "found, and not resolved yet")
+            )
+    return tuple(sorted(found, key=lambda known: known.region))

@@ -1,0 +1,78 @@
+"""A robot's next move: what its driver proposes (NP), whether it is safe (EC), and what it does
+instead."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from safenav.plan.order import next_step
+from safenav.runtime.control.coordinate import Control
+from safenav.runtime.run.world import World
+from safenav.team.floor import occupied
+from safenav.team.state import Is, State
+from safenav.team.team import Team
+
+
+class Proposal(NamedTuple):
+    """A pose to go to (its own: it stays), what decides that, and the strategy's node there."""
+
+    pose: int
+    by: str
+    node: int | None = None
+
+
+def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
+    """The driver's move: that of the joint plan for a robot with rivals, else of its strategy."""
+    stay = Proposal(state.robots[i].pose, "stay")
+    if control.end is not None:
+        return stay
+    if not team.members[i].rivals:
+        return next(iter(_successors(team, state, control, i)), stay)
+    pose = next_step(team, state, i)
+    if pose is None or occupied(team, state, team.members[i].rivals) >> pose % team.size & 1:
+        return stay
+    return Proposal(pose, "plan")
+
+
+def _successors(team: Team, state: State, control: Control, i: int) -> list[Proposal]:
+    controller, robot = control.controllers[i], state.robots[i]
+    if controller is None or robot.node is None or not controller.realizable:
+        return []
+    safe, graph, found = control.found.safe[i], team.members[i].graph, []
+    for region, heading, node in controller.steps(robot.node):
+        pose = region if heading is None else heading * team.size + region
+        if pose == robot.pose or safe is None or not graph.one_way or safe >> pose & 1:
+            found.append(Proposal(pose, "strategy", node))
+    return found
+
+
+def characterize(team: Team, state: State, world: World, i: int, step: Proposal) -> int | None:
+    """The obstacle that a robot would enter by a move: knowledge first, then the sensor."""
+    region = step.pose % team.size
+    if region == state.robots[i].pose % team.size:
+        return None
+    for k, each in enumerate(state.obstacles):
+        obstacle = team.obstacles[k]
+        if obstacle.region == region:
+            if each.state is Is.OPEN and i in obstacle.closed_to[each.stage.need]:
+                return k
+            if each.state is Is.SEALED and i in obstacle.blocks:
+                return k
+    noticed = world.sense(state, region)
+    if noticed is None or state.obstacles[noticed].state is not Is.HIDDEN:
+        return None
+    need = state.obstacles[noticed].stage.need
+    return noticed if i in team.obstacles[noticed].closed_to[need] else None
+
+
+def back_up(
+    team: Team, state: State, control: Control, world: World, i: int, refused: Proposal
+) -> Proposal:
+    """Another successor of the strategy's node that is safe; else the stay, which keeps the
+    node."""
+    if not team.members[i].rivals and team.members[i].ticks == 1 and world.moving:
+        for step in _successors(team, state, control, i):
+            other = step.pose % team.size != refused.pose % team.size
+            if other and characterize(team, state, world, i, step) is None:
+                return step._replace(by="backtrack")
+    return Proposal(state.robots[i].pose, "backtrack")

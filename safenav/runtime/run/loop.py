@@ -1,0 +1,174 @@
+"""The paper's Algorithm 1. Numbers in comments are its lines:
+
+ 1  for p in P do                              12        if c_r in C_p then
+ 2    phi_p <- initial objectives              13          add state in S_r to phi_p
+ 3  phi_stack <- empty                         14          synthesize controllers
+ 4  synthesize controllers                     15          break
+ 5  while system active do                     16      continue
+ 6    execute controllers                      17    else if r in phi_pr then
+ 7    if r encountered by p_r at s_o then      18      resolve obstacle r
+ 8      if c_r not in C_pr then                19      pop phi off of phi_stack
+ 9        push all phi onto phi_stack          20      synthesize controllers
+10        change phi_pr to safe behaviour      21      continue
+11      for p in P do
+"""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from safenav.runtime.control.coordinate import Control, End, coordinate, is_complete
+from safenav.runtime.control.tasks import Answers
+from safenav.runtime.run.decide import Proposal, back_up, characterize, propose
+from safenav.runtime.run.record import Recorder
+from safenav.runtime.run.world import World
+from safenav.team import state as now
+from safenav.team.apply import acts_on, apply, initial
+from safenav.team.floor import standing
+from safenav.team.team import Team
+
+
+class Run:
+    """A run. ``state`` and ``control`` are all that it remembers: what is so, and what the team
+    intends."""
+
+    def __init__(self, team: Team, world: World, answers: Answers, recorder: Recorder) -> None:
+        self.team, self.world, self.answers, self.recorder = team, world, answers, recorder
+        self.state = initial(team)  # 1 to 3
+        self.control = Control()
+
+    def run(self) -> End:
+        self.recorder.begins()
+        self.settle()  # 4
+        while (end := self.over()) is None:  # 5
+            for event in self.world.wait(self.state) or [
+                now.Time(float("inf"))
+            ]:  # it reports, and gives turns
+                before = self.state
+                self.happens(event)
+                if isinstance(event, now.Turn):
+                    self.execute_controller(event.robot)  # 6 to 8
+                elif isinstance(event, now.Arrived | now.Goes):
+                    self.act(event.robot)  # 17, 18
+                self.count(before, event)
+                self.settle()  # 9 to 16, 19 to 21
+                if (
+                    self.control.end is not None
+                    and isinstance(event, now.Turn | now.Arrived)
+                    and not self.waits()
+                ):
+                    break
+        self.recorder.ends(self.state, end, self.answers)
+        return end
+
+    def execute_controller(self, i: int) -> None:
+        """Lines 6 to 8: a robot's turn. It acts where it stands before it leaves; its driver
+        proposes a move (NP); the move is characterized (EC); if an obstacle is there, it backs up
+        to a safe one."""
+        if not self.state.robots[i].idle:
+            return
+        if self.may_act(i):
+            self.happens(now.Stayed(i, "stay"))
+            self.act(i)
+        else:
+            step = propose(self.team, self.state, self.control, i)  # NP
+            obstacle = characterize(self.team, self.state, self.world, i, step)  # EC
+            if obstacle is not None:
+                self.happens(now.Met(i, obstacle, step.pose))  # 7
+                step = back_up(self.team, self.state, self.control, self.world, i, step)  # 8
+            self.take(i, step)
+
+    def take(self, i: int, step: Proposal) -> None:
+        if step.pose == self.state.robots[i].pose:
+            self.happens(now.Stayed(i, step.by, step.node))
+            return
+        ended = self.world.start(self.state, i, step.pose)
+        self.happens(now.Departed(i, step.pose, step.by, step.node, under_way=ended is None))
+        if ended is not None:
+            self.happens(ended)
+        self.act(i)
+
+    def act(self, i: int) -> None:
+        """Lines 17 and 18: whoever can resolve an obstacle where it stands does so, asked or
+        not."""
+        if self.may_act(i):
+            self.happens(self.world.act(self.state, i))
+            self.settle()
+
+    def may_act(self, i: int) -> bool:
+        robot = self.state.robots[i]
+        if robot.acting is not None or (robot.to is not None and not self.world.moving):
+            return False
+        return bool(
+            acts_on(
+                self.team, self.state, standing(self.team, self.state, moving=self.world.moving), i
+            )
+        )
+
+    def count(self, before: now.State, event: now.Event) -> None:
+        """The end of a turn: goals count where the robot stands, after it has acted. One that got
+        another objective in its turn has counted when it got it."""
+        if isinstance(event, now.Turn | now.Arrived):
+            i = event.robot
+            robot = self.state.robots[i]
+            if robot.idle and (robot.fresh or robot.objective == before.robots[i].objective):
+                self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
+
+    def happens(self, event: now.Event) -> None:
+        before, self.state = self.state, apply(self.team, self.state, event)
+        self.recorder.record(before, event, self.state)
+        changes = isinstance(event, now.Appeared) or (
+            isinstance(event, now.Gone) and _known(before, event.obstacle)
+        )
+        if changes and (self.control.end is not None or isinstance(event, now.Gone)):
+            self.happens(now.Reopened())  # what could not be done may be possible now
+            self.control = replace(self.control, question=None, new=(), end=None)
+
+    def settle(self) -> None:
+        """What the team intends now; its decisions are events like all others."""
+        before, intended = self.state, self.control
+        self.control, decided = coordinate(self.team, before, intended, self.answers)
+        for event in decided:
+            self.state = apply(self.team, self.state, event)
+        if self.control.question != intended.question:
+            self.recorder.settled(before, decided, self.state, self.control)
+        self.recorder.tell_plan(before, self.state)
+
+    def waits(self) -> bool:
+        """Whether a change to come may still help the team, which waits for it."""
+        end = self.control.end
+        return (
+            end is not None
+            and end.outcome == "operator_needed"
+            and self.world.coming(self.state) is not None
+        )
+
+    def over(self) -> End | None:
+        """The end of the run, if it has come."""
+        state = self.state
+        if is_complete(self.team, state, self.control) and not self.orders_to_come():
+            return End(
+                "completed",
+                f"every robot has met its objective for {self.team.rounds} round"
+                + "s" * (self.team.rounds != 1),
+            )
+        if self.control.end is not None and not self.waits():
+            return self.control.end
+        if self.control.end is not None:
+            self.recorder.waiting(self.control.end, self.world.coming(state))
+        if state.time >= self.world.limit[0]:
+            return End(self.world.limit[1], f"not completed at {state.time:g}")
+        return None
+
+    def orders_to_come(self) -> bool:
+        pairs = [*zip(self.team.obstacles, self.state.obstacles, strict=True)]
+        if any(o.ordered and each.state is now.Is.AWAY for o, each in pairs):
+            return True
+        undone = any(
+            o.ordered and (each.state is now.Is.OPEN or each.given_up) for o, each in pairs
+        )
+        return undone and self.world.coming(self.state) is not None
+
+
+def _known(state: now.State, k: int) -> bool:
+    return state.obstacles[k].state in (now.Is.OPEN, now.Is.SEALED)

@@ -1,0 +1,414 @@
+"""The trace: its lines are derived here, from consecutive states and the event between them.
+
+It remembers only what it has told: the stack, the helpers of each request, and how far the plan.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+import safenav
+from safenav.outcome import Outcome
+from safenav.plan.order import surely
+from safenav.runtime.control.coordinate import Control, End
+from safenav.runtime.control.tasks import Answers, Controller
+from safenav.scenario.objective import Objective, TargetObjective
+from safenav.team import state as now
+from safenav.team.apply import apply, goals, rounds
+from safenav.team.floor import floor_now, stages_of
+from safenav.team.state import State
+from safenav.team.team import Team
+from safenav.trace import records
+from safenav.trace.header import scenario_header
+from safenav.trace.proofs import Proof
+from safenav.trace.told_objective import objective_in_trace
+from safenav.trace.vocabulary import (
+    BlockReason,
+    ChangeCause,
+    MovedBy,
+    OperatorCause,
+    PlanEndReason,
+    Reason,
+)
+
+Listener = Callable[[records.Record], None]
+Entry = tuple[int, int | None, tuple[str, ...]]
+"""Of the stack: obstacle, requester (None: an order), helpers."""
+
+
+class Recorder:
+    """``stack``: the entries that were pushed; ``helpers``: of each request, when it was told last;
+    ``said``: the last place of each robot in the plan that was told (None: none is in force),
+    ``basis``: for which plan and obstacles; ``why``: the last event of those that give a reason for
+    syntheses."""
+
+    def __init__(self, team: Team, truths: Sequence[bool | None], listener: Listener) -> None:
+        self.team, self.truths, self.emit = team, truths, listener
+        self.stack: list[Entry] = []
+        self.helpers: dict[int, tuple[str, ...]] = {}
+        self.aside: set[int] = set()
+        self.said: list[int] | None = None
+        self.basis: object = None
+        self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
+        self.waited: End | None = None
+        self.begun = time.monotonic()
+
+    def begins(self) -> None:
+        truths: dict[str, bool | None] = {}
+        pairs = zip(self.team.obstacles, self.truths, strict=True)
+        for obstacle, truth in sorted(pairs, key=lambda each: each[0].source.appears or 0):
+            truths.setdefault(obstacle.name, truth)
+        header = scenario_header(self.team.scenario, truths)
+        self.emit(records.Header(0, records.VERSION, safenav.__version__, header))
+
+    def record(self, before: State, event: now.Event, after: State) -> None:
+        """The lines of an event."""
+        dropped = before.plan is not None and after.plan is None
+        if dropped and not isinstance(event, now.Met):
+            self._plan_ends(PlanEndReason.CHANGED)
+        match event:
+            case now.Time(at) if at < float("inf"):
+                self.tick = int(at)
+            case now.Goes(i):
+                self._move(after, i, after.robots[i].by if after.robots[i].by != "plan" else None)
+            case now.Departed(i, pose, by, node, under_way):
+                if by == "backtrack":
+                    self._backtrack(i, pose, node)
+                if under_way:
+                    self._move(after, i, by)
+            case now.Arrived(i):
+                self._move(after, i, before.robots[i].by, before.robots[i].pose)
+                if self.said is not None and self._told_all(after):
+                    self._plan_ends(PlanEndReason.REACHED)
+            case now.Stayed(i, by):
+                if by == "backtrack":
+                    self._backtrack(i, after.robots[i].pose, None)
+                self._move(after, i, by)
+                if by == "backtrack" and after.plan is None:
+                    self._plan_ends(PlanEndReason.VIOLATION)
+            case now.Met(i, k, pose):
+                self.helpers.pop(k, None)
+                here, need = before.robots[i].pose % self.team.size, before.obstacles[k].stage.need
+                action = self.team.obstacles[k].needs[need].action
+                way = here, pose % self.team.size, self._name(k), action
+                self.emit(records.Violation(self.tick, self._robot(i), *way))
+                self.why = Reason.REQUEST
+            case now.Acted():
+                self._acted(before, event)
+            case now.Appeared(k):
+                self._appeared(k)
+            case now.Gone(k):
+                self.emit(records.Gone(self.tick, self._name(k), ChangeCause.SCENARIO))
+                self.helpers.pop(k, None)
+                self.why = Reason.GONE
+            case now.Reopened():
+                for k in (k for k, each in enumerate(before.obstacles) if each.given_up):
+                    self.emit(records.Reopened(self.tick, self._name(k)))
+                    self.helpers.pop(k, None)
+                self.waited = None
+            case now.Counted(i):
+                for goal, whole in goals(self.team, before, i):
+                    self.emit(
+                        records.Goal(
+                            self.tick,
+                            self._robot(i),
+                            goal,
+                            before.robots[i].pose % self.team.size,
+                            whole,
+                        )
+                    )
+
+    def _name(self, k: int) -> str:
+        return self.team.obstacles[k].name
+
+    def _robot(self, i: int) -> str:
+        return self.team.members[i].name
+
+    def _move(self, state: State, i: int, by: str | None, start: int | None = None) -> None:
+        robot, graph = state.robots[i], self.team.members[i].graph
+        start = (robot.pose if start is None else start) % self.team.size
+        toward = None if robot.to is None else robot.to % self.team.size
+        origin, self.moved = None if by is None else MovedBy(by), self.tick
+        self.emit(
+            records.Move(
+                self.tick, self._robot(i), start, *graph.pose(robot.pose).place, toward, origin
+            )
+        )
+
+    def _backtrack(self, i: int, pose: int, node: int | None) -> None:
+        self.emit(records.Backtrack(self.tick, self._robot(i), pose % self.team.size, node))
+
+    def _acted(self, before: State, event: now.Acted) -> None:
+        """Needs that are met, then what is resolved."""
+        i, truths, name = event.robot, dict(event.truths), self._robot(event.robot)
+        at, self.why = (
+            before.robots[i].pose % self.team.size,
+            Reason.RESOLVED if event.truths else Reason.REQUEST,
+        )
+        for k, stage in event.stages:
+            needs = self.team.obstacles[k].needs
+            for number in (
+                range(before.obstacles[k].stage.need, stage.need) if len(needs) > 1 else ()
+            ):
+                group = self._group(before, k, number, i)
+                self.emit(
+                    records.Met(
+                        self.tick, self._name(k), number, needs[number].action, name, at, group
+                    )
+                )
+        for k, truth in truths.items():
+            group = self._group(before, k, 0, i) if len(self.team.obstacles[k].needs) == 1 else None
+            asked = any(entry[0] == k for entry in self.stack)
+            self.emit(
+                records.Resolved(self.tick, self._name(k), name, at, asked, truth, robots=group)
+            )
+            if truth is False:
+                goes = self.team.obstacles[k].source.goes is not None
+                self.emit(self._blocked(k, BlockReason.UNTRAVERSABLE, None, goes or None))
+            self.helpers.pop(k, None)
+
+    def _blocked(
+        self, k: int, reason: BlockReason, proof: Proof | None, for_now: bool | None = None
+    ) -> records.KnownObstacle:
+        names = frozenset(map(self._robot, self.team.obstacles[k].blocks))
+        return records.KnownObstacle(
+            self.tick, self._name(k), names, reason, proof, for_now=for_now
+        )
+
+    def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
+        """The robots that meet a need when robot i acts; None if it does so alone."""
+        need, stage, size = (
+            self.team.obstacles[k].needs[number],
+            state.obstacles[k].stage,
+            self.team.size,
+        )
+        able = [j for j, m in enumerate(self.team.members) if need.skills <= m.robot.capabilities]
+        if number == stage.need and stage.group is not None:
+            able = [j for j in able if j in stage.group]
+        done = {i, *(stage.done if number == stage.need else ())}
+        there = [j for j in able if need.regions >> state.robots[j].pose % size & 1]
+        group = there if need.together else [j for j in able if j in done]
+        return tuple(map(self._robot, group)) if len(group) > 1 else None
+
+    def _appeared(self, k: int) -> None:
+        cause, same = (
+            ChangeCause.SCENARIO,
+            [j for j, o in enumerate(self.team.obstacles) if o.name == self._name(k)],
+        )
+        self.emit(records.Appeared(self.tick, self._name(k), cause))
+        if self.team.obstacles[k].ordered:
+            self.emit(records.Ordered(self.tick, self._name(k), cause))
+            self.why = Reason.REQUEST
+        before = [
+            j
+            for j in same
+            if (self.team.obstacles[j].source.appears or 0)
+            < (self.team.obstacles[k].source.appears or 0)
+        ]
+        truth = self.truths[k]
+        if before and truth is not None and truth != self.truths[before[-1]]:
+            self.emit(records.Truth(self.tick, self._name(k), truth, cause))
+
+    # Decisions.
+
+    def settled(
+        self, before: State, decided: Sequence[now.Event], after: State, control: Control
+    ) -> None:
+        """The lines of a decision: what is given up, the stack, strategies, goals met where robots
+        stand."""
+        for event in decided:
+            if isinstance(event, now.GaveUp):
+                self._given_up(before, event.obstacle, control)
+        if control.end is None or control.end.cause == "deadlock":
+            self._stack(after, control)
+        for i in control.new:
+            controller = control.controllers[i]
+            if controller is not None:
+                self.emit(self._synthesis(i, controller))
+        for event in decided:
+            if isinstance(event, now.Counted):
+                self.record(before, event, after)
+            before = apply(self.team, before, event)
+
+    def _given_up(self, state: State, k: int, control: Control) -> None:
+        needs, members = self.team.obstacles[k].needs, self.team.members
+        enough = all(
+            sum(need.skills <= m.robot.capabilities for m in members) >= need.robots
+            for need in needs
+        )
+        if k not in self.helpers or not enough:
+            self.emit(self._request(state, k, ()))
+        self.emit(
+            self._blocked(
+                k,
+                BlockReason.UNRESOLVABLE if enough else BlockReason.NO_CAPABLE_ROBOT,
+                control.proofs.get(k),
+            )
+        )
+        self.helpers.pop(k, None)
+
+    def _request(self, state: State, k: int, helpers: tuple[str, ...]) -> records.Request:
+        floor = floor_now(self.team, state)
+        stages, g = stages_of(floor, state), floor.gates.index(k)
+        need, number, bids = floor.need(g, stages), stages[g].need, {}
+        for i in floor.skilled(g, stages):
+            graph, allowed = floor.graphs[i], floor.allowed(i, stages)
+            steps = graph.steps_between(
+                1 << state.robots[i].next, graph.poses_on(need.regions), allowed
+            )
+            bids[self._robot(i)] = None if steps is None else steps * self.team.members[i].ticks
+        asked = state.obstacles[k].asked
+        return records.Request(
+            self.tick,
+            self._name(k),
+            self._robot(asked[-1][0]) if asked else None,
+            bids,
+            helpers[0] if helpers else None,
+            self.team.obstacles[k].source.resolution_regions(self.team.world, number),
+            helpers=helpers if len(helpers) > 1 else None,
+            need=number if len(self.team.obstacles[k].needs) > 1 else None,
+            aside=True if state.obstacles[k].aside and k not in self.aside else None,
+        )
+
+    def _stack(self, state: State, control: Control) -> None:
+        """Pops of requests that are over, then requests with new helpers, and a push for each
+        requester."""
+        told = {
+            m.name: objective_in_trace(r.objective)
+            for m, r in zip(self.team.members, state.robots, strict=True)
+        }
+        for k in dict.fromkeys(entry[0] for entry in self.stack if entry[0] not in state.requests):
+            for entry in [e for e in reversed(self.stack) if e[0] == k]:
+                self.stack.remove(entry)
+                self._entry(records.Pop, entry, told)
+            self.aside.discard(k)
+        for k in state.requests:
+            each = state.obstacles[k]
+            helping = tuple(
+                self._robot(i) for i, role in enumerate(control.roles) if role.helps == k
+            )
+            known = k in self.helpers and helping in ((), self.helpers[k])
+            if not known or (each.aside and k not in self.aside):
+                self.emit(self._request(state, k, helping))
+                self.helpers[k] = helping
+            self.aside = self.aside | {k} if each.aside else self.aside - {k}
+            ordered: list[int | None] = [None] if self.team.obstacles[k].ordered else []
+            for who in (*ordered, *(i for i, _ in each.asked)):
+                if not any(entry[:2] == (k, who) for entry in self.stack):
+                    self.stack.append((k, who, helping))
+                    self._entry(records.Push, (k, who, helping), told)
+
+    def _entry(self, kind: type, entry: Entry, told: dict[str, records.Objective]) -> None:
+        k, who, helpers = entry
+        several = helpers if len(helpers) > 1 else None
+        about = (
+            told,
+            self._name(k),
+            None if who is None else self._robot(who),
+            helpers[0] if helpers else None,
+        )
+        self.emit(kind(self.tick, len(self.stack), *about, helpers=several))
+
+    def _synthesis(self, i: int, found: Controller) -> records.Synthesis:
+        task, result, objective = found.task, found.result, found.task.objective
+        memory = (
+            {objective.turn: objective.begin(task.pose.region, task.memory.index)}
+            if isinstance(objective, TargetObjective) and objective.remembers
+            else None
+        )
+        poses = sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0))
+        hashes = result.spec_sha256, result.strategy_sha256
+        return records.Synthesis(
+            self.tick,
+            self._robot(i),
+            self.why if self.tick else Reason.INITIAL,
+            result.verdict,
+            round(result.seconds, 6),
+            result.states,
+            result.cached,
+            result.verified,
+            *hashes,
+            objective_in_trace(found.asked),
+            node=found.node,
+            region=task.pose.region,
+            heading=task.pose.facing,
+            memory=memory,
+            closed=tuple((known.region, known.item) for known in task.blocked),
+            moving=(),
+            tracked=(),
+            tracking=task.tracking.value,
+            fairness=task.fairness.value,
+            others_targets={},
+            knowledge={},
+            forbidden=tuple(pose.place for pose in poses) or None,
+            form=found.form,
+        )
+
+    # Plans.
+
+    def tell_plan(self, before: State, after: State) -> None:
+        """Tell the plan as far as it needs no further resolution: when it is new, or more of it is
+        possible."""
+        if after.plan is None or self.basis == (after.plan, after.obstacles):
+            return
+        self.basis, most = (after.plan, after.obstacles), surely(self.team, after)
+        if self.said is not None and (before.plan is not after.plan or most != self.said):
+            self._plan_ends(PlanEndReason.CHANGED)
+        if self.said is None and any(most[i] > after.robots[i].at for i in self.team.sharing):
+            self._plan(after, most)
+            self.said = most
+
+    def _told_all(self, state: State) -> bool:
+        return self.said is not None and all(
+            state.robots[i].at >= self.said[i] for i in self.team.sharing
+        )
+
+    def _plan_ends(self, reason: PlanEndReason) -> None:
+        if self.said is not None:
+            self.emit(records.PlanEnd(self.tick, reason))
+            self.said = None
+
+    def _plan(self, state: State, most: list[int]) -> None:
+        assert state.plan is not None
+        ways, orders = {}, []
+        for i in self.team.sharing:
+            at, graph, way = state.robots[i].at, self.team.members[i].graph, state.plan.ways[i]
+            ways[self._robot(i)] = tuple(
+                graph.pose(visit.pose).place for visit in way[at : most[i] + 1]
+            )
+            for place in range(at + 1, most[i] + 1):
+                for j, left in way[place].after:
+                    if left > state.robots[j].at:
+                        orders.append(
+                            (self._robot(j), left - state.robots[j].at, self._robot(i), place - at)
+                        )
+        self.emit(records.Plan(self.tick, "the remaining mission", ways, tuple(orders)))
+
+    # Ends.
+
+    def waiting(self, end: End, until: float | None) -> None:
+        if self.waited is not end:
+            self.waited = end
+            cause = None if end.cause is None else OperatorCause(end.cause)
+            self.emit(
+                records.Waiting(self.tick, Outcome(end.outcome), end.why, cause, end.proof, until)
+            )
+
+    def ends(self, state: State, end: End, answers: Answers) -> None:
+        pairs = zip(self.team.members, state.robots, strict=True)
+        self.emit(
+            records.End(
+                self.tick,
+                Outcome(end.outcome),
+                end.why,
+                {member.name: rounds(member.objective, robot.own) for member, robot in pairs},
+                self.moved,
+                round(time.monotonic() - self.begun, 6),
+                answers.count,
+                round(answers.seconds, 6),
+                cause=None if end.cause is None else OperatorCause(end.cause),
+                proof=end.proof,
+                unrealizable=dict(end.unrealizable) or None,
+            )
+        )

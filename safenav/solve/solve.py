@@ -1,0 +1,233 @@
+"""SOLVE (TEAM.md, 2): an order of resolutions after which every robot can go on. Robots do not
+collide.
+
+A robot is the set of poses that it may choose to be in. A step meets one need by a group, or one
+robot's part of it. Resolving only opens ways; so a step after which its robots can return to all
+their poses loses nothing, and is taken at once. Only irreversible steps branch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.team.floor import Floor, Stages
+from safenav.world.poses import FAR, Mask
+
+MOST_NODES = 20_000
+Rank = tuple[object, ...]
+Present = Mapping[int, tuple[int, ...]]
+"""The robots that serve each obstacle already."""
+
+
+class BudgetError(Exception):
+    """A budget is exhausted: no verdict."""
+
+
+class Step(Struct, frozen=True):
+    """``group`` meets the next need of gate ``g`` (``need``), each robot in one of its poses
+    ``at``."""
+
+    g: int
+    need: int
+    group: tuple[int, ...]
+    at: tuple[Mask, ...]
+    lossless: bool = False
+
+
+class Sets(Struct, frozen=True):
+    """The poses in which each robot may choose to be, and the obstacles at their stages."""
+
+    floor: Floor
+    sets: tuple[Mask, ...]
+    stages: Stages
+
+    def reach(self, i: int, poses: Mask) -> Mask:
+        return self.floor.graphs[i].closure(poses, self.floor.allowed(i, self.stages))
+
+    def spots(self, i: int, regions: Mask) -> Mask:
+        return self.reach(i, self.sets[i]) & self.floor.graphs[i].poses_on(regions)
+
+    def alive(self, i: int) -> bool:
+        allowed = self.floor.allowed(i, self.stages)
+        return bool(self.reach(i, self.sets[i]) & self.floor.live(i, allowed))
+
+    def done(self, wanted: frozenset[int]) -> bool:
+        return not wanted & {*self.floor.open(self.stages)} and all(
+            map(self.alive, self.floor.robots)
+        )
+
+    def placed(self, i: int, at: Mask) -> Sets:
+        return replace(self, sets=(*self.sets[:i], at, *self.sets[i + 1 :]))
+
+    def after(self, step: Step) -> Sets:
+        sets = list(self.sets)
+        for i, at in zip(step.group, step.at, strict=True):
+            sets[i] = at
+        return Sets(self.floor, tuple(sets), self.floor.took_part(step.g, self.stages, step.group))
+
+
+def around(floor: Floor, poses: tuple[int, ...], stages: Stages) -> Sets:
+    """Each robot's poses among which it can go back and forth."""
+    found = (floor.graphs[i].around(1 << p, floor.allowed(i, stages)) for i, p in enumerate(poses))
+    return Sets(floor, tuple(found), stages)
+
+
+class Solver:
+    """Solves one floor; remembers what it found."""
+
+    def __init__(self, floor: Floor) -> None:
+        self.floor = floor
+        self._known: dict[tuple[Sets, frozenset[int]], bool] = {}
+        self._nodes = 0
+
+    def feasible(self, now: Sets, wanted: frozenset[int] = frozenset()) -> bool:
+        self._nodes = 0
+        return self._steps(now, None, wanted, {}) is not None
+
+    def plan(
+        self, poses: tuple[int, ...], stages: Stages, wanted: frozenset[int], present: Present
+    ) -> tuple[Step, ...] | None:
+        """The steps that resolve ``wanted``, by the nearest robots or those ``present``, and no
+        others."""
+        self._nodes = 0
+        now = around(self.floor, poses, stages)
+        origins = Sets(self.floor, tuple(1 << pose for pose in poses), stages)
+        found = self._steps(now, origins, wanted, present)
+        for g in dict.fromkeys(step.g for step in reversed(found or ())):
+            if g not in wanted:
+                found = (
+                    _replayed([step for step in found or () if step.g != g], now, wanted) or found
+                )
+        return found
+
+    def _steps(
+        self, now: Sets, origins: Sets | None, wanted: frozenset[int], present: Present
+    ) -> tuple[Step, ...] | None:
+        key = now, wanted
+        if self._known.get(key) is False or (origins is None and key in self._known):
+            return () if self._known[key] else None
+        self._nodes += 1
+        if self._nodes > MOST_NODES:
+            raise BudgetError
+        found: tuple[Step, ...] | None = () if now.done(wanted) else None
+        for step in options(now, origins, present) if found is None else ():
+            rest = self._steps(now.after(step), origins and origins.after(step), wanted, present)
+            found = None if rest is None else (step, *rest)
+            if found is not None or step.lossless:
+                break  # it lost nothing: no other step helps
+        self._known[key] = found is not None
+        return found
+
+
+def options(
+    now: Sets, origins: Sets | None, present: Present, *, every: bool = False
+) -> list[Step]:
+    """The steps that may come next, the best first (docs/coordination.md, Who helps); of the
+    lossless ones one for each obstacle, unless ``every``."""
+    found: list[tuple[Rank, Step]] = []
+    for g in now.floor.open(now.stages):
+        ranked = list(_options(g, now, origins, present, every=every))
+        found += ranked
+        if origins is None and not every and any(step.lossless for _, step in ranked):
+            return [next(step for _, step in ranked if step.lossless)]
+    return [step for _, step in sorted(found, key=lambda each: each[0])]
+
+
+def _options(
+    g: int, now: Sets, origins: Sets | None, present: Present, *, every: bool
+) -> Iterator[tuple[Rank, Step]]:
+    floor, stages = now.floor, now.stages
+    need, then = floor.need(g, stages), replace(now, stages=floor.advanced(g, stages))
+    newest = floor.team.scenario.order.value == "newest"
+    places: dict[int, Mask] = {}
+    ticks: dict[int, int] = {}
+    for i in floor.able(g, stages):
+        if there := now.spots(i, need.regions):
+            places[i], ticks[i] = there, 0 if origins is None else _ticks(g, i, there, now, origins)
+    helping = present.get(g, ())
+    elsewhere = (
+        {i for o in floor.open(stages) if o != g for i in present.get(o, ())} if newest else set()
+    )
+    back = {i: not now.sets[i] & ~then.reach(i, places[i]) for i in places}
+    able = sorted(
+        places, key=lambda i: (not back[i], i in elsewhere, i not in helping, ticks[i], i)
+    )
+    commits, missing = floor.commits(g, stages), max(1, floor.missing(g, stages))
+    sure = False
+    for group in combinations(able, missing):
+        if need.together and not fits(floor, group, places):
+            continue
+        lossless = all(back[i] for i in group) and not commits
+        strangers, slowest = sum(i not in helping for i in group), max(ticks[i] for i in group)
+        rank: Rank = (strangers, slowest, g)
+        if newest:
+            rank = (g, sum(i in elsewhere for i in group), strangers, slowest)
+        yield (
+            (False, not lossless, *rank, group),
+            Step(g, stages[g].need, group, tuple(places[i] for i in group), lossless),
+        )
+        sure = lossless
+        if lossless and not every:
+            return  # the first group is the best
+    for i in able if missing > 1 and not need.together and (every or not sure) else ():
+        lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
+        yield (
+            (True, not lossless, ticks[i], g, i),
+            Step(g, stages[g].need, (i,), (places[i],), lossless),
+        )
+
+
+def _ticks(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> int:
+    """A robot's bid: ticks to the need's regions, and on to those of the needs that it must meet
+    next."""
+    floor, graph, allowed = now.floor, now.floor.graphs[i], now.floor.allowed(i, now.stages)
+    steps = graph.steps_between(origins.sets[i], there, allowed) or 0
+    needs, k = floor.gate(g).needs, now.stages[g].need + 1
+    while k < len(needs) and needs[k].same:
+        goal = graph.poses_on(needs[k].regions)
+        more = graph.steps_between(there, goal, allowed)
+        steps, there, k = steps + (FAR if more is None else more), goal, k + 1
+    return steps * floor.team.members[i].ticks
+
+
+def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
+    """Whether a group can stand in its places together, rivals in different regions (a
+    matching)."""
+    crowd = [i for i in group if floor.team.members[i].rivals & {*group}]
+    taken: dict[int, int] = {}
+
+    def place(i: int, tried: set[int]) -> bool:
+        regions = floor.graphs[i].regions_of(places[i])
+        while regions:
+            low = regions & -regions
+            regions ^= low
+            if low not in tried:
+                tried.add(low)
+                if low not in taken or place(taken[low], tried):
+                    taken[low] = i
+                    return True
+        return False
+
+    return all(place(i, set()) for i in crowd)
+
+
+def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step, ...] | None:
+    """The same steps in the poses that are possible now; None if they do not suffice."""
+    rebuilt = []
+    for step in plan:
+        need = now.floor.need(step.g, now.stages)
+        places = {i: now.spots(i, need.regions) for i in step.group}
+        alone = need.together and not fits(now.floor, step.group, places)
+        if (
+            alone
+            or not all(places.values())
+            or not {*step.group} <= {*now.floor.able(step.g, now.stages)}
+        ):
+            return None
+        rebuilt.append(replace(step, at=tuple(places.values())))
+        now = now.after(rebuilt[-1])
+    return tuple(rebuilt) if now.done(wanted) else None

@@ -1,0 +1,259 @@
+"""The only transition: from a state by an event to the next. The world, the run and resume fold
+it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from msgspec.structs import replace
+
+from safenav.scenario.objective import TargetObjective
+from safenav.team import state as now
+from safenav.team.floor import Floor, floor_of, present, restarted
+from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
+from safenav.team.team import Member, Team
+from safenav.world.poses import bits
+
+
+def initial(team: Team) -> State:
+    """Algorithm 1, lines 1 to 3: every robot at its start with its own objective; the stack is
+    empty."""
+    robots = tuple(
+        RobotNow(member.graph.number(member.robot.start), member.objective, Count(_begins(member)))
+        for member in team.members
+    )
+    away = ObstacleNow(Is.AWAY)
+    obstacles = (ObstacleNow() if each.source.appears is None else away for each in team.obstacles)
+    return State(robots, tuple(obstacles))
+
+
+def _begins(member: Member) -> int:
+    """The target with which a robot begins: a strict objective with that on which it stands."""
+    return member.objective.begin(member.robot.start.region, 0)
+
+
+def apply(team: Team, state: State, event: now.Event) -> State:
+    """The state after an event."""
+    match event:
+        case now.Time(at):
+            return replace(state, time=at)
+        case now.Departed(i, pose, by, node):
+            return _robot(state, i, to=pose, node=node, by=by)
+        case now.Goes(i):
+            return _robot(state, i, by="plan" if state.robots[i].by == "plan" else None)
+        case now.Arrived(i):
+            robot, at = state.robots[i], state.robots[i].at
+            way = state.plan.ways[i] if state.plan else ()
+            planned = at + 1 < len(way) and way[at + 1].pose == robot.to
+            return _robot(state, i, pose=robot.next, to=None, at=at + planned, by=None)
+        case now.Stayed(i, _, node):
+            return state if node is None else _robot(state, i, node=node)
+        case now.Acts(leader, group):
+            for i in group:
+                state = _robot(state, i, acting=leader)
+            return state
+        case now.Acted():
+            return _acted(team, state, event)
+        case now.Met(i, k):
+            asked = tuple(one for one in state.obstacles[k].asked if one[0] != i)
+            here = state.robots[i].next % team.size
+            state = _asked(state, k, (*asked, (i, here)))
+            return replace(state, plan=None)
+        case now.Appeared(k):
+            state = _obstacle(state, k, ObstacleNow())
+            return replace(_asked(state, k, ()), plan=None) if team.obstacles[k].ordered else state
+        case now.Gone(k):
+            known = state.obstacles[k].state is not Is.HIDDEN
+            state = _obstacle(_dropped(state, k), k, ObstacleNow(Is.OVER))
+            return replace(state, plan=None) if known else state
+        case now.Counted(i, ticks):
+            return _counted(team, state, i, ticks)
+        case now.GaveUp(k):
+            return _obstacle(
+                _dropped(state, k), k, replace(state.obstacles[k], state=Is.SEALED, given_up=True)
+            )
+        case now.Reopened():
+            for k, each in enumerate(state.obstacles):
+                if each.given_up:
+                    state = _asked(state, k, each.asked)
+                elif each.aside:
+                    state = _obstacle(state, k, replace(each, aside=False))
+            return state
+        case now.SetAside(those):
+            for k in those:
+                state = _obstacle(state, k, replace(state.obstacles[k], aside=True))
+            return state
+        case now.Told(i, objective, node):
+            robot = state.robots[i]
+            same = robot.objective == objective
+            task = robot.task if same else Count()
+            return _robot(
+                state, i, objective=objective, task=task, node=node, fresh=robot.fresh or not same
+            )
+        case now.Turned(i, memory):
+            return _robot(state, i, own=state.robots[i].own._replace(memory=memory))
+        case now.Planned(plan):
+            robots = tuple(replace(each, at=0) for each in state.robots)
+            return replace(state, plan=plan, robots=robots)
+    return state
+
+
+def _robot(state: State, i: int, **changes: object) -> State:
+    robots = state.robots
+    return replace(state, robots=(*robots[:i], replace(robots[i], **changes), *robots[i + 1 :]))
+
+
+def _obstacle(state: State, k: int, obstacle: ObstacleNow) -> State:
+    return replace(state, obstacles=(*state.obstacles[:k], obstacle, *state.obstacles[k + 1 :]))
+
+
+def _asked(state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
+    """An obstacle is known and open: its request joins the stack if it is not there yet."""
+    before = state.obstacles[k]
+    state = _obstacle(
+        state, k, replace(before, state=Is.OPEN, asked=asked, given_up=False, aside=False)
+    )
+    return state if k in state.requests else replace(state, requests=(*state.requests, k))
+
+
+def _dropped(state: State, k: int) -> State:
+    """A request leaves the stack, wherever it stands in it."""
+    return replace(state, requests=tuple(each for each in state.requests if each != k))
+
+
+def _acted(team: Team, state: State, event: now.Acted) -> State:
+    """Stages change; what is resolved is over, or sealed if it was found untraversable; rounds
+    restart."""
+    for i, robot in enumerate(state.robots):
+        state = _robot(state, i, acting=None) if robot.acting == event.robot else state
+    for k, stage in event.stages:
+        state = _obstacle(state, k, replace(state.obstacles[k], stage=stage))
+    foreseen = state.plan.foreseen if state.plan else frozenset()
+    for k, truth in event.truths:
+        after = Is.SEALED if truth is False else Is.OVER
+        state = _obstacle(
+            _dropped(state, k),
+            k,
+            replace(state.obstacles[k], state=after, asked=(), given_up=False),
+        )
+        state = replace(state, over=(*state.over, k))
+        if truth is False or k not in foreseen:
+            state = replace(state, plan=None)
+    if event.truths:
+        robots = (
+            replace(r, own=restarted(m, r.own), task=r.task._replace(met=0))
+            for r, m in zip(state.robots, team.members, strict=True)
+        )
+        state = replace(state, robots=tuple(robots))
+    return state
+
+
+# Goals.
+
+
+def on_own(team: Team, state: State, i: int) -> bool:
+    return state.robots[i].objective == team.members[i].objective
+
+
+def goals(team: Team, state: State, i: int) -> Iterator[tuple[int, int]]:
+    """The targets that a robot's objective in force counts where it stands, each with the rounds
+    then completed."""
+    robot = _begun(team, state, i)
+    count = robot.own if on_own(team, state, i) else robot.task
+    after, met = _count(robot.objective, count, robot.pose % team.size)
+    for goal in met if robot.to is None else ():
+        yield goal, rounds(robot.objective, after if goal == met[-1] else count)
+
+
+def _begun(team: Team, state: State, i: int) -> RobotNow:
+    """A robot that has just got a strict objective begins with the target on which it stands, if
+    any. (Robots with rivals keep to the order of their plan.)"""
+    robot, member = state.robots[i], team.members[i]
+    if robot.fresh and member.objective.strict and not member.rivals and on_own(team, state, i):
+        memory = member.objective.begin(robot.pose % team.size, robot.own.memory)
+        return replace(robot, own=robot.own._replace(memory=memory))
+    return robot
+
+
+def _count(objective: TargetObjective, count: Count, region: int) -> tuple[Count, tuple[int, ...]]:
+    pursuit, here = objective.pursuit, objective.reached(region)
+    met = pursuit.met(count.memory, here)
+    memory, more = pursuit.step(count.memory, here)
+    stays = objective.stays(count.memory, region)
+    fresh = met if pursuit.in_turn or pursuit.settles else met & ~count.memory
+    # Under a settling objective only the last target counts rounds.
+    told = () if stays and count.held else tuple(bits(fresh))
+    return Count(memory, count.met + more, stays), told
+
+
+def rounds(objective: TargetObjective, count: Count) -> int:
+    """The rounds that are completed."""
+    pursuit = objective.pursuit
+    return count.met // pursuit.targets if pursuit.in_turn and not pursuit.settles else count.met
+
+
+def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
+    """Count the goals of the objective in force. A robot that a plan drives makes progress with its
+    own objective on a duty, too: plans rely on it. (A resolution, which ends the duty, restarts
+    rounds.)"""
+    robot, member = _begun(team, state, i), team.members[i]
+    region, mine = robot.pose % team.size, robot.objective == member.objective
+    if robot.to is None:
+        most = team.rounds, 1  # for one that takes no time
+        own, steps = robot.own, most[0] * len(member.targets) if mine or member.rivals else 0
+        for _ in range(1 if ticks and steps else steps):
+            if ticks or rounds(member.objective, own) < most[0]:
+                own = _count(member.objective, own, region)[0]
+        task = robot.task
+        if not mine and (ticks or rounds(robot.objective, task) < most[1]):
+            task = _count(robot.objective, task, region)[0]
+        robot = replace(robot, own=own, task=task, fresh=False)
+    return replace(state, robots=(*state.robots[:i], robot, *state.robots[i + 1 :]))
+
+
+def will_count(team: Team, state: State, i: int) -> bool:
+    """Whether a robot has still to count what it meets by staying."""
+    robot, member = state.robots[i], team.members[i]
+    after = _count(member.objective, robot.own, robot.pose % team.size)[0]
+    return robot.fresh or (after != robot.own and not done(team, state, i))
+
+
+def done(team: Team, state: State, i: int) -> bool:
+    return rounds(team.members[i].objective, state.robots[i].own) >= team.rounds
+
+
+# Acting.
+
+
+def acts_on(
+    team: Team, state: State, at: Iterable[int | None], i: int
+) -> tuple[tuple[int, now.Stage], ...]:
+    """What a robot changes by acting where it stands: the obstacles, known or not, with their new
+    stages."""
+    where = tuple(at)
+    if where[i] is None or not team.members[i].robot.capabilities:
+        return ()
+    floor = acting_floor(team, state)
+    if not floor.gates:
+        return ()
+    stages = tuple(state.obstacles[k].stage for k in floor.gates)
+    after = floor.acted(stages, where, i)
+    return tuple(
+        (k, new) for k, old, new in zip(floor.gates, stages, after, strict=True) if old != new
+    )
+
+
+def acting_floor(team: Team, state: State) -> Floor:
+    """All obstacles on which robots can act: those that are there, but for loads that nobody
+    knows."""
+    loads = (any(need.takes for need in each.needs) for each in team.obstacles)
+    gates = tuple(
+        k
+        for k, load in enumerate(loads)
+        if present(state, k) and not (load and state.obstacles[k].state is Is.HIDDEN)
+    )
+    return floor_of(team, gates, frozenset(), ())
+
+
+def resolved(team: Team, k: int, stage: now.Stage) -> bool:
+    return stage.need >= len(team.obstacles[k].needs)

@@ -1,0 +1,395 @@
+"""The transition model on poses: what robots may do on a floor with these obstacles, and what
+follows.
+
+A ``Floor`` is what the team knows at one moment, without poses: SOLVE, joint searches, proofs, the
+simulated world and the execution all ask it the same questions. ``stages`` are those of its
+``gates``, in its order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from safenav.cached_method import cached_method
+from safenav.team.state import Count, Is, Stage, State
+from safenav.team.team import Member, Need, Obstacle, Team
+from safenav.world.poses import Mask, PoseGraph, bits
+
+Stages = tuple[Stage, ...]
+
+
+class Joint(NamedTuple):
+    """A joint state of a search: all that its future depends on."""
+
+    poses: tuple[int, ...]
+    counts: tuple[tuple[int, int], ...]
+    stages: Stages
+
+
+class Floor(Struct, frozen=True, eq=False, dict=True):
+    """``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``: poses of
+    each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
+    take part."""
+
+    team: Team
+    gates: tuple[int, ...]
+    graphs: tuple[PoseGraph, ...]
+    floors: tuple[Mask, ...]
+    robots: tuple[int, ...]
+
+    def gate(self, g: int) -> Obstacle:
+        return self.team.obstacles[self.gates[g]]
+
+    @cached_method
+    def open(self, stages: Stages) -> tuple[int, ...]:
+        return tuple(g for g, stage in enumerate(stages) if stage.need < len(self.gate(g).needs))
+
+    def need(self, g: int, stages: Stages) -> Need:
+        return self.gate(g).needs[stages[g].need]
+
+    @cached_method
+    def allowed(self, i: int, stages: Stages) -> Mask:
+        """The poses that a robot may enter."""
+        closed = [
+            self.gate(g).region
+            for g in self.open(stages)
+            if i in self.gate(g).closed_to[stages[g].need]
+        ]
+        return self.floors[i] & ~self.graphs[i].on(closed)
+
+    @cached_method
+    def live(self, i: int, allowed: Mask) -> Mask:
+        """The allowed poses from which a robot can go on for ever."""
+        return self.graphs[i].live(self.team.members[i].aims, allowed)
+
+    @cached_method
+    def skilled(self, g: int, stages: Stages) -> tuple[int, ...]:
+        """The robots that have what the next need takes; of a chosen group, if there is one."""
+        skills, group = self.need(g, stages).skills, stages[g].group
+        able = (i for i in self.robots if skills <= self.team.members[i].robot.capabilities)
+        return tuple(i for i in able if group is None or i in group)
+
+    @cached_method
+    def able(self, g: int, stages: Stages) -> tuple[int, ...]:
+        """The robots that would do their part of the next need where they can."""
+        out = stages[g].done
+        if self.need(g, stages).takes:
+            out = out | self.gate(g).strays[stages[g].need] | self.carriers(stages)
+        return tuple(i for i in self.skilled(g, stages) if i not in out)
+
+    @cached_method
+    def carriers(self, stages: Stages) -> frozenset[int]:
+        """The robots that carry a load, or have taken their part of one. Each carries one at
+        most."""
+        found: set[int] = set()
+        for g in self.open(stages):
+            if self.need(g, stages).same:
+                found |= stages[g].group or frozenset()
+            elif self.need(g, stages).takes:
+                found |= stages[g].done
+        return frozenset(found)
+
+    def missing(self, g: int, stages: Stages) -> int:
+        return self.need(g, stages).robots - len(stages[g].done)
+
+    def commits(self, g: int, stages: Stages) -> bool:
+        """Whether meeting the next need chooses the robots of a later one."""
+        stage, needs = stages[g], self.gate(g).needs
+        chosen = stage.group is not None and len(stage.group) <= needs[stage.need].robots
+        return self.chained(g, stages) and not chosen
+
+    def chained(self, g: int, stages: Stages) -> bool:
+        after = stages[g].need + 1
+        return after < len(self.gate(g).needs) and self.gate(g).needs[after].same
+
+    def advanced(self, g: int, stages: Stages, group: Iterable[int] | None = None) -> Stages:
+        """The stages after the next need is met, by a group and those who had done their part."""
+        stage = stages[g]
+        met = stage.group if group is None else stage.done.union(group)
+        return put(stages, g, Stage(stage.need + 1, group=met if self.chained(g, stages) else None))
+
+    def took_part(self, g: int, stages: Stages, group: Iterable[int]) -> Stages:
+        """The stages after a group has acted on the next need."""
+        need, done = self.need(g, stages), stages[g].done.union(group)
+        if len(done) >= need.robots:
+            return self.advanced(g, stages, group)
+        return stages if need.together else put(stages, g, stages[g]._replace(done=done))
+
+    def acted(self, stages: Stages, at: Sequence[int | None], i: int) -> Stages:
+        """The stages after robot i has done all that it can in its region; ``at``: the region of
+        each robot (None: it cannot take part). It takes loads last."""
+        loads = [g for g in self.open(stages) if self.need(g, stages).takes]
+        loads.sort(key=lambda g: self.gate(g).source.order)
+        for g in [g for g in self.open(stages) if g not in loads] + loads:
+            while stages[g].need < len(self.gate(g).needs) and i in self.able(g, stages):
+                need, before = self.need(g, stages), stages
+                if need.takes and g not in loads:
+                    break
+                here = [
+                    j
+                    for j in self.able(g, stages)
+                    if (region := at[j]) is not None and need.regions >> region & 1
+                ]
+                if i not in here:
+                    break
+                stages = self.took_part(g, stages, here if need.together else (i,))
+                if stages[g].need == before[g].need:
+                    break
+        return stages
+
+    @cached_method
+    def acting(self, stages: Stages) -> Mask:
+        """The regions in which somebody may take part in a next need."""
+        found = 0
+        for g in self.open(stages):
+            found |= self.need(g, stages).regions if self.able(g, stages) else 0
+        return found
+
+    def performed(self, stages: Stages, poses: Sequence[int]) -> Stages:
+        """The stages after everybody has acted where it stands."""
+        at = [pose % self.team.size for pose in poses]
+        before = None
+        while before != stages:
+            before = stages
+            for i in self.robots:
+                if self.acting(stages) >> at[i] & 1:
+                    stages = self.acted(stages, at, i)
+        return stages
+
+    # Joint states.
+
+    def begun(
+        self, poses: tuple[int, ...], counts: tuple[tuple[int, int], ...], stages: Stages
+    ) -> Joint:
+        return self._settled(poses, counts, stages, self.robots)
+
+    def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
+        """The joint state after robots ``who`` have gone to their ``poses``: all act, and goals
+        count."""
+        return self._settled(poses, joint.counts, joint.stages, who)
+
+    def after(self, joint: Joint, i: int, pose: int) -> Joint:
+        poses = joint.poses
+        return self._settled((*poses[:i], pose, *poses[i + 1 :]), joint.counts, joint.stages, (i,))
+
+    @cached_method
+    def steps(self, i: int, stages: Stages) -> dict[int, tuple[int, ...]]:
+        return _Steps(self.graphs[i], self.allowed(i, stages))
+
+    def moves(self, joint: Joint) -> Iterator[tuple[int, int]]:
+        """Each step that one robot can take while the others stand still."""
+        size = self.team.size
+        for i in self.robots:
+            taken = {joint.poses[j] % size for j in self.team.members[i].rivals}
+            for pose in self.steps(i, joint.stages)[joint.poses[i]]:
+                if pose % size not in taken:
+                    yield i, pose
+
+    def is_done(self, i: int, count: tuple[int, int]) -> bool:
+        """Whether a robot has met what it must."""
+        pursuit = self.team.members[i].pursuit
+        each = pursuit.targets if pursuit.in_turn and not pursuit.settles else 1
+        return count[1] >= self.team.rounds * each
+
+    def awaited(self, i: int, count: tuple[int, int]) -> Mask:
+        """The poses that a robot wants to reach next; none if it is done."""
+        member, found = self.team.members[i], 0
+        if not self.is_done(i, count):
+            for target in bits(member.pursuit.awaited(count[0])):
+                found |= member.targets[target]
+        return found
+
+    def completed(
+        self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
+    ) -> bool:
+        """Whether all is done, and everybody (``who``) can go on for ever."""
+        robots = self.robots if who is None else who
+        if not all(self.is_done(i, joint.counts[i]) for i in robots):
+            return False
+        if any(joint.stages[g].need < len(self.gate(g).needs) for g in served):
+            return False
+        return all(
+            self.live(i, self.allowed(i, joint.stages)) >> joint.poses[i] & 1 for i in robots
+        )
+
+    def _settled(
+        self,
+        poses: tuple[int, ...],
+        counts: tuple[tuple[int, int], ...],
+        stages: Stages,
+        who: Iterable[int],
+    ) -> Joint:
+        acting, size = self.acting(stages), self.team.size
+        if acting and any(acting >> poses[i] % size & 1 for i in self.robots):
+            before, stages = len(self.open(stages)), self.performed(stages, poses)
+            if len(self.open(stages)) != before:
+                counts = tuple(
+                    restarted(m, Count(*c))[:2]
+                    for m, c in zip(self.team.members, counts, strict=True)
+                )
+                who = self.robots
+        changed: list[tuple[int, int]] | None = None
+        for i in who:
+            here = self.reached(i)[poses[i]]
+            if not here:
+                continue
+            pursuit, count = self.team.members[i].pursuit, counts[i]
+            if (
+                self.either
+                and count[1] == 0
+                and self.team.members[i].either
+                and not here >> count[0] & 1
+            ):
+                count = (next(bits(here)), 0)
+            if pursuit.in_turn and self.is_done(i, count) and self.open(stages):
+                count = (
+                    pursuit.step(count[0], here)[0],
+                    count[1],
+                )  # what comes next if rounds restart
+            while not self.is_done(i, count):
+                memory, more = pursuit.step(count[0], here)
+                if (memory, more) == (count[0], 0):
+                    break
+                count = memory, count[1] + more
+            if count != counts[i]:
+                changed = changed or list(counts)
+                changed[i] = count
+        return Joint(poses, tuple(changed) if changed else counts, stages)
+
+    @property
+    def either(self) -> bool:
+        return False
+
+    @cached_method
+    def reached(self, i: int) -> dict[int, int]:
+        return _Reached(self.team.members[i])
+
+
+class EitherFloor(Floor, frozen=True, eq=False, dict=True):
+    """The same, where strict objectives may begin with any target."""
+
+    @property
+    def either(self) -> bool:
+        return True
+
+
+class _Steps(dict[int, tuple[int, ...]]):
+    def __init__(self, graph: PoseGraph, allowed: Mask) -> None:
+        self.graph, self.allowed = graph, allowed
+
+    def __missing__(self, pose: int) -> tuple[int, ...]:
+        found = self[pose] = tuple(q for q in self.graph.steps(pose) if self.allowed >> q & 1)
+        return found
+
+
+class _Reached(dict[int, int]):
+    def __init__(self, member: Member) -> None:
+        self.member = member
+
+    def __missing__(self, pose: int) -> int:
+        found = self[pose] = self.member.reached(pose)
+        return found
+
+
+def put(stages: Stages, g: int, stage: Stage) -> Stages:
+    return (*stages[:g], stage, *stages[g + 1 :])
+
+
+def restarted(member: Member, count: Count) -> Count:
+    """Progress after a resolution: rounds are counted from zero, a next target stays the next."""
+    return Count(count.memory if member.pursuit.in_turn else 0, 0, count.held)
+
+
+def gates_of(team: Team, state: State) -> tuple[int, ...]:
+    """The open obstacles in the order of service."""
+    newest = team.scenario.order.value == "newest"
+    return state.requests[:: -1 if newest else 1]
+
+
+def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -> Floor:
+    """What the team knows now."""
+    sealed = state.sealed
+    return floor_of(
+        team,
+        gates_of(team, state),
+        sealed,
+        tuple(r.next for r in state.robots) if sealed else (),
+        robots,
+    )
+
+
+def floor_of(
+    team: Team,
+    gates: tuple[int, ...],
+    sealed: frozenset[int],
+    poses: tuple[int, ...],
+    robots: tuple[int, ...] | None = None,
+) -> Floor:
+    if not sealed:
+        return _floor(team, gates, sealed, sealed, robots or _all(team))
+    shut = frozenset((k, team.obstacles[k].region) for k in sealed)
+    inside = frozenset(
+        (i, pose)
+        for i, pose in enumerate(poses)
+        for k, region in shut
+        if pose % team.size == region and i in team.obstacles[k].blocks
+    )
+    return _floor(team, gates, sealed, inside, robots or _all(team))
+
+
+@lru_cache(maxsize=16)
+def _all(team: Team) -> tuple[int, ...]:
+    return tuple(range(len(team.members)))
+
+
+@lru_cache(maxsize=256)
+def _floor(
+    team: Team,
+    gates: tuple[int, ...],
+    sealed: frozenset[int],
+    inside: frozenset[tuple[int, int]],
+    robots: tuple[int, ...],
+) -> Floor:
+    graphs, floors = [], []
+    for i, member in enumerate(team.members):
+        graph = member.graph
+        floor = member.floor & ~graph.on(
+            team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks
+        )
+        for robot, pose in inside:
+            if robot == i:  # it stands there, and may leave
+                graph, floor = graph.left_only(pose), floor | 1 << pose
+        graphs.append(graph)
+        floors.append(floor)
+    return Floor(team, gates, tuple(graphs), tuple(floors), robots)
+
+
+def stages_of(floor: Floor, state: State) -> Stages:
+    return tuple(state.obstacles[k].stage for k in floor.gates)
+
+
+def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
+    """The region of each robot that can take part in an action; ``moving``: also of those on their
+    way."""
+    return [r.pose % team.size if moving or r.to is None else None for r in state.robots]
+
+
+def occupied(team: Team, state: State, among: Iterable[int] | None = None) -> Mask:
+    """The regions of some robots: two while they are on their way."""
+    who = range(len(state.robots)) if among is None else among
+    found, size, robots = 0, team.size, state.robots
+    for i in who:
+        robot = robots[i]
+        found |= 1 << robot.pose % size
+        if robot.to is not None:
+            found |= 1 << robot.to % size
+    return found
+
+
+def present(state: State, k: int) -> bool:
+    """Whether an obstacle is there and unresolved."""
+    return state.obstacles[k].state in (Is.HIDDEN, Is.OPEN) or state.obstacles[k].given_up

@@ -1,0 +1,260 @@
+"""What is so: the state of a team, and the events that change it. Frozen, numbered, hashable."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from enum import Enum
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from safenav.scenario.objective import TargetObjective
+
+
+class Stage(NamedTuple):
+    """An obstacle's progress: its next need, who has done his part of it, and who met the one
+    before if the same robots must meet it (None: any)."""
+
+    need: int = 0
+    done: frozenset[int] = frozenset()
+    group: frozenset[int] | None = None
+
+
+class Count(NamedTuple):
+    """Progress with an objective: ``memory`` of its pursuit; ``met`` goals (in turn) or rounds
+    since the last resolution; ``held``: it stood at its last target when that was counted last."""
+
+    memory: int = 0
+    met: int = 0
+    held: bool = False
+
+
+class Is(Enum):
+    """What an obstacle is. ``OPEN``: met or ordered, a request; ``SEALED``: in O, found
+    untraversable or never to be resolved; ``OVER``: resolved, or gone."""
+
+    AWAY = "away"
+    HIDDEN = "hidden"
+    OPEN = "open"
+    SEALED = "sealed"
+    OVER = "over"
+
+
+class ObstacleNow(Struct, frozen=True):
+    """``asked``: robots that met it, each with the region where it waits, the last one last;
+    ``given_up``: sealed because nobody can resolve it, not because it was looked at; ``aside``: no
+    joint plan serves it."""
+
+    state: Is = Is.HIDDEN
+    stage: Stage = Stage()
+    asked: tuple[tuple[int, int], ...] = ()
+    given_up: bool = False
+    aside: bool = False
+
+
+class RobotNow(Struct, frozen=True):
+    """``to``: the pose of the step under way (it reserves both regions). ``objective``: the one in
+    force, with its progress ``task``; ``own``: progress with its own. ``node``: that of its
+    strategy at its next pose. ``at``: its place in the joint plan; ``by``: what decided the step
+    under way. ``acting``: the robot in whose action it takes part. ``fresh``: it has not counted
+    its objective since it got it."""
+
+    pose: int
+    objective: TargetObjective
+    own: Count = Count()
+    task: Count = Count()
+    to: int | None = None
+    node: int | None = None
+    at: int = 0
+    by: str | None = None
+    acting: int | None = None
+    fresh: bool = True
+
+    @property
+    def next(self) -> int:
+        """The pose of its next decision."""
+        return self.pose if self.to is None else self.to
+
+    @property
+    def idle(self) -> bool:
+        return self.to is None and self.acting is None
+
+
+class Visit(NamedTuple):
+    """A place of a plan: the pose, and what a robot waits for before it steps there: ``after``
+    (robot, place): that other robot has arrived there; ``needs``: these needs of obstacles are met
+    (obstacle, how many); ``progress``: its count (memory and met), if exactly the obstacles
+    ``over`` are: the plan counts at once what staying meets."""
+
+    pose: int
+    after: tuple[tuple[int, int], ...] = ()
+    needs: frozenset[tuple[int, int]] = frozenset()
+    progress: tuple[int, int] = (0, 0)
+    over: frozenset[int] = frozenset()
+
+
+class Plan(Struct, frozen=True, eq=False):
+    """A joint plan in execution: the way of each robot (its present place first; others: empty).
+    ``foreseen``: the obstacles that it knows."""
+
+    ways: tuple[tuple[Visit, ...], ...]
+    foreseen: frozenset[int]
+
+
+class State(Struct, frozen=True):
+    """``requests``: the open obstacles, the oldest first: the paper's stack. ``over``: those
+    resolved in this run, in order. ``time``: tick or seconds."""
+
+    robots: tuple[RobotNow, ...]
+    obstacles: tuple[ObstacleNow, ...]
+    requests: tuple[int, ...] = ()
+    over: tuple[int, ...] = ()
+    plan: Plan | None = None
+    time: float = 0
+
+    @property
+    def question(self) -> Hashable:
+        """What decisions depend on, but for the poses: these matter only when it changes."""
+        return self.requests, self.obstacles, self.over, self.plan is None
+
+    @property
+    def sealed(self) -> frozenset[int]:
+        return frozenset(k for k, each in enumerate(self.obstacles) if each.state is Is.SEALED)
+
+
+class Turn(NamedTuple):
+    """It is a robot's turn. ``ticks``: how long it takes (None: no time, so what staying meets
+    counts at once)."""
+
+    robot: int
+    ticks: int | None = 1
+
+
+class Goes(NamedTuple):
+    """A tick in which a robot is on its way."""
+
+    robot: int
+
+
+class Time(NamedTuple):
+    now: float
+
+
+class Departed(NamedTuple):
+    """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there."""
+
+    robot: int
+    pose: int
+    by: str
+    node: int | None = None
+    under_way: bool = False
+
+
+class Arrived(NamedTuple):
+    robot: int
+
+
+class Stayed(NamedTuple):
+    """A robot stays for this turn. ``by`` as above."""
+
+    robot: int
+    by: str
+    node: int | None = None
+
+
+class Acts(NamedTuple):
+    """A robot begins to act where it stands, with these robots: a command under way."""
+
+    robot: int
+    group: tuple[int, ...]
+
+
+class Acted(NamedTuple):
+    """A robot has done all that it can where it stands. ``found``: the stages after it, and the
+    truth of each obstacle that is resolved."""
+
+    robot: int
+    stages: tuple[tuple[int, Stage], ...]
+    truths: tuple[tuple[int, bool | None], ...]
+
+
+class Met(NamedTuple):
+    """A robot would have entered an obstacle, by a step to ``pose``."""
+
+    robot: int
+    obstacle: int
+    pose: int
+
+
+class Appeared(NamedTuple):
+    obstacle: int
+
+
+class Gone(NamedTuple):
+    obstacle: int
+
+
+class Counted(NamedTuple):
+    """A robot's turn is over: goals count where it stands. ``ticks`` as above."""
+
+    robot: int
+    ticks: int | None = 1
+
+
+class GaveUp(NamedTuple):
+    """A decision: nobody can ever resolve an obstacle."""
+
+    obstacle: int
+
+
+class Reopened(NamedTuple):
+    """A decision: given-up obstacles and those set aside get another chance."""
+
+
+class SetAside(NamedTuple):
+    """A decision: no joint plan serves these requests."""
+
+    obstacles: tuple[int, ...]
+
+
+class Told(NamedTuple):
+    """A decision: a robot pursues an objective, from this node of its strategy on."""
+
+    robot: int
+    objective: TargetObjective
+    node: int | None = None
+
+
+class Turned(NamedTuple):
+    """A decision: a robot begins with this target."""
+
+    robot: int
+    memory: int
+
+
+class Planned(NamedTuple):
+    """A decision: the sharing robots follow this plan."""
+
+    plan: Plan | None
+
+
+Event = (
+    Turn
+    | Goes
+    | Time
+    | Departed
+    | Arrived
+    | Stayed
+    | Acts
+    | Acted
+    | Met
+    | Appeared
+    | Gone
+    | Counted
+    | GaveUp
+    | Reopened
+    | SetAside
+    | Told
+    | Turned
+    | Planned
+)

@@ -1,0 +1,193 @@
+"""A team as numbers: robots, obstacles and their needs. Made once from a scenario; never changes.
+
+Robots and obstacles are numbered in the scenario's order. A set of regions or poses is a mask.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import takewhile
+
+from msgspec import Struct
+
+from safenav.scenario import model, needs
+from safenav.scenario.objective import TargetObjective
+from safenav.scenario.pursuit import Pursuit
+from safenav.world.map import RegionMap
+from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
+
+
+class Need(Struct, frozen=True):
+    """``robots`` distinct robots do ``action`` in ``regions``, at the same time if ``together``;
+    they are of those that met the need before if ``same``. ``skills``: all that they must be able
+    to do, up to the last need that the same robots meet; ``takes``: they carry a load from then
+    on."""
+
+    action: str
+    robots: int
+    regions: Mask
+    together: bool
+    same: bool
+    skills: frozenset[str]
+    takes: bool
+
+
+class Obstacle(Struct, frozen=True, eq=False):
+    """``closed_to``: for each need, the robots that must not enter while it is the next;
+    ``strays``: those that do not take the load by it, since no path leads them to where it is put
+    down. ``truth``: what resolving it reveals (None: nothing)."""
+
+    name: str
+    region: int
+    needs: tuple[Need, ...]
+    blocks: frozenset[int]
+    closed_to: tuple[frozenset[int], ...]
+    strays: tuple[frozenset[int], ...]
+    source: model.Obstacle
+
+    @property
+    def ordered(self) -> bool:
+        return self.source.ordered
+
+
+class Member(Struct, frozen=True, eq=False):
+    """A robot. ``floor``: the poses that walls and its own rules leave; ``targets``: masks of
+    poses; ``rivals``: the robots with which it never shares a region; ``ticks``: of its slowest
+    step."""
+
+    name: str
+    robot: model.Robot
+    graph: PoseGraph
+    floor: Mask
+    targets: tuple[Mask, ...]
+    pursuit: Pursuit
+    rivals: frozenset[int]
+
+    @property
+    def objective(self) -> TargetObjective:
+        return pursued(self.robot)
+
+    @property
+    def ticks(self) -> int:
+        return self.robot.model.timing.most
+
+    @property
+    def either(self) -> bool:
+        """Whether its first target may be any: strict objectives leave that open."""
+        return self.objective.strict and not self.objective.literal
+
+    @property
+    def aims(self) -> tuple[Mask, ...]:
+        """The targets that it meets for ever."""
+        return self.targets[-1:] if self.pursuit.settles else self.targets
+
+    def reached(self, pose: int) -> int:
+        """The targets that contain a pose, as a mask."""
+        return sum(1 << k for k, target in enumerate(self.targets) if target >> pose & 1)
+
+
+class Team(Struct, frozen=True, eq=False, dict=True):
+    scenario: model.Scenario
+    members: tuple[Member, ...]
+    obstacles: tuple[Obstacle, ...]
+
+    @property
+    def world(self) -> RegionMap:
+        return self.scenario.map
+
+    @cached_property
+    def rounds(self) -> int:
+        return self.scenario.until.rounds
+
+    @cached_property
+    def size(self) -> int:
+        return self.scenario.map.size
+
+    @cached_property
+    def crowds(self) -> tuple[frozenset[int] | None, ...]:
+        """For each robot it and its rivals, if all of these are rivals of each other."""
+        whole = [member.rivals | {i} for i, member in enumerate(self.members)]
+        return tuple(each if all(whole[j] == each for j in each) else None for each in whole)
+
+    @cached_property
+    def sharing(self) -> tuple[int, ...]:
+        """The robots that a joint plan drives: those with rivals."""
+        return tuple(i for i, member in enumerate(self.members) if member.rivals)
+
+
+def pursued(robot: model.Robot) -> TargetObjective:
+    """Return the objective of a robot, which is about targets."""
+    assert isinstance(robot.objective, TargetObjective), "formulas have no pursuit"
+    return robot.objective
+
+
+def team_of(scenario: model.Scenario) -> Team:
+    """The team of a scenario."""
+    world, robots = scenario.map, scenario.robots
+    members = []
+    for robot in robots:
+        graph = plain_graph(world, robot.model.mobility)
+        rivals = frozenset(
+            k for k, other in enumerate(robots) if other is not robot and robot.conflicts(other)
+        )
+        members.append(
+            Member(
+                robot.name,
+                robot,
+                graph,
+                graph.outside(robot.objective.avoid),
+                graph.on_each(robot.objective.targets),
+                pursued(robot).pursuit,
+                rivals,
+            )
+        )
+    return Team(scenario, tuple(members), tuple(_obstacle(o, scenario) for o in scenario.obstacles))
+
+
+def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
+    robots, listed = scenario.robots, source.needs
+    found, strays = [], []
+    for k, need in enumerate(listed):
+        regions = source.resolution_regions(scenario.map, k)
+        skills = needs.actions(listed, k)
+        found.append(
+            Need(
+                need.action,
+                need.robots,
+                region_mask(regions),
+                need.together,
+                need.same,
+                skills,
+                needs.takes(listed, k),
+            )
+        )
+        later = [source.resolution_regions(scenario.map, n) for n in range(k + 1, len(listed))]
+        later = [
+            r
+            for r, _ in takewhile(lambda one: one[1].same, zip(later, listed[k + 1 :], strict=True))
+        ]
+        far = (
+            i
+            for i, r in enumerate(robots)
+            if later and not need.same and _cut_off(r, later, scenario)
+        )
+        strays.append(frozenset(far))
+    return Obstacle(
+        source.name,
+        source.region,
+        tuple(found),
+        frozenset(i for i, robot in enumerate(robots) if source.blocks(robot)),
+        tuple(
+            frozenset(i for i, r in enumerate(robots) if source.closed_to(r, k))
+            for k in range(len(listed))
+        ),
+        tuple(strays),
+        source,
+    )
+
+
+def _cut_off(robot: model.Robot, later: list[tuple[int, ...]], scenario: model.Scenario) -> bool:
+    """Whether the map leaves a robot no path to some of these places."""
+    graph = plain_graph(scenario.map, robot.model.mobility)
+    there = graph.closure(1 << graph.number(robot.start), graph.outside(robot.objective.avoid))
+    return any(not there & graph.on(regions) for regions in later)
