@@ -13,7 +13,7 @@ from safenav.outcome import Outcome
 from safenav.plan.order import surely
 from safenav.runtime.control.coordinate import Control, End
 from safenav.runtime.control.tasks import Answers, Controller
-from safenav.scenario.objective import Objective, TargetObjective
+from safenav.scenario.objective import TargetObjective
 from safenav.team import state as now
 from safenav.team.apply import apply, goals, rounds
 from safenav.team.floor import floor_now, stages_of
@@ -21,6 +21,7 @@ from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.header import scenario_header
+from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.proofs import Proof
 from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import (
@@ -299,7 +300,7 @@ class Recorder:
                     self.stack.append((k, who, helping))
                     self._entry(records.Push, (k, who, helping), told)
 
-    def _entry(self, kind: type, entry: Entry, told: dict[str, records.Objective]) -> None:
+    def _entry(self, kind: type, entry: Entry, told: dict[str, TracedObjective]) -> None:
         k, who, helpers = entry
         several = helpers if len(helpers) > 1 else None
         about = (
