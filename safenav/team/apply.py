@@ -3,13 +3,13 @@ it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterator, Sequence
 
 from msgspec.structs import replace
 
 from safenav.scenario.objective import TargetObjective
 from safenav.team import state as now
-from safenav.team.floor import Floor, floor_of, present, restarted
+from safenav.team.floor import Floor, barred, floor_of, restarted
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
 from safenav.world.poses import bits
@@ -46,6 +46,11 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             way = state.plan.ways[i] if state.plan else ()
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             return _robot(state, i, pose=robot.next, to=None, at=at + planned, by=None)
+        case now.Elsewhere(i, pose):
+            state = _robot(state, i, pose=pose, to=None, node=None, by=None)
+            return replace(state, plan=None) if team.members[i].rivals else state
+        case now.Introduced():
+            return replace(state, obstacles=(*state.obstacles, ObstacleNow()))
         case now.Stayed(i, _, node):
             return state if node is None else _robot(state, i, node=node)
         case now.Acts(leader, group):
@@ -110,9 +115,8 @@ def _obstacle(state: State, k: int, obstacle: ObstacleNow) -> State:
 def _asked(state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
     """An obstacle is known and open: its request joins the stack if it is not there yet."""
     before = state.obstacles[k]
-    state = _obstacle(
-        state, k, replace(before, state=Is.OPEN, asked=asked, given_up=False, aside=False)
-    )
+    stage = now.Stage() if before.state is Is.OVER else before.stage
+    state = _obstacle(state, k, ObstacleNow(Is.OPEN, stage, asked))
     return state if k in state.requests else replace(state, requests=(*state.requests, k))
 
 
@@ -126,6 +130,9 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
     restart."""
     for i, robot in enumerate(state.robots):
         state = _robot(state, i, acting=None) if robot.acting == event.robot else state
+    if event.failed:
+        tried = (*state.attempts, *((event.robot, k) for k in event.failed))
+        state = replace(state, attempts=tried, plan=None)
     for k, stage in event.stages:
         state = _obstacle(state, k, replace(state.obstacles[k], stage=stage))
     foreseen = state.plan.foreseen if state.plan else frozenset()
@@ -226,33 +233,44 @@ def done(team: Team, state: State, i: int) -> bool:
 
 
 def acts_on(
-    team: Team, state: State, at: Iterable[int | None], i: int
+    team: Team,
+    state: State,
+    at: Sequence[int | None],
+    i: int,
+    among: Collection[int] | None = None,
 ) -> tuple[tuple[int, now.Stage], ...]:
-    """What a robot changes by acting where it stands: the obstacles, known or not, with their new
-    stages."""
-    where = tuple(at)
-    if where[i] is None or not team.members[i].robot.capabilities:
+    """Return what a robot changes by acting where it stands: obstacles with their new stages.
+    ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
+    count (None: all that are open)."""
+    if at[i] is None or not team.members[i].robot.capabilities:
         return ()
-    floor = acting_floor(team, state)
+    floor = acting_floor(team, state, among)
     if not floor.gates:
         return ()
     stages = tuple(state.obstacles[k].stage for k in floor.gates)
-    after = floor.acted(stages, where, i)
-    return tuple(
-        (k, new) for k, old, new in zip(floor.gates, stages, after, strict=True) if old != new
-    )
+    after = floor.acted(stages, at, i)
+    pairs = zip(floor.gates, stages, after, strict=True)
+    return tuple((k, new) for k, old, new in pairs if old != new)
 
 
-def acting_floor(team: Team, state: State) -> Floor:
-    """All obstacles on which robots can act: those that are there, but for loads that nobody
-    knows."""
-    loads = (any(need.takes for need in each.needs) for each in team.obstacles)
-    gates = tuple(
-        k
-        for k, load in enumerate(loads)
-        if present(state, k) and not (load and state.obstacles[k].state is Is.HIDDEN)
-    )
-    return floor_of(team, gates, frozenset(), ())
+def acting_floor(team: Team, state: State, among: Collection[int] | None = None) -> Floor:
+    """Return the floor of the obstacles on which robots act: those that are open or given up."""
+    known = (k for k, each in enumerate(state.obstacles) if each.known)
+    gates = tuple(k for k in known if among is None or k in among)
+    return floor_of(team, gates, frozenset(), (), barred=barred(team, state))
+
+
+def participants(
+    team: Team, state: State, at: Sequence[int | None], i: int, k: int
+) -> tuple[int, ...]:
+    """Return the robots that act when robot ``i`` acts on an obstacle: all that must do so
+    together, else itself."""
+    stage = state.obstacles[k].stage
+    need = team.obstacles[k].needs[stage.need]
+    if not need.together:
+        return (i,)
+    able = acting_floor(team, state, (k,)).able(0, (stage,))
+    return tuple(j for j in able if (region := at[j]) is not None and need.regions >> region & 1)
 
 
 def resolved(team: Team, k: int, stage: now.Stage) -> bool:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from safenav.cached_method import cached_method
-from safenav.team.state import Count, Is, Stage, State
+from safenav.team.state import Count, Stage, State
 from safenav.team.team import Member, Need, Obstacle, Team
 from safenav.world.poses import Mask, PoseGraph, bits
 
@@ -40,6 +40,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     graphs: tuple[PoseGraph, ...]
     floors: tuple[Mask, ...]
     robots: tuple[int, ...]
+    barred: frozenset[tuple[int, int]] = frozenset()
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]
@@ -71,7 +72,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         """The robots that have what the next need takes; of a chosen group, if there is one."""
         skills, group = self.need(g, stages).skills, stages[g].group
         able = (i for i in self.robots if skills <= self.team.members[i].robot.capabilities)
-        return tuple(i for i in able if group is None or i in group)
+        return tuple(
+            i
+            for i in able
+            if (group is None or i in group) and (i, self.gates[g]) not in self.barred
+        )
 
     @cached_method
     def able(self, g: int, stages: Stages) -> tuple[int, ...]:
@@ -319,6 +324,7 @@ def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -
         sealed,
         tuple(r.next for r in state.robots) if sealed else (),
         robots,
+        barred(team, state),
     )
 
 
@@ -328,9 +334,10 @@ def floor_of(
     sealed: frozenset[int],
     poses: tuple[int, ...],
     robots: tuple[int, ...] | None = None,
+    barred: frozenset[tuple[int, int]] = frozenset(),
 ) -> Floor:
     if not sealed:
-        return _floor(team, gates, sealed, sealed, robots or _all(team))
+        return _floor(team, gates, sealed, sealed, robots or _all(team), barred)
     shut = frozenset((k, team.obstacles[k].region) for k in sealed)
     inside = frozenset(
         (i, pose)
@@ -338,7 +345,7 @@ def floor_of(
         for k, region in shut
         if pose % team.size == region and i in team.obstacles[k].blocks
     )
-    return _floor(team, gates, sealed, inside, robots or _all(team))
+    return _floor(team, gates, sealed, inside, robots or _all(team), barred)
 
 
 @lru_cache(maxsize=16)
@@ -353,6 +360,7 @@ def _floor(
     sealed: frozenset[int],
     inside: frozenset[tuple[int, int]],
     robots: tuple[int, ...],
+    barred: frozenset[tuple[int, int]],
 ) -> Floor:
     graphs, floors = [], []
     for i, member in enumerate(team.members):
@@ -365,7 +373,7 @@ def _floor(
                 graph, floor = graph.left_only(pose), floor | 1 << pose
         graphs.append(graph)
         floors.append(floor)
-    return Floor(team, gates, tuple(graphs), tuple(floors), robots)
+    return Floor(team, gates, tuple(graphs), tuple(floors), robots, barred)
 
 
 def stages_of(floor: Floor, state: State) -> Stages:
@@ -390,6 +398,7 @@ def occupied(team: Team, state: State, among: Iterable[int] | None = None) -> Ma
     return found
 
 
-def present(state: State, k: int) -> bool:
-    """Whether an obstacle is there and unresolved."""
-    return state.obstacles[k].state in (Is.HIDDEN, Is.OPEN) or state.obstacles[k].given_up
+def barred(team: Team, state: State) -> frozenset[tuple[int, int]]:
+    """The robots whose actions on an obstacle have failed too often, each with that obstacle."""
+    pairs = state.attempts
+    return frozenset(pair for pair in pairs if pairs.count(pair) >= team.tries)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
+from safenav.scenario import model
 from safenav.scenario.objective import TargetObjective
 
 
@@ -50,6 +51,11 @@ class ObstacleNow(Struct, frozen=True):
     asked: tuple[tuple[int, int], ...] = ()
     given_up: bool = False
     aside: bool = False
+
+    @property
+    def known(self) -> bool:
+        """Whether the team knows it as unresolved: robots act on it."""
+        return self.state is Is.OPEN or self.given_up
 
 
 class RobotNow(Struct, frozen=True):
@@ -103,7 +109,8 @@ class Plan(Struct, frozen=True, eq=False):
 
 class State(Struct, frozen=True):
     """``requests``: the open obstacles, the oldest first: the paper's stack. ``over``: those
-    resolved in this run, in order. ``time``: tick or seconds."""
+    resolved in this run, in order. ``time``: tick or seconds. ``attempts``: the actions that
+    failed, each as a robot and an obstacle."""
 
     robots: tuple[RobotNow, ...]
     obstacles: tuple[ObstacleNow, ...]
@@ -111,6 +118,7 @@ class State(Struct, frozen=True):
     over: tuple[int, ...] = ()
     plan: Plan | None = None
     time: float = 0
+    attempts: tuple[tuple[int, int], ...] = ()
 
     @property
     def question(self) -> Hashable:
@@ -154,6 +162,13 @@ class Arrived(NamedTuple):
     robot: int
 
 
+class Elsewhere(NamedTuple):
+    """A robot's step has ended in another pose than its own."""
+
+    robot: int
+    pose: int
+
+
 class Stayed(NamedTuple):
     """A robot stays for this turn. ``by`` as above."""
 
@@ -176,6 +191,13 @@ class Acted(NamedTuple):
     robot: int
     stages: tuple[tuple[int, Stage], ...]
     truths: tuple[tuple[int, bool | None], ...]
+    failed: tuple[int, ...] = ()
+
+
+class Introduced(NamedTuple):
+    """Somebody has noticed an obstacle that the scenario does not list."""
+
+    source: model.Obstacle
 
 
 class Met(NamedTuple):
@@ -187,7 +209,12 @@ class Met(NamedTuple):
 
 
 class Appeared(NamedTuple):
+    """An obstacle appears. ``truth``: what resolving it will reveal, if the world is simulated;
+    ``another``: it differs from that of the last obstacle of its name."""
+
     obstacle: int
+    truth: bool | None = None
+    another: bool = False
 
 
 class Gone(NamedTuple):
@@ -244,7 +271,9 @@ Event = (
     | Time
     | Departed
     | Arrived
+    | Elsewhere
     | Stayed
+    | Introduced
     | Acts
     | Acted
     | Met

@@ -9,6 +9,7 @@ from functools import cached_property
 from itertools import takewhile
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.scenario import model, needs
 from safenav.scenario.objective import TargetObjective
@@ -87,13 +88,24 @@ class Member(Struct, frozen=True, eq=False):
 
 
 class Team(Struct, frozen=True, eq=False, dict=True):
+    """``tries``: after as many failed actions a robot leaves an obstacle to others."""
+
     scenario: model.Scenario
     members: tuple[Member, ...]
     obstacles: tuple[Obstacle, ...]
+    tries: int = 2
 
     @property
     def world(self) -> RegionMap:
         return self.scenario.map
+
+    @cached_property
+    def numbers(self) -> dict[str, tuple[int, ...]]:
+        """The numbers of the obstacles of each name: one that comes back has several."""
+        found: dict[str, tuple[int, ...]] = {}
+        for k, each in enumerate(self.obstacles):
+            found[each.name] = (*found.get(each.name, ()), k)
+        return found
 
     @cached_property
     def rounds(self) -> int:
@@ -142,6 +154,11 @@ def team_of(scenario: model.Scenario) -> Team:
             )
         )
     return Team(scenario, tuple(members), tuple(_obstacle(o, scenario) for o in scenario.obstacles))
+
+
+def introduced(team: Team, source: model.Obstacle) -> Team:
+    """Return the team with one more obstacle, which the scenario does not list."""
+    return replace(team, obstacles=(*team.obstacles, _obstacle(source, team.scenario)))
 
 
 def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:

@@ -105,7 +105,7 @@ def _again(
 def _question(state: State) -> Hashable:
     known = (Is.OPEN, Is.SEALED)
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
-    return state.requests, obstacles, state.over
+    return state.requests, obstacles, state.over, state.attempts
 
 
 def _give_up(team: Team, state: State, decide: object) -> dict[int, Proof]:

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from safenav.plan.order import next_step
 from safenav.runtime.control.coordinate import Control
-from safenav.runtime.run.world import World
 from safenav.team.floor import occupied
 from safenav.team.state import Is, State
 from safenav.team.team import Team
@@ -46,8 +45,8 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     return found
 
 
-def characterize(team: Team, state: State, world: World, i: int, step: Proposal) -> int | None:
-    """The obstacle that a robot would enter by a move: knowledge first, then the sensor."""
+def closing(team: Team, state: State, i: int, step: Proposal) -> int | None:
+    """The known obstacle that a robot would enter by a move."""
     region = step.pose % team.size
     if region == state.robots[i].pose % team.size:
         return None
@@ -58,21 +57,13 @@ def characterize(team: Team, state: State, world: World, i: int, step: Proposal)
                 return k
             if each.state is Is.SEALED and i in obstacle.blocks:
                 return k
-    noticed = world.sense(state, region)
-    if noticed is None or state.obstacles[noticed].state is not Is.HIDDEN:
-        return None
-    need = state.obstacles[noticed].stage.need
-    return noticed if i in team.obstacles[noticed].closed_to[need] else None
+    return None
 
 
-def back_up(
-    team: Team, state: State, control: Control, world: World, i: int, refused: Proposal
-) -> Proposal:
-    """Another successor of the strategy's node that is safe; else the stay, which keeps the
-    node."""
-    if not team.members[i].rivals and team.members[i].ticks == 1 and world.moving:
-        for step in _successors(team, state, control, i):
-            other = step.pose % team.size != refused.pose % team.size
-            if other and characterize(team, state, world, i, step) is None:
-                return step._replace(by="backtrack")
-    return Proposal(state.robots[i].pose, "backtrack")
+def others(team: Team, state: State, control: Control, i: int, refused: Proposal) -> list[Proposal]:
+    """Other successors of the strategy's node, which leave the refused region aside."""
+    if team.members[i].rivals or team.members[i].ticks > 1:
+        return []
+    found = _successors(team, state, control, i)
+    region = refused.pose % team.size
+    return [step._replace(by="backtrack") for step in found if step.pose % team.size != region]

@@ -19,18 +19,17 @@ from msgspec.structs import replace
 
 from safenav.runtime.control.coordinate import Control, End, coordinate, is_complete
 from safenav.runtime.control.tasks import Answers
-from safenav.runtime.run.decide import Proposal, back_up, characterize, propose
+from safenav.runtime.run.decide import Proposal, closing, others, propose
 from safenav.runtime.run.record import Recorder
-from safenav.runtime.run.world import World
+from safenav.runtime.run.world import World, number_of
 from safenav.team import state as now
-from safenav.team.apply import acts_on, apply, initial
-from safenav.team.floor import standing
-from safenav.team.team import Team
+from safenav.team.apply import apply, initial
+from safenav.team.team import Team, introduced
 
 
 class Run:
     """A run. ``state`` and ``control`` are all that it remembers: what is so, and what the team
-    intends."""
+    intends; ``team`` grows by obstacles that the scenario does not list."""
 
     def __init__(self, team: Team, world: World, answers: Answers, recorder: Recorder) -> None:
         self.team, self.world, self.answers, self.recorder = team, world, answers, recorder
@@ -41,9 +40,7 @@ class Run:
         self.recorder.begins()
         self.settle()  # 4
         while (end := self.over()) is None:  # 5
-            for event in self.world.wait(self.state) or [
-                now.Time(float("inf"))
-            ]:  # it reports, and gives turns
+            for event in self.world.wait(self):  # it reports, and gives turns
                 before = self.state
                 self.happens(event)
                 if isinstance(event, now.Turn):
@@ -52,11 +49,7 @@ class Run:
                     self.act(event.robot)  # 17, 18
                 self.count(before, event)
                 self.settle()  # 9 to 16, 19 to 21
-                if (
-                    self.control.end is not None
-                    and isinstance(event, now.Turn | now.Arrived)
-                    and not self.waits()
-                ):
+                if self.has_ended(event):
                     break
         self.recorder.ends(self.state, end, self.answers)
         return end
@@ -67,43 +60,60 @@ class Run:
         to a safe one."""
         if not self.state.robots[i].idle:
             return
-        if self.may_act(i):
+        if self.world.reaches(self, i):
             self.happens(now.Stayed(i, "stay"))
             self.act(i)
         else:
             step = propose(self.team, self.state, self.control, i)  # NP
-            obstacle = characterize(self.team, self.state, self.world, i, step)  # EC
+            obstacle = self.characterize(i, step)  # EC
             if obstacle is not None:
                 self.happens(now.Met(i, obstacle, step.pose))  # 7
-                step = back_up(self.team, self.state, self.control, self.world, i, step)  # 8
+                step = self.back_up(i, step)  # 8
             self.take(i, step)
+
+    def characterize(self, i: int, step: Proposal) -> int | None:
+        """The obstacle that a robot would enter by a move: knowledge first, then the sensor."""
+        known = closing(self.team, self.state, i, step)
+        region = step.pose % self.team.size
+        if known is not None or region == self.state.robots[i].pose % self.team.size:
+            return known
+        obstacle = self.world.sense(self, i, region)
+        if obstacle is None:
+            return None
+        for event in self.world.noticed(self, obstacle):
+            self.happens(event)
+        k = number_of(self, obstacle)
+        there = self.state.obstacles[k]
+        if there.state is now.Is.OPEN:
+            return None  # it does not stop this robot now
+        need = 0 if there.state is now.Is.OVER else there.stage.need
+        return k if i in self.team.obstacles[k].closed_to[need] else None
+
+    def back_up(self, i: int, refused: Proposal) -> Proposal:
+        """Another successor of the strategy's node that is safe; else the stay, which keeps the
+        node."""
+        for step in (
+            others(self.team, self.state, self.control, i, refused) if self.world.moving else ()
+        ):
+            if self.characterize(i, step) is None:
+                return step
+        return Proposal(self.state.robots[i].pose, "backtrack")
 
     def take(self, i: int, step: Proposal) -> None:
         if step.pose == self.state.robots[i].pose:
             self.happens(now.Stayed(i, step.by, step.node))
             return
-        ended = self.world.start(self.state, i, step.pose)
-        self.happens(now.Departed(i, step.pose, step.by, step.node, under_way=ended is None))
-        if ended is not None:
-            self.happens(ended)
+        for event in self.world.start(self, i, step):
+            self.happens(event)
         self.act(i)
 
     def act(self, i: int) -> None:
         """Lines 17 and 18: whoever can resolve an obstacle where it stands does so, asked or
         not."""
-        if self.may_act(i):
-            self.happens(self.world.act(self.state, i))
+        if self.world.reaches(self, i):
+            for event in self.world.act(self, i):
+                self.happens(event)
             self.settle()
-
-    def may_act(self, i: int) -> bool:
-        robot = self.state.robots[i]
-        if robot.acting is not None or (robot.to is not None and not self.world.moving):
-            return False
-        return bool(
-            acts_on(
-                self.team, self.state, standing(self.team, self.state, moving=self.world.moving), i
-            )
-        )
 
     def count(self, before: now.State, event: now.Event) -> None:
         """The end of a turn: goals count where the robot stands, after it has acted. One that got
@@ -115,6 +125,8 @@ class Run:
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
     def happens(self, event: now.Event) -> None:
+        if isinstance(event, now.Introduced):
+            self.team = self.recorder.team = introduced(self.team, event.source)
         before, self.state = self.state, apply(self.team, self.state, event)
         self.recorder.record(before, event, self.state)
         changes = isinstance(event, now.Appeared) or (
@@ -134,13 +146,18 @@ class Run:
             self.recorder.settled(before, decided, self.state, self.control)
         self.recorder.tell_plan(before, self.state)
 
+    def has_ended(self, event: now.Event) -> bool:
+        """Whether nothing can help after this turn, so that the other robots stand."""
+        ended = isinstance(event, now.Turn | now.Arrived)
+        return ended and self.control.end is not None and not self.waits()
+
     def waits(self) -> bool:
         """Whether a change to come may still help the team, which waits for it."""
         end = self.control.end
         return (
             end is not None
             and end.outcome == "operator_needed"
-            and self.world.coming(self.state) is not None
+            and self.world.coming(self) is not None
         )
 
     def over(self) -> End | None:
@@ -155,7 +172,7 @@ class Run:
         if self.control.end is not None and not self.waits():
             return self.control.end
         if self.control.end is not None:
-            self.recorder.waiting(self.control.end, self.world.coming(state))
+            self.recorder.waiting(self.control.end, self.world.coming(self))
         if state.time >= self.world.limit[0]:
             return End(self.world.limit[1], f"not completed at {state.time:g}")
         return None
@@ -167,7 +184,7 @@ class Run:
         undone = any(
             o.ordered and (each.state is now.Is.OPEN or each.given_up) for o, each in pairs
         )
-        return undone and self.world.coming(self.state) is not None
+        return undone and self.world.coming(self) is not None
 
 
 def _known(state: now.State, k: int) -> bool:

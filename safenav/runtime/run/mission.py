@@ -6,15 +6,21 @@ import json
 import sys
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from safenav.runtime.control.coordinate import End
 from safenav.runtime.control.tasks import Answers
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder
-from safenav.runtime.run.world import Seconds, Ticks
+from safenav.runtime.run.world import World
+from safenav.runtime.worlds import protocol
+from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.settings import Clock
 from safenav.synthesis.slugs import Synthesizer
-from safenav.team.team import Team, team_of
+from safenav.team.team import team_of
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
 from safenav.verify.verification import first_failure
@@ -31,12 +37,19 @@ def answers_for(scenario: Scenario) -> Answers:
     )
 
 
-def play(scenario: Scenario, *, live: bool = False, seed: int = 0) -> tuple[End, list[Record], Run]:
+def play(
+    scenario: Scenario, *, world: protocol.World | protocol.BlockingWorld | None = None
+) -> tuple[End, list[Record], Run]:
     """The end of a run, the lines of its trace, and the run itself."""
-    team: Team = team_of(scenario)
-    world = Seconds(team, seed) if live else Ticks(team)
-    lines: list[Record] = []
-    run = Run(team, world, answers_for(scenario), Recorder(team, world.truths, lines.append))
+    if world is None:
+        live = scenario.clock is Clock.LIVE
+        world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
+    truth = world.truth if isinstance(world, LiveSimulation) else world
+    truths = truth.truths if isinstance(truth, SimulatedWorld) else None
+    team, lines = team_of(scenario), list[Record]()
+    running = World(scenario, world)
+    recorder = Recorder(team, truths, lines.append, live=running.live)
+    run = Run(team, running, answers_for(scenario), recorder)
     return run.run(), lines, run
 
 
@@ -45,7 +58,10 @@ def text_of(lines: list[Record]) -> list[str]:
 
 
 if __name__ == "__main__":
-    end, lines, _ = play(load_scenario(sys.argv[1]), live="--live" in sys.argv)
+    scenario = load_scenario(sys.argv[1])
+    if "--live" in sys.argv:
+        scenario = replace(scenario, clock=Clock.LIVE)
+    end, lines, _ = play(scenario)
     if len(sys.argv) > 2 and not sys.argv[2].startswith("--"):
         Path(sys.argv[2]).write_text("".join(text_of(lines)))
     print(end.outcome, end.cause or "", end.why, lines[-1].tick, "ticks")

@@ -6,7 +6,7 @@ It remembers only what it has told: the stack, the helpers of each request, and 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import safenav
 from safenav.outcome import Outcome
@@ -14,6 +14,7 @@ from safenav.plan.order import surely
 from safenav.runtime.control.coordinate import Control, End
 from safenav.runtime.control.tasks import Answers, Controller
 from safenav.scenario.objective import TargetObjective
+from safenav.scenario.settings import Clock
 from safenav.team import state as now
 from safenav.team.apply import apply, goals, rounds
 from safenav.team.floor import floor_now, stages_of
@@ -44,8 +45,15 @@ class Recorder:
     ``basis``: for which plan and obstacles; ``why``: the last event of those that give a reason for
     syntheses."""
 
-    def __init__(self, team: Team, truths: Sequence[bool | None], listener: Listener) -> None:
-        self.team, self.truths, self.emit = team, truths, listener
+    def __init__(
+        self,
+        team: Team,
+        truths: Mapping[str, bool | None] | None,
+        listener: Listener,
+        *,
+        live: bool,
+    ) -> None:
+        self.team, self.truths, self.emit, self.live = team, truths, listener, live
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.aside: set[int] = set()
@@ -56,12 +64,9 @@ class Recorder:
         self.begun = time.monotonic()
 
     def begins(self) -> None:
-        truths: dict[str, bool | None] = {}
-        pairs = zip(self.team.obstacles, self.truths, strict=True)
-        for obstacle, truth in sorted(pairs, key=lambda each: each[0].source.appears or 0):
-            truths.setdefault(obstacle.name, truth)
-        header = scenario_header(self.team.scenario, truths)
-        self.emit(records.Header(0, records.VERSION, safenav.__version__, header))
+        header = scenario_header(self.team.scenario, self.truths, live=self.live)
+        clock = Clock.LIVE.value if self.live else None
+        self.emit(records.Header(0, records.VERSION, safenav.__version__, header, clock))
 
     def record(self, before: State, event: now.Event, after: State) -> None:
         """The lines of an event."""
@@ -97,8 +102,8 @@ class Recorder:
                 self.why = Reason.REQUEST
             case now.Acted():
                 self._acted(before, event)
-            case now.Appeared(k):
-                self._appeared(k)
+            case now.Appeared(k, truth, another):
+                self._appeared(k, truth if another else None)
             case now.Gone(k):
                 self.emit(records.Gone(self.tick, self._name(k), ChangeCause.SCENARIO))
                 self.helpers.pop(k, None)
@@ -192,24 +197,13 @@ class Recorder:
         group = there if need.together else [j for j in able if j in done]
         return tuple(map(self._robot, group)) if len(group) > 1 else None
 
-    def _appeared(self, k: int) -> None:
-        cause, same = (
-            ChangeCause.SCENARIO,
-            [j for j, o in enumerate(self.team.obstacles) if o.name == self._name(k)],
-        )
-        self.emit(records.Appeared(self.tick, self._name(k), cause))
+    def _appeared(self, k: int, truth: bool | None) -> None:
+        self.emit(records.Appeared(self.tick, self._name(k), ChangeCause.SCENARIO))
         if self.team.obstacles[k].ordered:
-            self.emit(records.Ordered(self.tick, self._name(k), cause))
+            self.emit(records.Ordered(self.tick, self._name(k), ChangeCause.SCENARIO))
             self.why = Reason.REQUEST
-        before = [
-            j
-            for j in same
-            if (self.team.obstacles[j].source.appears or 0)
-            < (self.team.obstacles[k].source.appears or 0)
-        ]
-        truth = self.truths[k]
-        if before and truth is not None and truth != self.truths[before[-1]]:
-            self.emit(records.Truth(self.tick, self._name(k), truth, cause))
+        if truth is not None:
+            self.emit(records.Truth(self.tick, self._name(k), truth, ChangeCause.SCENARIO))
 
     # Decisions.
 

@@ -1,262 +1,245 @@
-"""Worlds: what time is, how long steps take, what happens next. The loop knows one protocol only.
+"""The world of a run as numbered events: its commands, and what becomes of them.
 
-In ``Ticks`` a pass is a tick, in which each robot in turn moves or goes on; a step of one tick has
-ended when ``start`` returns. In ``Seconds`` a pass is an instant at which something ends, after
-which every idle robot has its turn. Both simulate the scenario's obstacles on the state itself: the
-team reads of it only what is met.
+A simulated world and a real one answer the same commands (``runtime.worlds.commands``), so the team
+learns of an obstacle only what a robot notices. In lockstep a pass is a tick, in which each robot
+in turn moves or continues; a step of one tick has ended when ``start`` returns. In a live run a
+pass is an instant at which something ends, after which each idle robot has its turn.
 """
 
 from __future__ import annotations
 
-import random
 from collections.abc import Iterator
-from heapq import heappop, heappush
 from typing import Protocol
 
+from safenav.outcome import Outcome
+from safenav.runtime.run.decide import Proposal
+from safenav.runtime.worlds import protocol
+from safenav.runtime.worlds.adapter import BlockingAdapter
+from safenav.runtime.worlds.commands import Commands
+from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.world import Change
+from safenav.scenario import model
+from safenav.team import state as now
 from safenav.team.apply import acts_on, resolved
-from safenav.team.floor import occupied, present, standing
-from safenav.team.state import (
-    Acted,
-    Acts,
-    Appeared,
-    Arrived,
-    Event,
-    Goes,
-    Gone,
-    Is,
-    State,
-    Time,
-    Turn,
-)
+from safenav.team.floor import occupied, standing
+from safenav.team.state import State
 from safenav.team.team import Team
+from safenav.trace.vocabulary import ActResult
+from safenav.world.poses import bits
 
 
-class World(Protocol):
-    moving: bool
-    """Whether robots on their way still act in the region that they leave."""
-    limit: tuple[float, str]
-    """When the run ends at the latest, and with which outcome."""
+class Running(Protocol):
+    """The run to which events are reported, as it is at this moment."""
 
-    def wait(self, state: State) -> list[Event]:
-        """What happens next; empty: nothing ever will."""
-
-    def start(self, state: State, i: int, pose: int) -> Event | None:
-        """Command a step; its end if it takes no time."""
-
-    def act(self, state: State, i: int) -> Event:
-        """Command an action: its end, or that it is under way."""
-
-    def sense(self, state: State, region: int) -> int | None:
-        """The obstacle that a robot beside a region notices there."""
-
-    def coming(self, state: State) -> float | None:
-        """When the scenario changes something next, within its limits."""
+    @property
+    def team(self) -> Team: ...
+    @property
+    def state(self) -> State: ...
 
 
-class Simulated:
-    """The scenario's own obstacles, with truths drawn from its seed."""
+class World:
+    """``moving``: whether robots in transit still act in the region that they leave; ``limit``:
+    when the run ends at the latest, and with which outcome."""
 
-    def __init__(self, team: Team) -> None:
-        self.team = team
-        draw = random.Random(team.scenario.seed)
-        truths = [o.source.traversable for o in team.obstacles]
-        self.truths = [draw.random() < t if isinstance(t, float) else t for t in truths]
-        self.random = random.Random(f"durations {team.scenario.seed}")
-        self.listed = {each.name: k for k, each in reversed([*enumerate(team.obstacles)])}
-
-    def sense(self, state: State, region: int) -> int | None:
-        for k, each in enumerate(self.team.obstacles):
-            if each.region == region and present(state, k) and not each.ordered:
-                return k
-        return None
-
-    def _acted(self, state: State, i: int, *, moving: bool) -> Acted:
-        stages = acts_on(self.team, state, standing(self.team, state, moving=moving), i)
-        over = tuple((k, self.truths[k]) for k, stage in stages if resolved(self.team, k, stage))
-        return Acted(i, stages, over)
-
-    def _changes(self, state: State, time: float) -> Iterator[Appeared | Gone]:
-        """Obstacles go at their time, and appear at theirs, as soon as nobody is there."""
-        regions = {
-            self.team.obstacles[k].region for k in range(len(state.obstacles)) if present(state, k)
-        }
-        for k, each in enumerate(state.obstacles):
-            source = self.team.obstacles[k].source
-            gone = source.goes is not None and source.goes <= time
-            if gone and (present(state, k) or each.state is Is.SEALED):
-                regions.discard(source.region)
-                yield Gone(k)
-            elif (
-                each.state is Is.AWAY
-                and source.appears is not None
-                and source.appears <= time
-                and not gone
-            ):
-                taken = occupied(self.team, state) >> source.region & 1 or source.region in regions
-                if source.ordered or not taken:
-                    regions.add(source.region)
-                    yield Appeared(k)
-
-    def _times(self, state: State) -> Iterator[float]:
-        for k, each in enumerate(state.obstacles):
-            source = self.team.obstacles[k].source
-            if each.state is Is.AWAY and source.appears is not None:
-                yield source.appears
-            if source.goes is not None and (
-                each.state is Is.SEALED or each.state is Is.AWAY or present(state, k)
-            ):
-                yield source.goes
-
-    def coming(self, state: State) -> float | None:
-        times = (
-            time
-            for time in self._times(state)
-            if state.time < time <= self.team.scenario.limits.ticks
-        )
-        return min(times, default=None)
-
-
-class Ticks(Simulated):
-    moving = True
-
-    def __init__(self, team: Team) -> None:
-        super().__init__(team)
-        self.tick = 0
-        self.limit: tuple[float, str] = (team.scenario.limits.ticks, "tick_limit")
-        self._left: dict[int, int] = {}
-
-    def wait(self, state: State) -> list[Event]:
-        self.tick += 1
-        found: list[Event] = [Time(self.tick), *self._changes(state, self.tick)]
-        for i in range(len(state.robots)):
-            if i in self._left:
-                self._left[i] -= 1
-                if self._left[i] == 0:
-                    del self._left[i]
-                    found.append(Arrived(i))
-                else:
-                    found.append(Goes(i))
-            else:
-                found.append(Turn(i))
-        return found
-
-    def start(self, state: State, i: int, pose: int) -> Event | None:  # noqa: ARG002
-        timing = self.team.members[i].robot.model.timing
-        ticks = self.random.randint(timing.least, timing.most)
-        if ticks == 1:
-            return Arrived(i)
-        self._left[i] = ticks - 1
-        return None
-
-    def act(self, state: State, i: int) -> Event:
-        return self._acted(state, i, moving=True)
-
-
-class Seconds(Simulated):
-    """``speeds``: moves a second of each robot, drawn; one move in ten takes five times as long."""
-
-    moving = False
-
-    def __init__(self, team: Team, seed: int = 0) -> None:
-        super().__init__(team)
-        self.random = random.Random(f"live {seed}")
-        self.speeds = [self.random.uniform(0.5, 2) for _ in team.members]
-        self.now = 0.0
-        seconds = team.scenario.limits.seconds
-        self.limit = (float("inf") if seconds is None else seconds, "time_limit")
-        self.log: list[tuple[float, int, str, int, int]] = []
-        """What the judge reads: (time, robot, "depart" or "arrive", region, region), and what
-        becomes of obstacles: (time, obstacle, "appeared", "gone" or "met", needs met, whether it
-        was found untraversable)."""
-        self._ends: list[tuple[float, int, str, int]] = []
-        self._count = 0
+    def __init__(
+        self, scenario: model.Scenario, world: protocol.World | protocol.BlockingWorld
+    ) -> None:
+        truth = world.truth if isinstance(world, LiveSimulation) else world
+        self._truth = truth if isinstance(truth, SimulatedWorld) else None
+        if not protocol.implements(world, protocol.World):
+            world = BlockingAdapter(world, scenario)  # type: ignore[arg-type]
+        self.commands, limits = Commands(world, scenario), scenario.limits
+        self.live = self.commands.live
+        self.moving = not self.live
+        self.limit = (float(limits.ticks), Outcome.TICK_LIMIT)
+        if self.live:
+            seconds = float("inf") if limits.seconds is None else limits.seconds
+            self.limit = (seconds, Outcome.TIME_LIMIT)
         self._last: State | None = None
+        self._asked: set[int] = set()
+        self._found: dict[int, protocol.Acted] = {}
 
-    def wait(self, state: State) -> list[Event]:
-        if state == self._last:  # nobody has anything more to do now
-            times = [
-                *(t for t in self._times(state) if t > self.now),
-                *(end[0] for end in self._ends[:1]),
-            ]
-            if not times:
-                return []
-            self.now = min(times)
-        self._last = state
-        changes = [*self._changes(state, self.now)]
-        found: list[Event] = [Time(self.now), *changes]
-        for event in changes:
-            what = "appeared" if isinstance(event, Appeared) else "gone"
-            self.log.append((self.now, event.obstacle, what, 0, 0))
-        while self._ends and self._ends[0][0] <= self.now:
-            _, _, what, i = heappop(self._ends)
-            if what == "step":
-                self._note(state, i, "arrive", state.robots[i].next)
-                found.append(Arrived(i))
+    def wait(self, run: Running) -> Iterator[now.Event]:
+        """What happens next, and whose turn it is; nothing if nothing will ever happen. Each event
+        is read when those before it have been applied."""
+        commands = self.commands
+        if self.live:
+            changed, self._last = run.state != self._last, run.state
+            due = self.coming(run)
+            if not changed and commands.simulated and commands.idle and due is None:
+                return
+            if not commands.hear(due, changed):
+                return
+        else:
+            commands.hear(None, True)
+        yield now.Time(commands.now())
+        regions = set(bits(occupied(run.team, run.state)))
+        for change in commands.changes(regions):
+            yield from self._changed(run, change)
+        if self.live:
+            for i, member in enumerate(run.team.members):
+                yield from self._ended(run, i, member.robot)
+        for i, member in enumerate(run.team.members):
+            if not self.live and run.state.robots[i].to is not None:
+                ended = commands.ended(member.robot)
+                yield from (now.Goes(i),) if ended is None else self._arrived(run, i, ended)
             else:
-                acted = self._acted(state, i, moving=False)
-                truths = dict(acted.truths)
-                self.log += [
-                    (self.now, k, "met", stage.need, int(truths.get(k) is False))
-                    for k, stage in acted.stages
-                ]
-                found.append(acted)
-                break  # what others change where they act may depend on it
-        return found + [Turn(i, None) for i in range(len(state.robots))]
+                yield now.Turn(i, None if self.live else 1)
 
-    def start(self, state: State, i: int, pose: int) -> Event | None:
-        self._note(state, i, "depart", pose)
-        slow = 5 if self.random.random() < 0.1 else 1
-        self._end(slow / self.speeds[i], "step", i)
-        return None
+    def _ended(self, run: Running, i: int, robot: model.Robot) -> Iterator[now.Event]:
+        """The end of a robot's command in a live run, if it has ended."""
+        if run.state.robots[i].to is not None:
+            ended = self.commands.ended(robot)
+            yield from () if ended is None else self._arrived(run, i, ended)
+        elif run.state.robots[i].acting == i:
+            acted = self.commands.acted(robot)
+            yield from () if acted is None else self._acted(run, i, acted)
 
-    def act(self, state: State, i: int) -> Event:
-        changes = acts_on(self.team, state, standing(self.team, state, moving=False), i)
-        group = {i}
-        for k, _ in changes:
-            need = self.team.obstacles[k].needs[state.obstacles[k].stage.need]
+    def _arrived(self, run: Running, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
+        match ended:
+            case protocol.Arrived():
+                yield now.Arrived(i)
+            case protocol.Elsewhere(pose=pose):
+                yield now.Elsewhere(i, run.team.members[i].graph.number(pose))
+            case protocol.Blocked(pose=pose, obstacle=model.Obstacle() as obstacle):
+                target = run.state.robots[i].next
+                yield now.Elsewhere(i, run.team.members[i].graph.number(pose))
+                yield from self.noticed(run, obstacle)
+                yield now.Met(i, number_of(run, obstacle), target)
+
+    def noticed(self, run: Running, obstacle: model.Obstacle) -> Iterator[now.Event]:
+        """The events by which an obstacle that somebody noticed joins the team's obstacles."""
+        if obstacle.name not in run.team.numbers:
+            yield now.Introduced(obstacle)
+
+    def _changed(self, run: Running, change: Change) -> Iterator[now.Event]:
+        if change.appeared:
+            yield from self.noticed(run, change.obstacle)
+            yield now.Appeared(number_of(run, change.obstacle), change.truth, change.another)
+        elif change.obstacle.name in run.team.numbers:
+            yield now.Gone(number_of(run, change.obstacle))
+
+    # Commands.
+
+    def sense(self, run: Running, i: int, region: int) -> model.Obstacle | None:
+        """The obstacle that a robot notices in a region beside it."""
+        return self.commands.sense(run.team.members[i].robot, region)
+
+    def start(self, run: Running, i: int, step: Proposal) -> Iterator[now.Event]:
+        """Command a step: its departure, and its end if it takes no time."""
+        graph, robot = run.team.members[i].graph, run.team.members[i].robot
+        self._asked.discard(i)
+        self._found.pop(i, None)
+        here = graph.pose(run.state.robots[i].pose)
+        ended = self.commands.start(robot, here, graph.pose(step.pose))
+        yield now.Departed(i, step.pose, step.by, step.node, under_way=ended is None)
+        if ended is not None:
+            yield from self._arrived(run, i, ended)
+
+    def reaches(self, run: Running, i: int) -> bool:
+        """Whether a robot would change something by acting where it stands."""
+        robot = run.team.members[i].robot
+        if not robot.capabilities or run.state.robots[i].acting is not None:
+            return False
+        if run.state.robots[i].to is not None and not self.moving:
+            return False
+        known = self._known(run, i)
+        if self._changes(run, i):
+            return True
+        if not self.live:
+            reached = self.commands.within_reach(robot, known)
+            if reached is not None:
+                return reached
+        if i in self._asked:
+            return i in self._found
+        self._asked.add(i)  # only acting shows it
+        here = run.team.members[i].graph.pose(run.state.robots[i].pose)
+        if self.live:
+            return self.commands.simulated
+        event = self.commands.act(robot, here, known)
+        if event is not None and event.found:
+            self._found[i] = event
+        return i in self._found
+
+    def act(self, run: Running, i: int) -> Iterator[now.Event]:
+        """Command an action: its results, or that it is under way."""
+        robot, graph = run.team.members[i].robot, run.team.members[i].graph
+        event = self._found.pop(i, None)
+        if event is None:
+            here = graph.pose(run.state.robots[i].pose)
+            self._asked.add(i)
+            event = self.commands.act(robot, here, self._known(run, i))
+        if event is None:
+            yield now.Acts(i, self._group(run, i))
+        else:
+            yield from self._acted(run, i, event)
+
+    def _acted(self, run: Running, i: int, event: protocol.Acted) -> Iterator[now.Event]:
+        """The results of an action: earlier needs follow from where robots stand, the last one only
+        from what the world reports."""
+        for obstacle, _ in event.found:
+            yield from self.noticed(run, obstacle)
+        team, stages, truths = run.team, dict(self._changes(run, i)), dict[int, bool | None]()
+        if self._truth is not None:
+            stages = {number_of(run, obstacle): stage for obstacle, stage in self._truth.parts()}
+        reported = {number_of(run, obstacle): result for obstacle, result in event.found}
+        failed = tuple(
+            k
+            for k, stage in stages.items()
+            if resolved(team, k, stage) and reported.get(k) is not ActResult.DONE
+        )
+        for k, result in reported.items():
+            if result in (ActResult.DONE, ActResult.UNTRAVERSABLE):
+                has_truth = team.obstacles[k].source.type.has_truth
+                done = result is ActResult.DONE
+                truths[k] = (done if has_truth else None) if done else False
+                stages[k] = now.Stage(len(team.obstacles[k].needs))
+        gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
+        kept = tuple((k, s) for k, s in stages.items() if k in truths or k not in failed)
+        failed = tuple(k for k in failed if k not in truths and k not in gone)
+        yield now.Acted(i, kept, tuple(truths.items()), failed)
+        yield from map(now.Gone, gone)
+
+    def _changes(self, run: Running, i: int) -> tuple[tuple[int, now.Stage], ...]:
+        where = standing(run.team, run.state, moving=self.moving)
+        return acts_on(run.team, run.state, where, i)
+
+    def _known(self, run: Running, i: int) -> list[model.Obstacle]:
+        """The known obstacles on which a robot acts: in a live run where it stands, else all."""
+        if self.live:
+            return [run.team.obstacles[k].source for k, _ in self._changes(run, i)]
+        pairs = zip(run.team.obstacles, run.state.obstacles, strict=True)
+        return [each.source for each, there in pairs if there.known]
+
+    def _group(self, run: Running, i: int) -> tuple[int, ...]:
+        """The robots that are busy while a robot acts: those that take part."""
+        team, state, group = run.team, run.state, {i}
+        for k, _ in self._changes(run, i):
+            need = team.obstacles[k].needs[state.obstacles[k].stage.need]
             if need.together:
                 group |= {
                     j
-                    for j, r in enumerate(state.robots)
-                    if r.idle
-                    and need.regions >> r.pose % self.team.size & 1
-                    and need.skills <= self.team.members[j].robot.capabilities
+                    for j, robot in enumerate(state.robots)
+                    if robot.idle
+                    and need.regions >> robot.pose % team.size & 1
+                    and need.skills <= team.members[j].robot.capabilities
                 }
-        self._end(2 / self.speeds[i], "act", i)
-        return Acts(i, tuple(sorted(group)))
+        return tuple(sorted(group))
 
-    def _end(self, after: float, what: str, i: int) -> None:
-        self._count += 1
-        heappush(self._ends, (self.now + after, self._count, what, i))
-
-    def _note(self, state: State, i: int, what: str, pose: int) -> None:
-        size = self.team.size
-        self.log.append((self.now, i, what, state.robots[i].pose % size, pose % size))
+    def coming(self, run: Running) -> float | None:
+        """When the scenario changes something next, within its limits."""
+        most = run.team.scenario.limits.ticks
+        times = (time for time in self.commands.times() if run.state.time < time <= most)
+        return min(times, default=None)
 
 
-def judged(team: Team, world: Seconds) -> list[str]:
-    """The problems of a live run, in seconds, from the world's log alone: rivals whose reservations
-    overlap, robots in an unresolved obstacle that stops them."""
-    held: dict[int, set[int]] = {i: {m.robot.start.region} for i, m in enumerate(team.members)}
-    stages = {k: 0 for k, each in enumerate(team.obstacles) if each.source.appears is None}
-    found, sealed = [], set[int]()
-    for time, i, what, here, to in world.log:
-        if what in ("appeared", "gone", "met"):
-            stages.pop(i, None)
-            if what != "gone":
-                stages[i] = here
-            sealed = sealed | {i} if what == "met" and to else sealed - {i}
-            continue
-        held[i] = {here, to} if what == "depart" else {to}
-        for j in team.members[i].rivals:
-            if held[i] & held[j]:
-                names = team.members[i].name, team.members[j].name
-                found.append(
-                    f"{time:.2f} s: {names[0]} and {names[1]} both hold {held[i] & held[j]}"
-                )
-        for k, stage in stages.items() if what == "depart" else ():
-            obstacle = team.obstacles[k]
-            unmet = stage < len(obstacle.needs) and i in obstacle.closed_to[stage]
-            if obstacle.region == to and (unmet or (k in sealed and i in obstacle.blocks)):
-                found.append(f"{time:.2f} s: {team.members[i].name} enters {obstacle.name}")
-    return found
+def number_of(run: Running, obstacle: model.Obstacle) -> int:
+    """The number of an obstacle that a world reports: of those with its name that of this obstacle,
+    else of the first that is not over, else of the last."""
+    numbers = run.team.numbers[obstacle.name]
+    for k in numbers:
+        if run.team.obstacles[k].source == obstacle:
+            return k
+    there = (k for k in numbers if run.state.obstacles[k].state is not now.Is.OVER)
+    return next(there, numbers[-1])

@@ -10,6 +10,7 @@ from safenav.errors import ExitCode, SafenavError
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.protocol import BlockingWorld
 from safenav.runtime.worlds.reports import is_region, misfit
+from safenav.runtime.worlds.truth import SimulatedWorld as TrueWorld
 from safenav.runtime.worlds.world import (
     NO_TAKERS,
     Change,
@@ -62,7 +63,7 @@ class BlockingAdapter:
         self._world = world
         self._scenario = scenario
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}
-        self._simulated = world if isinstance(world, SimulatedWorld) else None
+        self._simulated = world if isinstance(world, SimulatedWorld | TrueWorld) else None
         self._changing = world if protocol.implements(world, ChangingWorld) else None
         self._tick = 0
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
@@ -98,7 +99,8 @@ class BlockingAdapter:
     ) -> protocol.Acted:
         """The obstacles that the robot has resolved, each checked to be one that it can."""
         if self._simulated is not None:  # other worlds do all that they can
-            self._simulated.works.takers = takers
+            if isinstance(self._simulated, SimulatedWorld):
+                self._simulated.works.takers = takers
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
         entries = asked(call, lambda: list(self._world.act(robot)))
@@ -115,7 +117,8 @@ class BlockingAdapter:
         """Whether the robot can act on an obstacle where it stands; None if only acting shows."""
         if self._simulated is None:
             return None
-        self._simulated.works.takers = takers
+        if isinstance(self._simulated, SimulatedWorld):
+            self._simulated.works.takers = takers
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
 

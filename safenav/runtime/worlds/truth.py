@@ -1,0 +1,232 @@
+"""The simulated actual world of a scenario: what is there, whether or not the team knows it.
+
+The modelled world is the map with its known obstacles O; the actual one also holds the hidden
+obstacles R, found when a robot is about to enter one (paper, Sections III and V-A). The truth is a
+state of the team's model in which every obstacle that is there is open; nobody else has it.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Collection, Iterator, Mapping, Sequence
+
+from msgspec.structs import replace
+
+from safenav.runtime.worlds.world import Change
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.team import state as now
+from safenav.team.apply import acts_on, apply, initial, participants, resolved
+from safenav.team.state import Is, ObstacleNow, Stage
+from safenav.team.team import introduced, team_of
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+class SimulatedWorld:
+    """The scenario's own obstacles, with truths drawn from its seed: a ``BlockingWorld``.
+
+    ``cleared``: names of the loads that the team knows, which robots take."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._team = team_of(scenario)
+        self._number = {robot.name: i for i, robot in enumerate(scenario.robots)}
+        there = initial(self._team)
+        opened = tuple(
+            each if each.state is Is.AWAY else ObstacleNow(Is.OPEN) for each in there.obstacles
+        )
+        self._state = replace(there, obstacles=opened)
+        self._regions: list[Region | None] = [robot.start.region for robot in scenario.robots]
+        drawn = draw_truths(scenario)
+        self._truths = [drawn[each.source] for each in self._team.obstacles]
+        self.truths: dict[str, bool | None] = {}
+        """The truth of each name that came last; at first that of the one that comes first."""
+        for obstacle, truth in sorted(drawn.items(), key=lambda each: each[0].appears or 0):
+            self.truths.setdefault(obstacle.name, truth)
+        self.cleared: Collection[str] = ()
+        self._parts: tuple[tuple[Obstacle, Stage], ...] = ()
+        self._brought: set[int] = set()
+        self._taken_away: set[str] = set()
+
+    # A blocking world.
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        """Every robot notices the obstacles beside it; orders cannot be seen."""
+        del robot
+        return self.standing().get(region)
+
+    def move(self, robot: Robot, pose: Pose) -> None:
+        self._regions[self._number[robot.name]] = pose.region
+
+    def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
+        i, team = self._number[robot.name], self._team
+        stages = self._changes(i)
+        over = tuple((k, self._truth(k)) for k, stage in stages if resolved(team, k, stage))
+        self._state = apply(team, self._state, now.Acted(i, stages, over))
+        ended = {k for k, _ in over}
+        self._parts = tuple((team.obstacles[k].source, s) for k, s in stages if k not in ended)
+        return [(team.obstacles[k].source, truth) for k, truth in over]
+
+    def parts(self) -> Sequence[tuple[Obstacle, Stage]]:
+        """The obstacles that the last action changed without resolving them, at their stages."""
+        return self._parts
+
+    # What a simulation of durations needs.
+
+    def set_out(self, robot: Robot) -> None:
+        """Record that a robot has departed: it no longer acts in its former region."""
+        self._regions[self._number[robot.name]] = None
+
+    def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
+        """The obstacles of which a robot can fulfil a need where it stands, with the robots that
+        take part; those whose load it takes come last."""
+        i, names = self._number[robot.name], [member.name for member in self._team.members]
+        found = [
+            (self._team.obstacles[k].source, tuple(names[j] for j in self._group(i, k)))
+            for k, _ in sorted(self._changes(i), key=lambda each: self._as_moved(each[0]))
+        ]
+        return found
+
+    def stands(self, obstacle: Obstacle) -> bool:
+        """Whether an obstacle is present and unresolved."""
+        return any(source.name == obstacle.name for source in self._there(Is.OPEN))
+
+    def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
+        """Whether a robot must not enter a present obstacle at its next need."""
+        i = self._number[robot.name]
+        return any(
+            i in self._team.obstacles[k].closed_to[each.stage.need]
+            for k, each in enumerate(self._state.obstacles)
+            if each.state is Is.OPEN and self._team.obstacles[k].name == obstacle.name
+        )
+
+    # Changes by themselves and by a user.
+
+    def times(self) -> list[int]:
+        """The ticks at which obstacles appear or disappear."""
+        found = []
+        for each, there in zip(self._team.obstacles, self._state.obstacles, strict=True):
+            if there.state is Is.AWAY and each.source.appears is not None:
+                found.append(each.source.appears)
+            if there.state is not Is.OVER and each.source.goes is not None:
+                found.append(each.source.goes)
+        return found
+
+    def inputs(self, tick: int) -> dict[str, bool]:
+        """The listed values of the inputs in a tick."""
+        listed = self._team.scenario.inputs
+        return {e.name: any(first <= tick <= last for first, last in e.spans) for e in listed}
+
+    def standing(self) -> Mapping[Region, Obstacle]:
+        """The present obstacles that robots notice: all except orders."""
+        return {each.region: each for each in self._there(Is.OPEN) if not each.ordered}
+
+    def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
+        """Return the changes. Obstacles appear at their tick, or as soon as no robot is there."""
+        found = []
+        for k, each in enumerate(self._state.obstacles):
+            source = self._team.obstacles[k].source
+            by_user = source.name in self._taken_away
+            over = source.goes is not None and source.goes <= tick
+            if each.state in (Is.OPEN, Is.SEALED) and (over or by_user):
+                self._put(k, Is.OVER)
+                found.append(Change(source, appeared=False, by_user=by_user))
+            elif each.state is Is.AWAY and over:
+                self._put(k, Is.OVER)
+        self._taken_away.clear()
+        for k in self._due(tick):
+            source, truth = self._team.obstacles[k].source, self._truths[k]
+            if self._fits(source, occupied):
+                self._put(k, Is.OPEN)
+                before, self.truths[source.name] = self.truths[source.name], truth
+                found.append(Change(source, True, k in self._brought, truth, truth is not before))
+        return found
+
+    def bring(self, obstacle: Obstacle, truth: bool | None) -> None:
+        """Let an obstacle appear at its tick ``appears``, like one of the scenario."""
+        assert obstacle.appears is not None
+        self._brought.add(len(self._team.obstacles))
+        self._team = introduced(self._team, obstacle)
+        there = (*self._state.obstacles, ObstacleNow(Is.AWAY))
+        self._state = replace(self._state, obstacles=there)
+        self._truths.append(truth)
+        self.truths[obstacle.name] = truth
+
+    def remove(self, name: str) -> bool:
+        """Remove an obstacle immediately; return whether it was unresolved."""
+        found = False
+        for k, each in enumerate(self._state.obstacles):
+            if self._team.obstacles[k].name == name and each.state in (Is.OPEN, Is.SEALED):
+                found |= each.state is Is.OPEN
+                self._put(k, Is.OVER)
+        return found
+
+    def take_away(self, name: str) -> None:
+        """Remove an obstacle by the next tick, if it is present or a user has brought it."""
+        self._taken_away.add(name)
+        for k in self._brought:
+            there = self._state.obstacles[k].state
+            if self._team.obstacles[k].name == name and there is Is.AWAY:
+                self._put(k, Is.OVER)
+
+    def set_truth(self, name: str, truth: bool) -> None:
+        """Let resolving an obstacle reveal something else."""
+        self.truths[name] = truth
+        self._truths = [
+            truth if each.name == name else old
+            for each, old in zip(self._team.obstacles, self._truths, strict=True)
+        ]
+
+    def _changes(self, i: int) -> tuple[tuple[int, Stage], ...]:
+        known = [
+            k
+            for k, each in enumerate(self._team.obstacles)
+            if each.name in self.cleared or not any(need.takes for need in each.needs)
+        ]
+        return acts_on(self._team, self._state, self._regions, i, known)
+
+    def _as_moved(self, k: int) -> tuple[bool, str]:
+        """The order in which a motion performs the parts of an action: taking loads comes last."""
+        need = self._state.obstacles[k].stage.need
+        return self._team.obstacles[k].needs[need].takes, self._team.obstacles[k].name
+
+    def _group(self, i: int, k: int) -> tuple[int, ...]:
+        return participants(self._team, self._state, self._regions, i, k)
+
+    def _truth(self, k: int) -> bool | None:
+        return self._truths[k]
+
+    def _put(self, k: int, state: Is) -> None:
+        there = self._state.obstacles
+        self._state = replace(
+            self._state, obstacles=(*there[:k], ObstacleNow(state), *there[k + 1 :])
+        )
+
+    def _there(self, *states: Is) -> Iterator[Obstacle]:
+        for each, there in zip(self._team.obstacles, self._state.obstacles, strict=True):
+            if there.state in states:
+                yield each.source
+
+    def _due(self, tick: int) -> list[int]:
+        """The obstacles that are to appear, the earliest first."""
+        pairs = enumerate(self._state.obstacles)
+        away = [(self._team.obstacles[k].source.appears, k) for k, e in pairs if e.state is Is.AWAY]
+        return [k for _, k in sorted((at, k) for at, k in away if at is not None and at <= tick)]
+
+    def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
+        """Whether an obstacle can appear now; an order also in an occupied region."""
+        if obstacle.ordered:
+            return not self.stands(obstacle)
+        return obstacle.region not in occupied and obstacle.region not in self.standing()
+
+
+def draw_truths(scenario: Scenario) -> dict[Obstacle, bool | None]:
+    """Return each obstacle's ``traversable`` in this run. Probabilities are drawn in the scenario's
+    order from its seed, so that a run can be repeated."""
+    generator = random.Random(scenario.seed)
+    truths: dict[Obstacle, bool | None] = {}
+    for obstacle in scenario.obstacles:
+        truth = obstacle.traversable
+        if isinstance(truth, float):
+            truth = generator.random() < truth
+        truths[obstacle] = truth
+    return truths
