@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 from safenav.team.apply import will_count
-from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
+from safenav.team.floor import Floor, Joint, driven, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Visit
 from safenav.team.team import Team
 
@@ -172,7 +172,7 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     plan = state.plan
     if plan is None:
         return False
-    for i in team.sharing:
+    for i in driven(team, state):
         robot = state.robots[i]
         if not robot.idle or next_step(team, state, i) is not None or will_count(team, state, i):
             return False

@@ -50,7 +50,7 @@ def closure_of(now: Sets) -> Closure:
         never,
         tuple(g for g in never if now.stages[g].need == given[g].need),
         tuple(now.reach(i, poses) for i, poses in enumerate(now.sets)),
-        tuple(map(now.alive, range(len(now.sets)))),
+        tuple(i not in floor.robots or now.alive(i) for i in range(len(now.sets))),
         now.stages,
     )
 

@@ -45,10 +45,35 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             robot, at = state.robots[i], state.robots[i].at
             way = state.plan.ways[i] if state.plan else ()
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
-            return _robot(state, i, pose=robot.next, to=None, at=at + planned, by=None)
+            ended = {"pose": robot.next, "to": None, "by": None, "failed": ()}
+            return _robot(state, i, at=at + planned, **ended)
         case now.Elsewhere(i, pose):
             state = _robot(state, i, pose=pose, to=None, node=None, by=None)
-            return replace(state, plan=None) if team.members[i].rivals else state
+            return replace(state, plan=None)
+        case now.Failed(i, pose):
+            robot = state.robots[i]
+            failed = (*robot.failed, robot.next % team.size)
+            state = _robot(state, i, pose=pose, to=None, node=None, by=None, failed=failed)
+            return replace(state, plan=None)
+        case now.Lost(i):
+            return replace(_robot(state, i, to=None, node=None, by=None), plan=None)
+        case now.Served(i, active):
+            state = _robot(state, i, active=active, node=None)
+            return replace(_forgiven(state, i) if active else state, plan=None)
+        case now.Placed(i, pose):
+            state = _robot(state, i, pose=pose, to=None, node=None, by=None, active=True)
+            return replace(_forgiven(state, i), plan=None)
+        case now.Assigned(i, objective):
+            return _assigned(team, state, i, objective)
+        case now.Inputs(on):
+            return replace(state, inputs=on)
+        case now.Declared(k):
+            state = _obstacle(_dropped(state, k), k, replace(state.obstacles[k], state=Is.SEALED))
+            return replace(state, plan=None)
+        case now.Seen(k):
+            if state.obstacles[k].state is not Is.HIDDEN:
+                return state
+            return _obstacle(state, k, replace(state.obstacles[k], state=Is.SEEN))
         case now.Introduced():
             return replace(state, obstacles=(*state.obstacles, ObstacleNow()))
         case now.Stayed(i, _, node):
@@ -68,7 +93,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             state = _obstacle(state, k, ObstacleNow())
             return replace(_asked(state, k, ()), plan=None) if team.obstacles[k].ordered else state
         case now.Gone(k):
-            known = state.obstacles[k].state is not Is.HIDDEN
+            known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
             state = _obstacle(_dropped(state, k), k, ObstacleNow(Is.OVER))
             return replace(state, plan=None) if known else state
         case now.Counted(i, ticks):
@@ -106,6 +131,20 @@ def apply(team: Team, state: State, event: now.Event) -> State:
 def _robot(state: State, i: int, **changes: object) -> State:
     robots = state.robots
     return replace(state, robots=(*robots[:i], replace(robots[i], **changes), *robots[i + 1 :]))
+
+
+def _forgiven(state: State, i: int) -> State:
+    """A robot is back in service: its failures are forgotten."""
+    left = tuple(pair for pair in state.attempts if pair[0] != i)
+    return replace(_robot(state, i, failed=()), attempts=left)
+
+
+def _assigned(team: Team, state: State, i: int, objective: TargetObjective) -> State:
+    """``team``: the one in which the robot has its new objective already."""
+    robot = state.robots[i]
+    own = Count(objective.begin(robot.next % team.size, 0))
+    state = _robot(state, i, own=own, node=None, fresh=True)
+    return replace(state, plan=None)
 
 
 def _obstacle(state: State, k: int, obstacle: ObstacleNow) -> State:

@@ -316,16 +316,11 @@ def gates_of(team: Team, state: State) -> tuple[int, ...]:
 
 
 def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -> Floor:
-    """What the team knows now."""
-    sealed = state.sealed
-    return floor_of(
-        team,
-        gates_of(team, state),
-        sealed,
-        tuple(r.next for r in state.robots) if sealed else (),
-        robots,
-        barred(team, state),
-    )
+    """What the team knows now; ``robots``: those that take part, default all in service."""
+    poses = tuple(robot.next for robot in state.robots)
+    out = frozenset((i, p) for i, p in enumerate(poses) if not state.robots[i].active)
+    closed = barred(team, state)
+    return floor_of(team, gates_of(team, state), state.sealed, poses, robots, closed, out)
 
 
 def floor_of(
@@ -335,17 +330,20 @@ def floor_of(
     poses: tuple[int, ...],
     robots: tuple[int, ...] | None = None,
     barred: frozenset[tuple[int, int]] = frozenset(),
+    out: frozenset[tuple[int, int]] = frozenset(),
 ) -> Floor:
-    if not sealed:
-        return _floor(team, gates, sealed, sealed, robots or _all(team), barred)
+    """Return the floor with these open and sealed obstacles. ``poses``: needed where something is
+    sealed, since a robot may leave a sealed region; ``out``: the robots out of service."""
     shut = frozenset((k, team.obstacles[k].region) for k in sealed)
     inside = frozenset(
         (i, pose)
-        for i, pose in enumerate(poses)
+        for i, pose in enumerate(poses if shut else ())
         for k, region in shut
         if pose % team.size == region and i in team.obstacles[k].blocks
     )
-    return _floor(team, gates, sealed, inside, robots or _all(team), barred)
+    away = {i for i, _ in out}
+    chosen = tuple(i for i in robots or _all(team) if i not in away)
+    return _floor(team, gates, sealed, inside, chosen, barred, out)
 
 
 @lru_cache(maxsize=16)
@@ -361,19 +359,25 @@ def _floor(
     inside: frozenset[tuple[int, int]],
     robots: tuple[int, ...],
     barred: frozenset[tuple[int, int]],
+    out: frozenset[tuple[int, int]],
 ) -> Floor:
-    graphs, floors = [], []
+    graphs, floors, standing = [], [], dict(out)
     for i, member in enumerate(team.members):
         graph = member.graph
-        floor = member.floor & ~graph.on(
-            team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks
-        )
+        closed = [team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks]
+        closed += [pose % team.size for j, pose in out if j in member.rivals]
+        floor = member.floor & ~graph.on(closed)
         for robot, pose in inside:
             if robot == i:  # it stands there, and may leave
                 graph, floor = graph.left_only(pose), floor | 1 << pose
         graphs.append(graph)
-        floors.append(floor)
+        floors.append(1 << standing[i] if i in standing else floor)
     return Floor(team, gates, tuple(graphs), tuple(floors), robots, barred)
+
+
+def driven(team: Team, state: State) -> tuple[int, ...]:
+    """Return the robots that follow joint plans: those with rivals, in service."""
+    return tuple(i for i in team.sharing if state.robots[i].active)
 
 
 def stages_of(floor: Floor, state: State) -> Stages:
@@ -401,4 +405,4 @@ def occupied(team: Team, state: State, among: Iterable[int] | None = None) -> Ma
 def barred(team: Team, state: State) -> frozenset[tuple[int, int]]:
     """The robots whose actions on an obstacle have failed too often, each with that obstacle."""
     pairs = state.attempts
-    return frozenset(pair for pair in pairs if pairs.count(pair) >= team.tries)
+    return frozenset(pair for pair in pairs if pairs.count(pair) >= team.failures.actions)

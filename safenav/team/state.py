@@ -31,11 +31,13 @@ class Count(NamedTuple):
 
 
 class Is(Enum):
-    """What an obstacle is. ``OPEN``: met or ordered, a request; ``SEALED``: in O, found
+    """What an obstacle is. ``SEEN``: a sensor shows it, no request yet; ``OPEN``: met or ordered, a
+    request; ``SEALED``: in O, found
     untraversable or never to be resolved; ``OVER``: resolved, or gone."""
 
     AWAY = "away"
     HIDDEN = "hidden"
+    SEEN = "seen"
     OPEN = "open"
     SEALED = "sealed"
     OVER = "over"
@@ -55,15 +57,16 @@ class ObstacleNow(Struct, frozen=True):
     @property
     def known(self) -> bool:
         """Whether the team knows it as unresolved: robots act on it."""
-        return self.state is Is.OPEN or self.given_up
+        return self.state in (Is.OPEN, Is.SEEN) or self.given_up
 
 
 class RobotNow(Struct, frozen=True):
     """``to``: the pose of the step under way (it reserves both regions). ``objective``: the one in
     force, with its progress ``task``; ``own``: progress with its own. ``node``: that of its
     strategy at its next pose. ``at``: its place in the joint plan; ``by``: what decided the step
-    under way. ``acting``: the robot in whose action it takes part. ``fresh``: it has not counted
-    its objective since it got it."""
+    under way. ``acting``: the robot in whose action it takes part. ``active``: it is in service;
+    ``failed``: the regions of the steps that failed since it arrived somewhere. ``fresh``: it has
+    not counted its objective since it got it."""
 
     pose: int
     objective: TargetObjective
@@ -75,6 +78,8 @@ class RobotNow(Struct, frozen=True):
     by: str | None = None
     acting: int | None = None
     fresh: bool = True
+    active: bool = True
+    failed: tuple[int, ...] = ()
 
     @property
     def next(self) -> int:
@@ -110,7 +115,7 @@ class Plan(Struct, frozen=True, eq=False):
 class State(Struct, frozen=True):
     """``requests``: the open obstacles, the oldest first: the paper's stack. ``over``: those
     resolved in this run, in order. ``time``: tick or seconds. ``attempts``: the actions that
-    failed, each as a robot and an obstacle."""
+    failed, each as a robot and an obstacle. ``inputs``: those that are on."""
 
     robots: tuple[RobotNow, ...]
     obstacles: tuple[ObstacleNow, ...]
@@ -119,6 +124,7 @@ class State(Struct, frozen=True):
     plan: Plan | None = None
     time: float = 0
     attempts: tuple[tuple[int, int], ...] = ()
+    inputs: frozenset[str] = frozenset()
 
     @property
     def question(self) -> Hashable:
@@ -149,49 +155,130 @@ class Time(NamedTuple):
 
 
 class Departed(NamedTuple):
-    """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there."""
+    """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there;
+    ``under_way``: the step takes time; ``command``, ``seconds``: its number, and how long it is
+    expected to take."""
 
     robot: int
     pose: int
     by: str
     node: int | None = None
     under_way: bool = False
+    command: int = 0
+    seconds: float | None = None
 
 
 class Arrived(NamedTuple):
+    """A robot is where its step leads. ``why``: what took it more than one attempt."""
+
     robot: int
+    why: str = ""
 
 
 class Elsewhere(NamedTuple):
-    """A robot's step has ended in another pose than its own."""
+    """A robot's step has ended in another pose. ``blocked``: an obstacle stopped it."""
+
+    robot: int
+    pose: int
+    blocked: bool = False
+
+
+class Failed(NamedTuple):
+    """A robot's step has failed. ``fatal``: it can no longer move."""
+
+    robot: int
+    pose: int
+    why: str
+    fatal: bool = False
+
+
+class Lost(NamedTuple):
+    """A robot is somewhere in these regions; nothing else is known of it."""
+
+    robot: int
+    regions: frozenset[int]
+    why: str = ""
+
+
+Ended = Arrived | Elsewhere | Failed | Lost
+"""The ends of a step."""
+
+
+class Stayed(NamedTuple):
+    """A robot stays for this turn. ``by`` as above; ``why``: a reason beyond that."""
+
+    robot: int
+    by: str
+    node: int | None = None
+    why: str | None = None
+
+
+class Served(NamedTuple):
+    """A robot is out of service, or back in it. ``cause``: who decided that."""
+
+    robot: int
+    active: bool
+    cause: str
+
+
+class Placed(NamedTuple):
+    """An operator has put a robot into a pose."""
 
     robot: int
     pose: int
 
 
-class Stayed(NamedTuple):
-    """A robot stays for this turn. ``by`` as above."""
+class Assigned(NamedTuple):
+    """A robot has another objective of its own. ``cause``: who gave it; ``within``: the ticks until
+    its deadline."""
 
     robot: int
-    by: str
-    node: int | None = None
+    objective: TargetObjective
+    cause: str
+    within: int | None = None
+
+
+class Inputs(NamedTuple):
+    """The inputs of the environment that are on."""
+
+    on: frozenset[str]
+    by_user: tuple[str, ...] = ()
+
+
+class Declared(NamedTuple):
+    """An operator has declared an obstacle permanent."""
+
+    obstacle: int
+
+
+class Seen(NamedTuple):
+    """A sensor shows an obstacle of which nobody has asked for the removal yet."""
+
+    obstacle: int
+    by: int | None = None
 
 
 class Acts(NamedTuple):
-    """A robot begins to act where it stands, with these robots: a command under way."""
+    """A robot begins to act on obstacles where it stands, with this group: a command under way."""
 
     robot: int
     group: tuple[int, ...]
+    command: int = 0
+    obstacles: tuple[int, ...] = ()
 
 
 class Acted(NamedTuple):
-    """A robot has done all that it can where it stands. ``found``: the stages after it, and the
-    truth of each obstacle that is resolved."""
+    """A robot has done all that it can where it stands. ``stages``: those that changed; ``truths``:
+    what each resolved obstacle revealed; ``failed``: the obstacles that it would have resolved, and
+    has not; ``gone``: those that it did not find; ``why``: the reason of a failure."""
 
     robot: int
     stages: tuple[tuple[int, Stage], ...]
     truths: tuple[tuple[int, bool | None], ...]
     failed: tuple[int, ...] = ()
+    gone: tuple[int, ...] = ()
+    command: int = 0
+    why: str = ""
 
 
 class Introduced(NamedTuple):
@@ -215,10 +302,14 @@ class Appeared(NamedTuple):
     obstacle: int
     truth: bool | None = None
     another: bool = False
+    cause: str = "scenario"
 
 
 class Gone(NamedTuple):
+    """An obstacle has disappeared, or was found to be gone. ``cause``: what removed it."""
+
     obstacle: int
+    cause: str = "scenario"
 
 
 class Counted(NamedTuple):
@@ -272,6 +363,14 @@ Event = (
     | Departed
     | Arrived
     | Elsewhere
+    | Failed
+    | Lost
+    | Served
+    | Placed
+    | Assigned
+    | Inputs
+    | Declared
+    | Seen
     | Stayed
     | Introduced
     | Acts

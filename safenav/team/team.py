@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from safenav.scenario import model, needs
 from safenav.scenario.objective import TargetObjective
 from safenav.scenario.pursuit import Pursuit
+from safenav.scenario.settings import Failures
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
 
@@ -88,12 +89,12 @@ class Member(Struct, frozen=True, eq=False):
 
 
 class Team(Struct, frozen=True, eq=False, dict=True):
-    """``tries``: after as many failed actions a robot leaves an obstacle to others."""
+    """``failures``: what follows from failed commands."""
 
     scenario: model.Scenario
     members: tuple[Member, ...]
     obstacles: tuple[Obstacle, ...]
-    tries: int = 2
+    failures: Failures = Failures()
 
     @property
     def world(self) -> RegionMap:
@@ -159,6 +160,20 @@ def team_of(scenario: model.Scenario) -> Team:
 def introduced(team: Team, source: model.Obstacle) -> Team:
     """Return the team with one more obstacle, which the scenario does not list."""
     return replace(team, obstacles=(*team.obstacles, _obstacle(source, team.scenario)))
+
+
+def assigned(team: Team, i: int, objective: TargetObjective) -> Team:
+    """Return the team in which a robot has another objective of its own."""
+    member = team.members[i]
+    robot = replace(member.robot, objective=objective)
+    new = replace(
+        member,
+        robot=robot,
+        floor=member.graph.outside(objective.avoid),
+        targets=member.graph.on_each(objective.targets),
+        pursuit=objective.pursuit,
+    )
+    return replace(team, members=(*team.members[:i], new, *team.members[i + 1 :]))
 
 
 def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:

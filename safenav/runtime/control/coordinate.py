@@ -21,8 +21,8 @@ from safenav.solve.proof import cause_of, closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, done
-from safenav.team.floor import floor_now, stages_of
-from safenav.team.state import Is, State
+from safenav.team.floor import driven, floor_now, stages_of
+from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
 
@@ -61,7 +61,7 @@ def coordinate(
         decided.append(event)
         state = apply(team, state, event)
 
-    control, question = replace(before, new=()), _question(state)
+    control, question = replace(before, new=()), _question(team, state)
     if question != before.question:
         given = _give_up(team, state, decide)
         try:
@@ -87,10 +87,11 @@ def coordinate(
                     and not (before.roles and team.members[i].rivals)
                 ):
                     decide(now.Counted(i))
-        control = replace(control, question=_question(state))
+        control = replace(control, question=_question(team, state))
     if control.end is None:
         control = replace(control, end=_planned(team, state, control, decide))
-        if _question(state) != control.question and control.end is None:  # requests were set aside
+        aside = _question(team, state) != control.question  # requests were set aside
+        if aside and control.end is None:
             return _again(team, state, control, answers, decided)
     return control, decided
 
@@ -102,10 +103,18 @@ def _again(
     return replace(after, new=control.new + after.new), decided + more
 
 
-def _question(state: State) -> Hashable:
+def _question(team: Team, state: State) -> Hashable:
     known = (Is.OPEN, Is.SEALED)
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
-    return state.requests, obstacles, state.over, state.attempts
+    out = tuple((i, robot.pose) for i, robot in enumerate(state.robots) if not robot.active)
+    astray = tuple(i for i, robot in enumerate(state.robots) if _is_astray(team, robot, i))
+    return state.requests, obstacles, state.over, state.attempts, out, astray
+
+
+def _is_astray(team: Team, robot: RobotNow, i: int) -> bool:
+    """Whether a robot that its strategy drives is in none of its nodes."""
+    driven = not team.members[i].rivals and robot.active
+    return driven and robot.to is None and robot.node is None
 
 
 def _give_up(team: Team, state: State, decide: object) -> dict[int, Proof]:
@@ -157,6 +166,8 @@ def _settled(
     controllers, new = list(before.controllers or (None,) * len(poses)), []
     for i, role in enumerate(roles):
         mine = controllers[i]
+        if not state.robots[i].active:
+            continue
         if mine is None or (i in lone and outdated(team, state, i, role, mine)):
             controllers[i] = synthesized(team, state, i, role, answers)
             new.append(i)
@@ -171,25 +182,22 @@ def _settled(
 
 def _planned(team: Team, state: State, control: Control, decide: object) -> End | None:
     """Give the sharing robots a plan if they need one: the end of the run if there is none."""
-    if not team.sharing:
+    sharing = driven(team, state)
+    if not sharing:
         return None
     helped = frozenset(
         r.helps
         for r, m in zip(control.roles, team.members, strict=True)
         if r.helps is not None and not m.rivals
     )
-    if (
-        state.plan is not None
-        and not at_end(state, team.sharing)
-        and not stuck(team, state, helped)
-    ):
+    if state.plan is not None and not at_end(state, sharing) and not stuck(team, state, helped):
         return None
     floor = floor_now(team, state)
     joint, served = joint_now(team, state, floor), control.found.served
     open_ = {floor.gates[g] for g in served}
     if state.plan is not None and open_ and open_ <= state.plan.foreseen & helped:
         return None  # robots with strategies are still to resolve them
-    if open_ <= helped and floor.completed(joint, frozenset(), team.sharing):
+    if open_ <= helped and floor.completed(joint, frozenset(), sharing):
         return None  # nothing is left to do but for others
     answer = ask(floor, joint, served, seed=len(state.over))
     match answer:

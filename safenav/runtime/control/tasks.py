@@ -103,6 +103,9 @@ def synthesized(team: Team, state: State, i: int, role: Role, answers: Answers) 
 def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:
     """Whether a strategy does not suffice for a role: another objective, or walls or poses unknown
     to it."""
+    robot = state.robots[i]
+    if robot.node is None and robot.to is None:
+        return True  # it is astray
     if controller.task.objective.relaxed() != role.objective.relaxed():
         return True
     known = {(wall.region, wall.item) for wall in controller.task.blocked}

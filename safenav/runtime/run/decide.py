@@ -23,7 +23,7 @@ class Proposal(NamedTuple):
 def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     """The driver's move: that of the joint plan for a robot with rivals, else of its strategy."""
     stay = Proposal(state.robots[i].pose, "stay")
-    if control.end is not None:
+    if control.end is not None or not state.robots[i].active:
         return stay
     if not team.members[i].rivals:
         return next(iter(_successors(team, state, control, i)), stay)
@@ -53,7 +53,7 @@ def closing(team: Team, state: State, i: int, step: Proposal) -> int | None:
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
         if obstacle.region == region:
-            if each.state is Is.OPEN and i in obstacle.closed_to[each.stage.need]:
+            if each.state in (Is.OPEN, Is.SEEN) and i in obstacle.closed_to[each.stage.need]:
                 return k
             if each.state is Is.SEALED and i in obstacle.blocks:
                 return k

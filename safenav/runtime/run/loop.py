@@ -21,10 +21,11 @@ from safenav.runtime.control.coordinate import Control, End, coordinate, is_comp
 from safenav.runtime.control.tasks import Answers
 from safenav.runtime.run.decide import Proposal, closing, others, propose
 from safenav.runtime.run.record import Recorder
-from safenav.runtime.run.world import World, number_of
+from safenav.runtime.run.world import World
 from safenav.team import state as now
 from safenav.team.apply import apply, initial
-from safenav.team.team import Team, introduced
+from safenav.team.failures import noticed
+from safenav.team.team import Team, assigned, introduced
 
 
 class Run:
@@ -80,14 +81,9 @@ class Run:
         obstacle = self.world.sense(self, i, region)
         if obstacle is None:
             return None
-        for event in self.world.noticed(self, obstacle):
+        for event in noticed(self.team, self.state, obstacle):
             self.happens(event)
-        k = number_of(self, obstacle)
-        there = self.state.obstacles[k]
-        if there.state is now.Is.OPEN:
-            return None  # it does not stop this robot now
-        need = 0 if there.state is now.Is.OVER else there.stage.need
-        return k if i in self.team.obstacles[k].closed_to[need] else None
+        return closing(self.team, self.state, i, step)
 
     def back_up(self, i: int, refused: Proposal) -> Proposal:
         """Another successor of the strategy's node that is safe; else the stay, which keeps the
@@ -127,6 +123,8 @@ class Run:
     def happens(self, event: now.Event) -> None:
         if isinstance(event, now.Introduced):
             self.team = self.recorder.team = introduced(self.team, event.source)
+        elif isinstance(event, now.Assigned):
+            self.team = self.recorder.team = assigned(self.team, event.robot, event.objective)
         before, self.state = self.state, apply(self.team, self.state, event)
         self.recorder.record(before, event, self.state)
         changes = isinstance(event, now.Appeared) or (

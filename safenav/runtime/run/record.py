@@ -8,27 +8,30 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 
+from msgspec.structs import replace
+
 import safenav
 from safenav.outcome import Outcome
 from safenav.plan.order import surely
 from safenav.runtime.control.coordinate import Control, End
 from safenav.runtime.control.tasks import Answers, Controller
+from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
 from safenav.scenario.objective import TargetObjective
 from safenav.scenario.settings import Clock
 from safenav.team import state as now
 from safenav.team.apply import apply, goals, rounds
-from safenav.team.floor import floor_now, stages_of
+from safenav.team.floor import barred, floor_now, stages_of
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
-from safenav.trace.header import scenario_header
+from safenav.trace.header import obstacle_header, scenario_header
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.proofs import Proof
 from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import (
+    ActResult,
     BlockReason,
     ChangeCause,
-    MovedBy,
     OperatorCause,
     PlanEndReason,
     Reason,
@@ -53,7 +56,11 @@ class Recorder:
         *,
         live: bool,
     ) -> None:
-        self.team, self.truths, self.emit, self.live = team, truths, listener, live
+        self.team, self.truths, self._listen, self.live = team, truths, listener, live
+        self.moves: MoveLines = (
+            CommandLines(team, self.emit) if live else TickLines(team, self.emit)
+        )
+        self.time = 0.0
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.aside: set[int] = set()
@@ -74,56 +81,75 @@ class Recorder:
         if dropped and not isinstance(event, now.Met):
             self._plan_ends(PlanEndReason.CHANGED)
         match event:
-            case now.Time(at) if at < float("inf"):
-                self.tick = int(at)
+            case now.Time(at):
+                self._plan_reached(before)
+                self.time, self.tick = at, self.tick + 1 if self.live else int(at)
             case now.Goes(i):
-                self._move(after, i, after.robots[i].by if after.robots[i].by != "plan" else None)
-            case now.Departed(i, pose, by, node, under_way):
+                self.moves.continued(self.tick, i, after)
+            case now.Departed(i, pose, by, node):
                 if by == "backtrack":
                     self._backtrack(i, pose, node)
-                if under_way:
-                    self._move(after, i, by)
-            case now.Arrived(i):
-                self._move(after, i, before.robots[i].by, before.robots[i].pose)
-                if self.said is not None and self._told_all(after):
-                    self._plan_ends(PlanEndReason.REACHED)
+                self.moves.departed(self.tick, event, before)
+            case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i) | now.Lost(i):
+                self.moves.ended(self.tick, i, before, after, event)
+                if not self.live:
+                    self._plan_reached(after)
             case now.Stayed(i, by):
                 if by == "backtrack":
                     self._backtrack(i, after.robots[i].pose, None)
-                self._move(after, i, by)
+                self.moves.stayed(self.tick, event, after)
                 if by == "backtrack" and after.plan is None:
                     self._plan_ends(PlanEndReason.VIOLATION)
+            case now.Introduced(source):
+                header = obstacle_header(source, self.team.scenario, None)
+                self.emit(records.Discovered(self.tick, header))
             case now.Met(i, k, pose):
                 self.helpers.pop(k, None)
-                here, need = before.robots[i].pose % self.team.size, before.obstacles[k].stage.need
+                here, need = before.robots[i].pose % self.team.size, after.obstacles[k].stage.need
                 action = self.team.obstacles[k].needs[need].action
                 way = here, pose % self.team.size, self._name(k), action
                 self.emit(records.Violation(self.tick, self._robot(i), *way))
                 self.why = Reason.REQUEST
+            case now.Acts(i, group, command, obstacles):
+                who = tuple(map(self._robot, group)), tuple(map(self._name, obstacles))
+                self.emit(records.Act(self.tick, command, self._robot(i), *who))
             case now.Acted():
+                if self.live:
+                    self._action_ends(before, event, after)
                 self._acted(before, event)
-            case now.Appeared(k, truth, another):
-                self._appeared(k, truth if another else None)
-            case now.Gone(k):
-                self.emit(records.Gone(self.tick, self._name(k), ChangeCause.SCENARIO))
+            case now.Appeared(k, truth, another, cause):
+                self._appeared(k, truth if another else None, ChangeCause(cause))
+            case now.Gone(k, cause):
+                self.emit(records.Gone(self.tick, self._name(k), ChangeCause(cause)))
                 self.helpers.pop(k, None)
                 self.why = Reason.GONE
+            case now.Served(i, active, cause):
+                self.emit(records.Service(self.tick, self._robot(i), active, ChangeCause(cause)))
+                self.why = Reason.SERVICE
+            case now.Assigned(i, objective, cause, within):
+                traced, changed = objective_in_trace(objective), ChangeCause(cause)
+                own = before.robots[i].objective == objective
+                name = self._robot(i)
+                self.emit(records.NewObjective(self.tick, name, traced, own, changed, within))
+                self.why = Reason.OBJECTIVE
+            case now.Inputs(on, by_user):
+                values = {each.name: each.name in on for each in self.team.scenario.inputs}
+                self.emit(records.Inputs(self.tick, values, by_user or None))
             case now.Reopened():
                 for k in (k for k, each in enumerate(before.obstacles) if each.given_up):
                     self.emit(records.Reopened(self.tick, self._name(k)))
                     self.helpers.pop(k, None)
                 self.waited = None
             case now.Counted(i):
+                region = before.robots[i].pose % self.team.size
                 for goal, whole in goals(self.team, before, i):
-                    self.emit(
-                        records.Goal(
-                            self.tick,
-                            self._robot(i),
-                            goal,
-                            before.robots[i].pose % self.team.size,
-                            whole,
-                        )
-                    )
+                    self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
+
+    def emit(self, line: records.Record) -> None:
+        """Send a line, in a live run with its time."""
+        if isinstance(line, records.Move):
+            self.moved = self.tick
+        self._listen(replace(line, t=round(self.time, 9)) if self.live else line)
 
     def _name(self, k: int) -> str:
         return self.team.obstacles[k].name
@@ -131,19 +157,18 @@ class Recorder:
     def _robot(self, i: int) -> str:
         return self.team.members[i].name
 
-    def _move(self, state: State, i: int, by: str | None, start: int | None = None) -> None:
-        robot, graph = state.robots[i], self.team.members[i].graph
-        start = (robot.pose if start is None else start) % self.team.size
-        toward = None if robot.to is None else robot.to % self.team.size
-        origin, self.moved = None if by is None else MovedBy(by), self.tick
-        self.emit(
-            records.Move(
-                self.tick, self._robot(i), start, *graph.pose(robot.pose).place, toward, origin
-            )
-        )
-
     def _backtrack(self, i: int, pose: int, node: int | None) -> None:
         self.emit(records.Backtrack(self.tick, self._robot(i), pose % self.team.size, node))
+
+    def _action_ends(self, before: State, event: now.Acted, after: State) -> None:
+        results = {self._name(k): ActResult.FAILED for k in event.failed}
+        for k, truth in event.truths:
+            results[self._name(k)] = ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE
+        results |= {self._name(k): ActResult.NOTHING for k in event.gone}
+        late = barred(self.team, after) - barred(self.team, before)
+        left = tuple(self._name(k) for i, k in sorted(late)) or None
+        who = self.tick, event.command, self._robot(event.robot)
+        self.emit(records.ActionEnd(*who, results, left, event.why or None))
 
     def _acted(self, before: State, event: now.Acted) -> None:
         """Needs that are met, then what is resolved."""
@@ -197,13 +222,13 @@ class Recorder:
         group = there if need.together else [j for j in able if j in done]
         return tuple(map(self._robot, group)) if len(group) > 1 else None
 
-    def _appeared(self, k: int, truth: bool | None) -> None:
-        self.emit(records.Appeared(self.tick, self._name(k), ChangeCause.SCENARIO))
+    def _appeared(self, k: int, truth: bool | None, cause: ChangeCause) -> None:
+        self.emit(records.Appeared(self.tick, self._name(k), cause))
         if self.team.obstacles[k].ordered:
-            self.emit(records.Ordered(self.tick, self._name(k), ChangeCause.SCENARIO))
+            self.emit(records.Ordered(self.tick, self._name(k), cause))
             self.why = Reason.REQUEST
         if truth is not None:
-            self.emit(records.Truth(self.tick, self._name(k), truth, ChangeCause.SCENARIO))
+            self.emit(records.Truth(self.tick, self._name(k), truth, cause))
 
     # Decisions.
 
@@ -354,6 +379,11 @@ class Recorder:
             self._plan(after, most)
             self.said = most
 
+    def _plan_reached(self, state: State) -> None:
+        """End the plan that was recorded if every robot has gone its way in it."""
+        if self.said is not None and self._told_all(state):
+            self._plan_ends(PlanEndReason.REACHED)
+
     def _told_all(self, state: State) -> bool:
         return self.said is not None and all(
             state.robots[i].at >= self.said[i] for i in self.team.sharing
@@ -392,13 +422,14 @@ class Recorder:
 
     def ends(self, state: State, end: End, answers: Answers) -> None:
         pairs = zip(self.team.members, state.robots, strict=True)
+        self._plan_reached(state)
         self.emit(
             records.End(
                 self.tick,
                 Outcome(end.outcome),
                 end.why,
                 {member.name: rounds(member.objective, robot.own) for member, robot in pairs},
-                self.moved,
+                self.tick if self.live else self.moved,
                 round(time.monotonic() - self.begun, 6),
                 answers.count,
                 round(answers.seconds, 6),

@@ -22,6 +22,7 @@ from safenav.runtime.worlds.world import Change
 from safenav.scenario import model
 from safenav.team import state as now
 from safenav.team.apply import acts_on, resolved
+from safenav.team.failures import consequences, met, noticed, number, unknown
 from safenav.team.floor import occupied, standing
 from safenav.team.state import State
 from safenav.team.team import Team
@@ -58,7 +59,7 @@ class World:
             self.limit = (seconds, Outcome.TIME_LIMIT)
         self._last: State | None = None
         self._asked: set[int] = set()
-        self._found: dict[int, protocol.Acted] = {}
+        self._found: dict[int, protocol.Acted | None] = {}
 
     def wait(self, run: Running) -> Iterator[now.Event]:
         """What happens next, and whose turn it is; nothing if nothing will ever happen. Each event
@@ -77,48 +78,55 @@ class World:
         regions = set(bits(occupied(run.team, run.state)))
         for change in commands.changes(regions):
             yield from self._changed(run, change)
-        if self.live:
-            for i, member in enumerate(run.team.members):
-                yield from self._ended(run, i, member.robot)
+        while self.commands.sensed:
+            sensed = self.commands.sensed.pop(0)
+            if sensed.there:
+                yield from noticed(run.team, run.state, sensed.obstacle)
+            elif sensed.obstacle.name in run.team.numbers:
+                yield now.Gone(number(run.team, run.state, sensed.obstacle), "world")
         for i, member in enumerate(run.team.members):
-            if not self.live and run.state.robots[i].to is not None:
-                ended = commands.ended(member.robot)
-                yield from (now.Goes(i),) if ended is None else self._arrived(run, i, ended)
+            robot = run.state.robots[i]
+            if robot.to is not None:
+                ended = self.commands.ended(member.robot)
+                if ended is not None:
+                    yield from self._arrived(run, i, ended)
+                elif not self.live:
+                    yield now.Goes(i)
+            elif robot.acting == i:
+                acted = self.commands.acted(member.robot)
+                yield from () if acted is None else self._acted(run, i, acted)
             else:
                 yield now.Turn(i, None if self.live else 1)
 
-    def _ended(self, run: Running, i: int, robot: model.Robot) -> Iterator[now.Event]:
-        """The end of a robot's command in a live run, if it has ended."""
-        if run.state.robots[i].to is not None:
-            ended = self.commands.ended(robot)
-            yield from () if ended is None else self._arrived(run, i, ended)
-        elif run.state.robots[i].acting == i:
-            acted = self.commands.acted(robot)
-            yield from () if acted is None else self._acted(run, i, acted)
-
     def _arrived(self, run: Running, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
+        graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
         match ended:
-            case protocol.Arrived():
-                yield now.Arrived(i)
+            case protocol.Arrived(reason=why):
+                yield now.Arrived(i, why)
             case protocol.Elsewhere(pose=pose):
-                yield now.Elsewhere(i, run.team.members[i].graph.number(pose))
-            case protocol.Blocked(pose=pose, obstacle=model.Obstacle() as obstacle):
-                target = run.state.robots[i].next
-                yield now.Elsewhere(i, run.team.members[i].graph.number(pose))
-                yield from self.noticed(run, obstacle)
-                yield now.Met(i, number_of(run, obstacle), target)
-
-    def noticed(self, run: Running, obstacle: model.Obstacle) -> Iterator[now.Event]:
-        """The events by which an obstacle that somebody noticed joins the team's obstacles."""
-        if obstacle.name not in run.team.numbers:
-            yield now.Introduced(obstacle)
+                yield now.Elsewhere(i, graph.number(pose))
+            case protocol.Blocked(pose=pose, obstacle=obstacle):
+                yield now.Elsewhere(i, graph.number(pose), blocked=True)
+                obstacle = obstacle or unknown(run.team.members[i].robot, target % run.team.size)
+                yield from met(run.team, run.state, i, obstacle, target)
+            case protocol.Failed(pose=pose, reason=why, fatal=fatal):
+                failed = now.Failed(i, graph.number(pose), why, fatal)
+                yield failed
+                yield from consequences(run.team, before, failed)
+            case protocol.Lost(regions=regions, reason=why):
+                lost = now.Lost(i, frozenset(regions), why)
+                yield lost
+                yield from consequences(run.team, before, lost)
 
     def _changed(self, run: Running, change: Change) -> Iterator[now.Event]:
         if change.appeared:
-            yield from self.noticed(run, change.obstacle)
-            yield now.Appeared(number_of(run, change.obstacle), change.truth, change.another)
+            yield from _introduced(run, change.obstacle)
+            k = number(run.team, run.state, change.obstacle)
+            cause = "user" if change.by_user else "scenario"
+            yield now.Appeared(k, change.truth, change.another, cause)
         elif change.obstacle.name in run.team.numbers:
-            yield now.Gone(number_of(run, change.obstacle))
+            cause = "user" if change.by_user else "scenario"
+            yield now.Gone(number(run.team, run.state, change.obstacle), cause)
 
     # Commands.
 
@@ -133,16 +141,17 @@ class World:
         self._found.pop(i, None)
         here = graph.pose(run.state.robots[i].pose)
         ended = self.commands.start(robot, here, graph.pose(step.pose))
-        yield now.Departed(i, step.pose, step.by, step.node, under_way=ended is None)
+        command, seconds = self.commands.number(robot.name), self.commands.expected(robot)
+        yield now.Departed(i, step.pose, step.by, step.node, ended is None, command, seconds)
         if ended is not None:
             yield from self._arrived(run, i, ended)
 
     def reaches(self, run: Running, i: int) -> bool:
         """Whether a robot would change something by acting where it stands."""
-        robot = run.team.members[i].robot
-        if not robot.capabilities or run.state.robots[i].acting is not None:
+        robot, there = run.team.members[i].robot, run.state.robots[i]
+        if not (robot.capabilities and there.active) or there.acting is not None:
             return False
-        if run.state.robots[i].to is not None and not self.moving:
+        if there.to is not None and not self.moving:
             return False
         known = self._known(run, i)
         if self._changes(run, i):
@@ -153,25 +162,28 @@ class World:
                 return reached
         if i in self._asked:
             return i in self._found
-        self._asked.add(i)  # only acting shows it
-        here = run.team.members[i].graph.pose(run.state.robots[i].pose)
-        if self.live:
-            return self.commands.simulated
-        event = self.commands.act(robot, here, known)
-        if event is not None and event.found:
+        self._asked.add(i)
+        if self.live and not self.commands.simulated:
+            return False  # such a world acts on nothing unasked
+        here = run.team.members[i].graph.pose(there.pose)
+        event = self.commands.act(robot, here, known)  # only acting shows it
+        if event is None or event.found:
             self._found[i] = event
         return i in self._found
 
     def act(self, run: Running, i: int) -> Iterator[now.Event]:
         """Command an action: its results, or that it is under way."""
         robot, graph = run.team.members[i].robot, run.team.members[i].graph
-        event = self._found.pop(i, None)
-        if event is None:
+        if i in self._found:
+            event = self._found.pop(i)
+        else:
             here = graph.pose(run.state.robots[i].pose)
             self._asked.add(i)
             event = self.commands.act(robot, here, self._known(run, i))
         if event is None:
-            yield now.Acts(i, self._group(run, i))
+            obstacles = tuple(k for k, _ in self._changes(run, i))
+            number_ = self.commands.number(robot.name)
+            yield now.Acts(i, self._group(run, i), number_, obstacles)
         else:
             yield from self._acted(run, i, event)
 
@@ -179,11 +191,16 @@ class World:
         """The results of an action: earlier needs follow from where robots stand, the last one only
         from what the world reports."""
         for obstacle, _ in event.found:
-            yield from self.noticed(run, obstacle)
+            yield from _introduced(run, obstacle)
         team, stages, truths = run.team, dict(self._changes(run, i)), dict[int, bool | None]()
         if self._truth is not None:
-            stages = {number_of(run, obstacle): stage for obstacle, stage in self._truth.parts()}
-        reported = {number_of(run, obstacle): result for obstacle, result in event.found}
+            stages = {
+                number(run.team, run.state, obstacle): stage
+                for obstacle, stage in self._truth.parts()
+            }
+        reported = {
+            number(run.team, run.state, obstacle): result for obstacle, result in event.found
+        }
         failed = tuple(
             k
             for k, stage in stages.items()
@@ -198,7 +215,8 @@ class World:
         gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
         kept = tuple((k, s) for k, s in stages.items() if k in truths or k not in failed)
         failed = tuple(k for k in failed if k not in truths and k not in gone)
-        yield now.Acted(i, kept, tuple(truths.items()), failed)
+        command, why = event.command or 0, event.reason
+        yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why)
         yield from map(now.Gone, gone)
 
     def _changes(self, run: Running, i: int) -> tuple[tuple[int, now.Stage], ...]:
@@ -234,12 +252,6 @@ class World:
         return min(times, default=None)
 
 
-def number_of(run: Running, obstacle: model.Obstacle) -> int:
-    """The number of an obstacle that a world reports: of those with its name that of this obstacle,
-    else of the first that is not over, else of the last."""
-    numbers = run.team.numbers[obstacle.name]
-    for k in numbers:
-        if run.team.obstacles[k].source == obstacle:
-            return k
-    there = (k for k in numbers if run.state.obstacles[k].state is not now.Is.OVER)
-    return next(there, numbers[-1])
+def _introduced(run: Running, obstacle: model.Obstacle) -> Iterator[now.Event]:
+    if obstacle.name not in run.team.numbers:
+        yield now.Introduced(obstacle)

@@ -1,0 +1,129 @@
+"""The trace lines of moves: one a tick in lockstep, one a command in a live run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from safenav.team import state as now
+from safenav.team.state import State
+from safenav.team.team import Team
+from safenav.trace import records
+from safenav.trace.vocabulary import HoldReason, MovedBy, MoveEnd
+
+Emit = Callable[[records.Record], None]
+
+
+class MoveLines(Protocol):
+    """The lines of one robot's turn."""
+
+    def departed(self, tick: int, event: now.Departed, before: State) -> None: ...
+    def continued(self, tick: int, i: int, state: State) -> None: ...
+    def ended(self, tick: int, i: int, before: State, after: State, end: now.Ended) -> None: ...
+    def stayed(self, tick: int, event: now.Stayed, state: State) -> None: ...
+
+
+class TickLines:
+    """Lockstep: a ``move`` line for each robot in each tick."""
+
+    def __init__(self, team: Team, emit: Emit) -> None:
+        self._team, self._emit = team, emit
+
+    def departed(self, tick: int, event: now.Departed, before: State) -> None:
+        if event.under_way:
+            start = before.robots[event.robot].pose
+            self._move(tick, event.robot, start, start, event.pose, event.by)
+
+    def continued(self, tick: int, i: int, state: State) -> None:
+        robot = state.robots[i]
+        by = robot.by if robot.by != "plan" else None
+        self._move(tick, i, robot.pose, robot.pose, robot.to, by)
+
+    def ended(self, tick: int, i: int, before: State, after: State, end: now.Ended) -> None:
+        strayed = None if isinstance(end, now.Arrived) else MoveEnd.ELSEWHERE
+        was = before.robots[i]
+        self._move(tick, i, was.pose, after.robots[i].pose, None, was.by, strayed)
+
+    def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
+        pose = state.robots[event.robot].pose
+        self._move(tick, event.robot, pose, pose, None, event.by)
+
+    def _move(
+        self,
+        tick: int,
+        i: int,
+        start: int,
+        pose: int,
+        toward: int | None,
+        by: str | None,
+        result: MoveEnd | None = None,
+    ) -> None:
+        size, graph = self._team.size, self._team.members[i].graph
+        origin = None if by is None else MovedBy(by)
+        goes = None if toward is None else toward % size
+        place = start % size, *graph.pose(pose).place
+        name = self._team.members[i].name
+        self._emit(records.Move(tick, name, *place, goes, origin, result=result))
+
+
+class CommandLines:
+    """Live: a line when a command is given and one when it ends; a ``hold`` line only when its
+    reason changes."""
+
+    def __init__(self, team: Team, emit: Emit) -> None:
+        self._team, self._emit = team, emit
+        self._commands: dict[int, int] = {}
+        self._holds: dict[int, HoldReason] = {}
+
+    def departed(self, tick: int, event: now.Departed, before: State) -> None:
+        i, member = event.robot, self._team.members[event.robot]
+        self._commands[i] = event.command
+        self._holds.pop(i, None)
+        way = before.robots[i].pose % self._team.size, *member.graph.pose(event.pose).place
+        node = event.node if event.by == "strategy" else None
+        seconds = None if event.seconds is None else round(event.seconds, 3)
+        who, by = (tick, event.command, member.name), MovedBy(event.by)
+        self._emit(records.Depart(*who, *way, by, node, seconds=seconds))
+
+    def continued(self, tick: int, i: int, state: State) -> None:
+        """A command says nothing until it ends."""
+
+    def ended(
+        self,
+        tick: int,
+        i: int,
+        before: State,  # noqa: ARG002
+        after: State,
+        end: now.Ended,
+    ) -> None:
+        member, regions, reason = self._team.members[i], None, None
+        match end:
+            case now.Arrived(_, why):
+                result, reason = MoveEnd.ARRIVED, why or None
+            case now.Failed(_, _, why):
+                result, reason = MoveEnd.FAILED, why
+            case now.Lost(_, found, why):
+                result, regions, reason = MoveEnd.LOST, tuple(sorted(found)), why or None
+            case now.Elsewhere(_, _, blocked):
+                result = MoveEnd.BLOCKED if blocked else MoveEnd.ELSEWHERE
+        who = tick, self._commands.get(i, 0), member.name
+        place = member.graph.pose(after.robots[i].pose).place
+        self._emit(records.Arrive(*who, *place, result, reason, regions))
+
+    def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
+        why = _reason(event, state)
+        if self._holds.get(event.robot) is not why:
+            self._holds[event.robot] = why
+            self._emit(records.Held(tick, self._team.members[event.robot].name, why))
+
+
+def _reason(event: now.Stayed, state: State) -> HoldReason:
+    robot = state.robots[event.robot]
+    if robot.acting is not None:
+        return HoldReason.ACTING
+    if not robot.active:
+        return HoldReason.SERVICE
+    if event.why is not None:
+        return HoldReason(event.why)
+    known = {"strategy": HoldReason.STRATEGY, "plan": HoldReason.PLAN}
+    return known.get(event.by, HoldReason.HELD)

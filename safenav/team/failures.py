@@ -1,0 +1,84 @@
+"""What follows from a failed step, an unknown obstacle or a lost robot (ASYNC.md, policies)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.scenario.model import Obstacle, ObstacleType, Robot
+from safenav.scenario.settings import FailedMoves
+from safenav.team import state as now
+from safenav.team.state import Is, State
+from safenav.team.team import Team
+from safenav.trace.vocabulary import OPERATOR_ACTION
+from safenav.world.map import Region
+
+FAILURE = "failure"
+"""The cause of a robot's time out of service that its own failures explain."""
+
+
+def consequences(team: Team, before: State, event: now.Failed | now.Lost) -> Iterator[now.Event]:
+    """Yield what a failed step or a lost robot changes. ``before``: the state before the event."""
+    i, robot = event.robot, team.members[event.robot].robot
+    if isinstance(event, now.Lost):
+        here = before.robots[i].pose % team.size
+        for region in sorted(event.regions - {here}):
+            yield from noticed(team, before, lost(robot, _rivals(team, i), region))
+        yield now.Served(i, False, FAILURE)
+        return
+    policy, target = team.failures, before.robots[i].next % team.size
+    tried = (*before.robots[i].failed, target)
+    if event.fatal or len(tried) >= policy.most:
+        yield now.Served(i, False, FAILURE)
+    elif tried.count(target) > policy.retries:
+        if policy.then is FailedMoves.OUT_OF_SERVICE:
+            yield now.Served(i, False, FAILURE)
+        else:
+            yield from met(team, before, i, unknown(robot, target), before.robots[i].next)
+
+
+def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iterator[now.Event]:
+    """Yield the events by which a robot meets an obstacle that the team may not know yet."""
+    yield from noticed(team, state, obstacle)
+    yield now.Met(i, number(team, state, obstacle), pose)
+
+
+def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
+    """Yield the events by which an obstacle joins those of the team, if it must."""
+    if obstacle.name not in team.numbers:
+        yield now.Introduced(obstacle)
+    k = number(team, state, obstacle)
+    over = k < len(state.obstacles) and state.obstacles[k].state is Is.OVER
+    if over:
+        yield now.Appeared(k, cause="world")
+    yield now.Seen(k)
+
+
+def number(team: Team, state: State, obstacle: Obstacle) -> int:
+    """Return the number of an obstacle: of those with its name that of this one, else of the first
+    that is not over, else of the last; the next number if it is new."""
+    numbers = team.numbers.get(obstacle.name)
+    if numbers is None:
+        return len(team.obstacles)
+    for k in numbers:
+        if team.obstacles[k].source == obstacle:
+            return k
+    there = (k for k in numbers if state.obstacles[k].state is not Is.OVER)
+    return next(there, numbers[-1])
+
+
+def _rivals(team: Team, i: int) -> frozenset[str]:
+    return frozenset(team.members[j].name for j in team.members[i].rivals)
+
+
+def unknown(robot: Robot, region: Region) -> Obstacle:
+    """Return an obstacle that blocks the robot's layer in a region; only an operator can resolve
+    it."""
+    layer = robot.model.layer
+    kind = ObstacleType(f"unknown_{layer}", OPERATOR_ACTION, blocks=frozenset({layer}))
+    return Obstacle(kind, region)
+
+
+def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
+    """Return an obstacle where a lost robot may be; it blocks that robot and ``others``."""
+    blocks = frozenset({robot.name, *others})
+    return Obstacle(ObstacleType(f"lost_{robot.name}", OPERATOR_ACTION, blocks=blocks), region)
