@@ -142,16 +142,13 @@ def _options(
 ) -> Iterator[tuple[Rank, Step]]:
     floor, stages = now.floor, now.stages
     need, then = floor.need(g, stages), replace(now, stages=floor.advanced(g, stages))
-    newest = floor.team.scenario.order.value == "newest"
     places: dict[int, Mask] = {}
     ticks: dict[int, int] = {}
     for i in floor.able(g, stages):
         if there := now.spots(i, need.regions):
             places[i], ticks[i] = there, 0 if origins is None else _ticks(g, i, there, now, origins)
     helping = present.get(g, ())
-    elsewhere = (
-        {i for o in floor.open(stages) if o != g for i in present.get(o, ())} if newest else set()
-    )
+    elsewhere = {i for o in floor.open(stages) if o != g for i in present.get(o, ())}
     back = {i: not now.sets[i] & ~then.reach(i, places[i]) for i in places}
     able = sorted(
         places, key=lambda i: (not back[i], i in elsewhere, i not in helping, ticks[i], i)
@@ -163,11 +160,9 @@ def _options(
             continue
         lossless = all(back[i] for i in group) and not commits
         strangers, slowest = sum(i not in helping for i in group), max(ticks[i] for i in group)
-        rank: Rank = (strangers, slowest, g)
-        if newest:
-            rank = (g, sum(i in elsewhere for i in group), strangers, slowest)
+        busy = sum(i in elsewhere for i in group)
         yield (
-            (False, not lossless, *rank, group),
+            (False, not lossless, g, busy, strangers, slowest, group),
             Step(g, stages[g].need, group, tuple(places[i] for i in group), lossless),
         )
         sure = lossless

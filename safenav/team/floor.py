@@ -309,10 +309,9 @@ def restarted(member: Member, count: Count) -> Count:
     return Count(count.memory if member.pursuit.in_turn else 0, 0, count.held)
 
 
-def gates_of(team: Team, state: State) -> tuple[int, ...]:
-    """The open obstacles in the order of service."""
-    newest = team.scenario.order.value == "newest"
-    return state.requests[:: -1 if newest else 1]
+def gates_of(state: State) -> tuple[int, ...]:
+    """The open obstacles in the order of service: the newest first, as the paper's stack has it."""
+    return state.requests[::-1]
 
 
 def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -> Floor:
@@ -320,7 +319,7 @@ def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -
     poses = tuple(robot.next for robot in state.robots)
     out = frozenset((i, p) for i, p in enumerate(poses) if not state.robots[i].active)
     closed = barred(team, state)
-    return floor_of(team, gates_of(team, state), state.sealed, poses, robots, closed, out)
+    return floor_of(team, gates_of(state), state.sealed, poses, robots, closed, out)
 
 
 def floor_of(

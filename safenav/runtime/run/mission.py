@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -37,19 +38,29 @@ def answers_for(scenario: Scenario) -> Answers:
     )
 
 
-def play(
-    scenario: Scenario, *, world: protocol.World | protocol.BlockingWorld | None = None
-) -> tuple[End, list[Record], Run]:
-    """The end of a run, the lines of its trace, and the run itself."""
+def mission(
+    scenario: Scenario,
+    world: protocol.World | protocol.BlockingWorld | None,
+    listener: Callable[[Record], None],
+) -> Run:
+    """Return a run that has not begun. ``world``: None for a simulation with the scenario's
+    clock; ``listener`` receives the lines of its trace."""
     if world is None:
         live = scenario.clock is Clock.LIVE
         world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
     truth = world.truth if isinstance(world, LiveSimulation) else world
     truths = truth.truths if isinstance(truth, SimulatedWorld) else None
-    team, lines = team_of(scenario), list[Record]()
-    running = World(scenario, world)
-    recorder = Recorder(team, truths, lines.append, live=running.live)
-    run = Run(team, running, answers_for(scenario), recorder)
+    team, running = team_of(scenario), World(scenario, world)
+    recorder = Recorder(team, truths, listener, live=running.live)
+    return Run(team, running, answers_for(scenario), recorder)
+
+
+def play(
+    scenario: Scenario, *, world: protocol.World | protocol.BlockingWorld | None = None
+) -> tuple[End, list[Record], Run]:
+    """The end of a run, the lines of its trace, and the run itself."""
+    lines = list[Record]()
+    run = mission(scenario, world, lines.append)
     return run.run(), lines, run
 
 
