@@ -19,7 +19,7 @@ from safenav.cli import COMMANDS, command_of, group
 
 ROOT = Path(__file__).resolve().parents[1]
 _BESIDE = ("slugs/", "benchmarks/", "proof/", "CHANGELOG", "CITATION", "CONTRIBUTING", "LICENSE")
-"""What the README links to outside of ``docs/``."""
+"""Files outside of ``docs/`` to which the README links."""
 _OUTSIDE = re.compile(r"\[([^\]]+)\]\((?!https?:|#)((?:\.\./)+[^)]+)\)")
 
 

@@ -1,2 +1,1 @@
-"""What robots that share a floor do with collisions: joint plans, or the proof that there are
-none."""
+"""Joint plans of robots that share a floor, or the proof that there are none."""

@@ -1,7 +1,7 @@
 """One question with one answer: can the team complete its mission from here, and how?
 
-``ask`` gives a plan, a proof, or nothing: the budget is spent. It depends on the floor, the joint
-state and the served requests only, and is remembered by them.
+``ask`` gives a plan, a proof, or nothing: its budget is exhausted. It depends on the floor, the
+joint state and the served requests only, and is remembered by them.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, driven, floor_now, restarted, stages_of
-from safenav.team.state import Count, Is, Plan, State, Visit
+from safenav.team.state import Count, Is, Plan, State, Waypoint
 from safenav.team.team import Team
 
 _NONE: frozenset[int] = frozenset()
@@ -50,7 +50,7 @@ def _mover(before: Joint, joint: Joint) -> int:
 def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
     """The plan with these states, in each of which one robot has moved."""
     size, robots, crowds = floor.team.size, floor.robots, floor.team.crowds
-    ways = {i: [Visit(states[0].poses[i])] for i in robots}
+    ways = {i: [Waypoint(states[0].poses[i])] for i in robots}
     # By region: a robot, and its place after it.
     stays: dict[int, list[list[int]]] = defaultdict(list)
     present = {i: [i, 0] for i in robots}
@@ -70,7 +70,9 @@ def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
         present[i][1], present[i] = len(ways[i]), [i, 0]
         stays[region].append(present[i])
         ways[i].append(
-            Visit(joint.poses[i], tuple(latest.items()), frozenset(waits), before.counts[i], over)
+            Waypoint(
+                joint.poses[i], tuple(latest.items()), frozenset(waits), before.counts[i], over
+            )
         )
         if joint.stages != before.stages:
             for j, what in _because(floor, before, joint):
@@ -130,15 +132,15 @@ def next_step(team: Team, state: State, i: int) -> int | None:
     plan, robot = state.plan, state.robots[i]
     if plan is None or robot.at + 1 >= len(plan.ways[i]):
         return None
-    visit = plan.ways[i][robot.at + 1]
+    waypoint = plan.ways[i][robot.at + 1]
     over = frozenset(k for k in plan.foreseen if state.obstacles[k].state is Is.OVER)
-    if any(state.robots[j].at < place for j, place in visit.after) or not _are_met(
-        state, visit.needs
+    if any(state.robots[j].at < place for j, place in waypoint.after) or not _are_met(
+        state, waypoint.needs
     ):
         return None
-    if over == visit.over and not _has_counted(team, i, robot.own, visit.progress):
+    if over == waypoint.over and not _has_counted(team, i, robot.own, waypoint.progress):
         return None  # it stays, and counts
-    return visit.pose if visit.pose % team.size not in closed(team, state, i) else None
+    return waypoint.pose if waypoint.pose % team.size not in closed(team, state, i) else None
 
 
 def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
@@ -166,8 +168,8 @@ def at_end(state: State, among: Iterable[int]) -> bool:
 
 
 def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
-    """Whether a plan cannot go on by itself: nobody of its robots moves, acts, can step, or counts
-    by staying, and nobody waits for what a robot with a strategy is to do (``helped``: the
+    """Whether a plan cannot continue by itself: nobody of its robots moves, acts, can step, or
+    counts by staying, and nobody waits for what a robot with a strategy is to do (``helped``: the
     obstacles of these)."""
     plan = state.plan
     if plan is None:
@@ -177,11 +179,11 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
         if not robot.idle or next_step(team, state, i) is not None or will_count(team, state, i):
             return False
         way = plan.ways[i][robot.at + 1 : robot.at + 2]
-        if any(k in helped for visit in way for k, _ in visit.needs) or any(
+        if any(k in helped for waypoint in way for k, _ in waypoint.needs) or any(
             each.state is Is.OPEN
             and k in helped
-            and team.obstacles[k].region == visit.pose % team.size
-            for visit in way
+            and team.obstacles[k].region == waypoint.pose % team.size
+            for waypoint in way
             for k, each in enumerate(state.obstacles)
         ):
             return False
@@ -199,11 +201,11 @@ def surely(team: Team, state: State) -> list[int]:
         before = list(most)
         for i, way in enumerate(plan.ways):
             for place in range(state.robots[i].at + 1, most[i] + 1):
-                visit = way[place]
-                waits = not _are_met(state, visit.needs) or any(
-                    most[j] < at for j, at in visit.after
+                waypoint = way[place]
+                waits = not _are_met(state, waypoint.needs) or any(
+                    most[j] < at for j, at in waypoint.after
                 )
-                if waits or visit.pose % team.size in shut[i]:
+                if waits or waypoint.pose % team.size in shut[i]:
                     most[i] = place - 1
                     break
     return most
@@ -219,15 +221,15 @@ def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
     while left:
         begun, ended = left, False
         for i in going:
-            visit = plan.ways[i][at[i] + 1]
-            if any(at[j] < place for j, place in visit.after):
+            waypoint = plan.ways[i][at[i] + 1]
+            if any(at[j] < place for j, place in waypoint.after):
                 continue
-            if visit.needs:
+            if waypoint.needs:
                 stage = dict(zip(gates, joint.stages, strict=True))
-                if any(stage[k].need < n for k, n in visit.needs):
+                if any(stage[k].need < n for k, n in waypoint.needs):
                     continue
-            if floor.allowed(i, joint.stages) >> visit.pose & 1:
-                joint = floor.after(joint, i, visit.pose)
+            if floor.allowed(i, joint.stages) >> waypoint.pose & 1:
+                joint = floor.after(joint, i, waypoint.pose)
                 at[i], left = at[i] + 1, left - 1
                 ended = ended or at[i] + 1 >= len(plan.ways[i])
         if ended:

@@ -33,7 +33,7 @@ class Exhausted(list[Joint]):
 
 
 Answer = list[Joint] | Exhausted | None
-"""The joint states of a plan; or a proof; None: the budget is spent."""
+"""The joint states of a plan; or a proof; None: the budget is exhausted."""
 
 
 class Search:
@@ -125,7 +125,8 @@ class Search:
         return None
 
     def _aside(self, joint: Joint) -> Joint:
-        """After single steps of random robots to free places from which they can go on for ever."""
+        """After single steps of random robots to free places from which they can continue
+        forever."""
         size, poses, robots = self.floor.team.size, list(joint.poses), list(self.floor.robots)
         at: dict[int, list[int]] = {}
         for i, pose in enumerate(poses):

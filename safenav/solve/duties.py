@@ -12,7 +12,8 @@ from safenav.world.poses import Mask, bits
 
 
 class Duty(Struct, frozen=True):
-    """``goal``: the poses where a robot can meet the next need of gate ``g`` and all can go on."""
+    """``goal``: the poses where a robot can meet the next need of gate ``g`` and all can
+    continue."""
 
     g: int
     need: int
@@ -23,7 +24,8 @@ class Duty(Struct, frozen=True):
 
 class Settlement(Struct, frozen=True):
     """``served`` gates in order; the others are walls for now. ``safe``: where each robot may go
-    (None: it was not asked). ``proof``: that some robot can never go on; the rest is void then."""
+    (None: it was not asked). ``proof``: that some robot can never continue; the rest is void
+    then."""
 
     served: tuple[int, ...] = ()
     duties: dict[int, Duty] = field(default_factory=dict)
@@ -89,15 +91,15 @@ def _present_duties(
 
 
 def _safe(solver: Solver, i: int, now: Sets, wanted: frozenset[int]) -> Mask:
-    """The poses to which a robot may go: it can come back, or the team can go on."""
+    """The poses to which a robot may go: it can come back, or the team can continue."""
     here = now.sets[i]
     return here | _lasting(solver, i, now.reach(i, here) & ~here, now, wanted)
 
 
 def _lasting(solver: Solver, i: int, candidates: Mask, now: Sets, wanted: frozenset[int]) -> Mask:
-    """The candidates from which ``wanted`` can be served and all can go on. One answer decides many
-    poses: all from which a good one is reachable are good; all that are reachable from a bad one
-    are bad."""
+    """The candidates from which ``wanted`` can be served and all can continue. One answer decides
+    many poses: all from which a good one is reachable are good; all that are reachable from a bad
+    one are bad."""
     graph, allowed = now.floor.graphs[i], now.floor.allowed(i, now.stages)
     good, left = 0, candidates
     while left:

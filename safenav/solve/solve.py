@@ -1,9 +1,9 @@
-"""SOLVE (TEAM.md, 2): an order of resolutions after which every robot can go on. Robots do not
+"""SOLVE (TEAM.md, 2): an order of resolutions after which every robot can continue. Robots do not
 collide.
 
 A robot is the set of poses that it may choose to be in. A step meets one need by a group, or one
 robot's part of it. Resolving only opens ways; so a step after which its robots can return to all
-their poses loses nothing, and is taken at once. Only irreversible steps branch.
+their poses loses nothing, and is taken immediately. Only irreversible steps branch.
 """
 
 from __future__ import annotations

@@ -1,2 +1,1 @@
-"""The team and its one model: who can do what (team), what is so (state), what follows (apply,
-floor)."""
+"""The team and its one model: members, state, events and the transition between states."""

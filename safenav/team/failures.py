@@ -1,4 +1,4 @@
-"""What follows from a failed step, an unknown obstacle or a lost robot (ASYNC.md, policies)."""
+"""Consequences of failed steps, unknown obstacles and lost robots (ASYNC.md, policies)."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
-        """The allowed poses from which a robot can go on for ever."""
+        """The allowed poses from which a robot can continue forever."""
         return self.graphs[i].live(self.team.members[i].aims, allowed)
 
     @cached_method
@@ -211,7 +211,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def completed(
         self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
     ) -> bool:
-        """Whether all is done, and everybody (``who``) can go on for ever."""
+        """Whether all is done, and everybody (``who``) can continue forever."""
         robots = self.robots if who is None else who
         if not all(self.is_done(i, joint.counts[i]) for i in robots):
             return False
@@ -315,7 +315,8 @@ def gates_of(state: State) -> tuple[int, ...]:
 
 
 def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -> Floor:
-    """What the team knows now; ``robots``: those that take part, default all in service."""
+    """Return the floor as the team knows it; ``robots``: those that take part, default all in
+    service."""
     poses = tuple(robot.next for robot in state.robots)
     out = frozenset((i, p) for i, p in enumerate(poses) if not state.robots[i].active)
     closed = barred(team, state)

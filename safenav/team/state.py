@@ -1,8 +1,7 @@
-"""What is so: the state of a team, and the events that change it. Frozen, numbered, hashable."""
+"""The state of a team, and the events that change it. Frozen, numbered, hashable."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from enum import Enum
 from typing import NamedTuple
 
@@ -31,9 +30,9 @@ class Count(NamedTuple):
 
 
 class Is(Enum):
-    """What an obstacle is. ``SEEN``: a sensor shows it, no request yet; ``OPEN``: met or ordered, a
-    request; ``SEALED``: in O, found
-    untraversable or never to be resolved; ``OVER``: resolved, or gone."""
+    """State of an obstacle. ``SEEN``: a sensor shows it, no request yet; ``OPEN``: met or ordered,
+    a request; ``SEALED``: in O, found untraversable or never to be resolved; ``OVER``: resolved, or
+    gone."""
 
     AWAY = "away"
     HIDDEN = "hidden"
@@ -45,8 +44,8 @@ class Is(Enum):
 
 class ObstacleNow(Struct, frozen=True):
     """``asked``: robots that met it, each with the region where it waits, the last one last;
-    ``given_up``: sealed because nobody can resolve it, not because it was looked at; ``aside``: no
-    joint plan serves it."""
+    ``given_up``: sealed because nobody can resolve it, not because it was found untraversable;
+    ``aside``: no joint plan serves it."""
 
     state: Is = Is.HIDDEN
     stage: Stage = Stage()
@@ -91,11 +90,11 @@ class RobotNow(Struct, frozen=True):
         return self.to is None and self.acting is None
 
 
-class Visit(NamedTuple):
+class Waypoint(NamedTuple):
     """A place of a plan: the pose, and what a robot waits for before it steps there: ``after``
     (robot, place): that other robot has arrived there; ``needs``: these needs of obstacles are met
     (obstacle, how many); ``progress``: its count (memory and met), if exactly the obstacles
-    ``over`` are: the plan counts at once what staying meets."""
+    ``over`` are: the plan counts immediately what staying meets."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -108,7 +107,7 @@ class Plan(Struct, frozen=True, eq=False):
     """A joint plan in execution: the way of each robot (its present place first; others: empty).
     ``foreseen``: the obstacles that it knows."""
 
-    ways: tuple[tuple[Visit, ...], ...]
+    ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]
 
 
@@ -127,18 +126,13 @@ class State(Struct, frozen=True):
     inputs: frozenset[str] = frozenset()
 
     @property
-    def question(self) -> Hashable:
-        """What decisions depend on, but for the poses: these matter only when it changes."""
-        return self.requests, self.obstacles, self.over, self.plan is None
-
-    @property
     def sealed(self) -> frozenset[int]:
         return frozenset(k for k, each in enumerate(self.obstacles) if each.state is Is.SEALED)
 
 
 class Turn(NamedTuple):
-    """It is a robot's turn. ``ticks``: how long it takes (None: no time, so what staying meets
-    counts at once)."""
+    """It is a robot's turn. ``ticks``: how long it takes (None: no time, so staying counts
+    immediately)."""
 
     robot: int
     ticks: int | None = 1

@@ -71,7 +71,7 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def ticks(self) -> int:
-        return self.robot.model.timing.most
+        return self.robot.model.timing
 
     @property
     def either(self) -> bool:
@@ -80,7 +80,7 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def aims(self) -> tuple[Mask, ...]:
-        """The targets that it meets for ever."""
+        """The targets that it meets forever."""
         return self.targets[-1:] if self.pursuit.settles else self.targets
 
     def reached(self, pose: int) -> int:

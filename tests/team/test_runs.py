@@ -19,7 +19,7 @@ from safenav.team.floor import floor_now, stages_of
 from safenav.team.state import Is
 from team.boards import scenario
 
-COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 40
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 20
 CLOCKS = ["lockstep", "live"]
 
 

@@ -1,8 +1,8 @@
-"""``coordinate``: what the team intends, a function of its state and of what it intended before.
+"""The intentions of the team, a function of its state and of its intentions before.
 
-The duties are decided anew iff the question has changed (what is open, met, asked, resolved), and
-then once for all that has changed. The plan of the sharing robots is asked anew iff there is none:
-a surprise has dropped it (``apply``), or it is at its end and its promise is not kept.
+Duties are decided again iff the question has changed (requests, obstacles, service), once for all
+changes since. The plan of the sharing robots is computed again iff there is none: a surprise has
+dropped it (``apply``), or it is at its end and its promise is not kept.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class End(Struct, frozen=True):
 
 
 class Control(Struct, frozen=True):
-    """What the team intends. ``proofs``: why obstacles were given up; ``new``: the robots that have
-    just been synthesized."""
+    """Intentions of the team. ``proofs``: why obstacles were given up; ``new``: the robots that
+    have just been synthesized."""
 
     question: Hashable | None = None
     found: Settlement = Settlement()
@@ -53,7 +53,7 @@ class Control(Struct, frozen=True):
 def coordinate(
     team: Team, state: State, before: Control, answers: Answers
 ) -> tuple[Control, list[now.Event]]:
-    """What the team intends now, and the decisions that lead there, in order."""
+    """Return the intentions of the team now, and the decisions that lead there, in order."""
     decided: list[now.Event] = []
 
     def decide(event: now.Event) -> None:
@@ -160,7 +160,7 @@ def _settled(
             {k: o.stage.need for k, o in enumerate(state.obstacles) if o.given_up},
         )
         proof = stated(sets, found.proof, gone)
-        never = End("operator_needed", "a robot can never go on", cause, proof)
+        never = End("operator_needed", "a robot can never continue", cause, proof)
         return Control(None, found, before.roles, before.controllers, proofs, (), never)
     roles = Roles(team, state, floor, stages, found).all()
     controllers, new = list(before.controllers or (None,) * len(poses)), []

@@ -5,7 +5,14 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from safenav.scenario.objective import Target, TargetObjective, alternation, station, staying
+from safenav.scenario.objective import (
+    ALTERNATING,
+    Target,
+    TargetObjective,
+    alternation,
+    station,
+    staying,
+)
 from safenav.solve.duties import Settlement
 from safenav.solve.solve import fits
 from safenav.team.floor import Floor, Stages
@@ -18,7 +25,7 @@ from safenav.world.poses import Mask, bits
 class Role(Struct, frozen=True):
     """``helps``: the obstacle that it is to resolve. ``avoid``: open obstacles that a new strategy
     treats as walls; ``must``: those of them that its present one must know. ``forbidden``: poses
-    from which the team could not go on."""
+    from which the team could not continue."""
 
     objective: TargetObjective
     helps: int | None = None
@@ -74,7 +81,7 @@ class Roles:
         if duty.stays:
             objective: TargetObjective = staying(places, rules)
         elif (
-            present.kind == "visit"
+            isinstance(present, ALTERNATING)
             and present != rules
             and present.targets[0] == places
             and self._goes_between(i, (duty.goal, *graph.on_each(present.targets[1:])))

@@ -29,8 +29,8 @@ from safenav.team.team import Team, assigned, introduced
 
 
 class Run:
-    """A run. ``state`` and ``control`` are all that it remembers: what is so, and what the team
-    intends; ``team`` grows by obstacles that the scenario does not list."""
+    """A run. It remembers ``state`` and ``control`` only: the facts, and the team's intentions;
+    ``team`` grows by obstacles that the scenario does not list."""
 
     def __init__(self, team: Team, world: World, answers: Answers, recorder: Recorder) -> None:
         self.team, self.world, self.answers, self.recorder = team, world, answers, recorder
@@ -104,8 +104,7 @@ class Run:
         self.act(i)
 
     def act(self, i: int) -> None:
-        """Lines 17 and 18: whoever can resolve an obstacle where it stands does so, asked or
-        not."""
+        """Lines 17 and 18: a robot resolves what it can where it stands, requested or not."""
         if self.world.reaches(self, i):
             for event in self.world.act(self, i):
                 self.happens(event)
@@ -135,7 +134,7 @@ class Run:
             self.control = replace(self.control, question=None, new=(), end=None)
 
     def settle(self) -> None:
-        """What the team intends now; its decisions are events like all others."""
+        """Update the intentions of the team; its decisions are events like all others."""
         before, intended = self.state, self.control
         self.control, decided = coordinate(self.team, before, intended, self.answers)
         for event in decided:

@@ -1,6 +1,7 @@
 """The trace: its lines are derived here, from consecutive states and the event between them.
 
-It remembers only what it has told: the stack, the helpers of each request, and how far the plan.
+It remembers only what it has recorded: the stack, the helpers of each request, and the part of
+the plan.
 """
 
 from __future__ import annotations
@@ -39,12 +40,12 @@ from safenav.trace.vocabulary import (
 
 Listener = Callable[[records.Record], None]
 Entry = tuple[int, int | None, tuple[str, ...]]
-"""Of the stack: obstacle, requester (None: an order), helpers."""
+"""An entry of the stack: obstacle, requester (None: an order), helpers."""
 
 
 class Recorder:
-    """``stack``: the entries that were pushed; ``helpers``: of each request, when it was told last;
-    ``said``: the last place of each robot in the plan that was told (None: none is in force),
+    """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
+    ``said``: the last place of each robot in the recorded plan (None: none is in force),
     ``basis``: for which plan and obstacles; ``why``: the last event of those that give a reason for
     syntheses."""
 

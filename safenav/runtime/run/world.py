@@ -62,8 +62,8 @@ class World:
         self._found: dict[int, protocol.Acted | None] = {}
 
     def wait(self, run: Running) -> Iterator[now.Event]:
-        """What happens next, and whose turn it is; nothing if nothing will ever happen. Each event
-        is read when those before it have been applied."""
+        """Yield the next events and turns; none if nothing will ever happen. Each event is read
+        when those before it have been applied."""
         commands = self.commands
         if self.live:
             changed, self._last = run.state != self._last, run.state

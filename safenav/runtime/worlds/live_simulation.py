@@ -65,11 +65,9 @@ class LiveSimulation:
 
     def start(self, robot: Robot, pose: Pose, command: int) -> None:
         name, here = robot.name, self._poses[robot.name]
-        timing, draws = robot.model.timing, self._draws[name]
-        ticks = draws.randint(timing.least, timing.most)
-        late = self._factor if draws.random() < self._delayed else 1.0
+        late = self._factor if self._draws[name].random() < self._delayed else 1.0
         speed = self._speeds.get(name, 1.0)
-        took = self._paces[name].step(self._now, here.region, pose.region, ticks, late) / speed
+        took = self._paces[name].step(self._now, here.region, pose.region, late) / speed
         end = self._now + took
         event: Ended = Arrived(end, name, command=command)
         obstacle = self.truth.sense(robot, pose.region)
@@ -179,4 +177,4 @@ def pace_on(world: RegionMap, robot: Robot) -> Pace:
     model = robot.model
     side = SIDE if world.frame is None else max(world.frame.resolution)
     motion = resolved(model.motion, model.size, model.speed, model.layer)
-    return pace_of(motion, world.cols, side, robot.start.facing, model.timing.least)
+    return pace_of(motion, world.cols, side, robot.start.facing, model.timing)

@@ -1,4 +1,4 @@
-"""The simulated actual world of a scenario: what is there, whether or not the team knows it.
+"""The simulated actual world of a scenario: all its obstacles, known to the team or not.
 
 The modelled world is the map with its known obstacles O; the actual one also holds the hidden
 obstacles R, found when a robot is about to enter one (paper, Sections III and V-A). The truth is a
