@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.scenario.model import Obstacle, ObstacleType, Robot
+from safenav.scenario.model import OPERATOR_ACTION, Obstacle, ObstacleType, Robot
 from safenav.scenario.settings import FailedMoves
 from safenav.team import state as now
 from safenav.team.state import Is, State
 from safenav.team.team import Team
-from safenav.trace.vocabulary import OPERATOR_ACTION
 from safenav.world.map import Region
 
 FAILURE = "failure"
