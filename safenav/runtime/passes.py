@@ -267,8 +267,8 @@ class Passes(Algorithm):
     def _for_want_of(self, conclusion: Conclusion) -> Conclusion:
         """Return ``operator_needed`` instead of a search limit if only an operator can bring back a
         robot with remaining duties, whatever another search would find."""
-        wanted, robots = self.team.scenario.until.rounds, self.team.robots.values()
-        out = [r.name for r in robots if not r.active and r.own.rounds < wanted]
+        robots = self.team.robots.values()
+        out = [r.name for r in robots if not (r.active or self.team.has_done_all(r))]
         if conclusion.outcome is not Outcome.SEARCH_LIMIT or not out or self._times():
             return conclusion
         words = f"{' and '.join(out)} out of service; {conclusion.explanation}"
@@ -338,7 +338,7 @@ class Passes(Algorithm):
         return not (self._undone() and self._to_come())
 
     def _is_done(self, robot: RobotState) -> bool:
-        return robot.own.rounds >= self.team.scenario.until.rounds and robot.base is None
+        return self.team.has_done_all(robot) and robot.base is None
 
     def _is_free(self) -> bool:
         """Whether no robot acts, and the team does not wait."""
@@ -348,10 +348,9 @@ class Passes(Algorithm):
     def _end_if_due(self) -> None:
         """Raise RunEnded if the mission is completed, or has exhausted its ticks or seconds."""
         team, scenario = self.team, self.team.scenario
-        wanted = scenario.until.rounds
         if self.completes():
             raise RunEnded(self._completed())
-        left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
+        left = [robot for robot in team.robots.values() if not team.has_done_all(robot)]
         served = team.last_settled.found.served
         if (
             team.out_of_service

@@ -71,6 +71,11 @@ class Progress:
         assert self.objective.strict
         self._state = index
 
+    def stands(self, region: Region) -> bool:
+        """Whether a robot that stands in ``region`` is where its objective ends; True if it has no
+        end."""
+        return not self.objective.settles or self.objective.stays(self._state, region)
+
     def awaited(self) -> Target:
         """The regions of which the robot must reach one next; empty for ``ltl``."""
         own = self.objective

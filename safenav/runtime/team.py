@@ -16,7 +16,7 @@ from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.duties.requests import OpenRequest, Requests
 from safenav.runtime.duties.settlement import Settled
-from safenav.runtime.failures import FailureCounts
+from safenav.runtime.failures import FailureCounts, stands_for
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
@@ -281,6 +281,21 @@ class TeamState(Struct):
     def out_of_service(self) -> list[str]:
         """The names of the robots that are out of service."""
         return [name for name, robot in self.robots.items() if not robot.active]
+
+    def has_done_all(self, robot: RobotState) -> bool:
+        """Whether a robot has completed its rounds and, if its objective ends, stands at its last
+        target."""
+        return robot.own.rounds >= self.scenario.until.rounds and self.stands(robot)
+
+    def stands(self, robot: RobotState) -> bool:
+        """Whether a robot is not in transit, and certainly where its own objective ends; True if
+        that has no end."""
+        if not robot.own.objective.settles:
+            return True
+        known = self.knowledge.obstacles.values()
+        lost = (each.region for each in known if stands_for(each, robot.name))
+        regions = {*robot.occupied, *robot.claims, *lost}
+        return robot.transit is None and all(map(robot.own.stands, regions))
 
     def rounds_counted(self, robot: RobotState) -> int:
         """The completed rounds of a robot, at most as many as the mission requires."""

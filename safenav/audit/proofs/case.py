@@ -21,12 +21,13 @@ from safenav.audit.run.turn import Status
 @dataclass(frozen=True)
 class RemainingGoals:
     """The goals that a robot must still meet. ``targets``: the poses that meet each goal;
-    ``in_order``: in turn, otherwise in any order; ``ends``: each once, then it stays at the last
-    one. ``awaited``: the goals that may be next; ``covered``: those met in this round; ``met``: how
+    ``in_order``: in turn, otherwise in any order; ``settles``: the mission ends only while it is at
+    the last one; ``ends``: it also meets each once. ``awaited``: the goals that may be next; ``covered``: those met in this round; ``met``: how
     many these are. ``either``: after a resolution, either of its two goals may come first."""
 
     targets: tuple[Poses, ...]
     in_order: bool = True
+    settles: bool = False
     ends: bool = False
     awaited: tuple[int, ...] = (0,)
     covered: frozenset[int] = frozenset()
@@ -152,6 +153,7 @@ def _remaining_goals(name: str, now: Situation, team: Team) -> RemainingGoals:
     return RemainingGoals(
         targets,
         shape_of(objective.kind).ordered,
+        shape_of(objective.kind).settles,
         ends,
         (min(progress.ahead, last),) if ends else _awaited(name, objective, now),
         frozenset(goal for goal in progress.met if goal < len(targets)),

@@ -184,9 +184,15 @@ class _Enumeration:
                     yield self._settled(_State(poses, state.left, state.obstacles), k)
 
     def is_complete(self, state: _State) -> bool:
-        return not any(goals for goals, _ in state.left) and all(
-            self._team.is_live(name, pose, state.obstacles)
-            for name, pose in zip(self._robots, state.poses, strict=True)
+        """Return whether each robot has met all goals, is at its last target if it settles there,
+        and can continue forever."""
+        if any(goals for goals, _ in state.left):
+            return False
+        each = zip(self._robots, self._remaining, state.poses, strict=True)
+        return all(
+            (not own.settles or pose in own.targets[-1])
+            and self._team.is_live(name, pose, state.obstacles)
+            for name, own, pose in each
         )
 
     def _settled(self, state: _State, moved: int | None = None) -> _State:

@@ -145,7 +145,8 @@ _COUNT = ("goal", "gone", "objective", "operator", "blocked")
 
 class CompletedRule(Rule):
     """A run is completed if and only if each robot has met its objective ``until.rounds`` times
-    since the last resolution and has it in force. Requests that no robot needs may be open; open
+    since the last resolution and has it in force, and each robot with an objective that ends is at
+    its last target in that moment. Requests that no robot needs may be open; open
     orders only once the scenario changes nothing more within its limits (D 5.6). A run that has
     begun does not end with ``operator_needed`` before such changes. Rounds are counted from the
     goal lines; a round begun before the resolution may count at its last target."""
@@ -246,6 +247,8 @@ class CompletedRule(Rule):
             elif _stays(robot, now) and held + 1 < wanted:
                 # The region where it stands when counting begins may also count.
                 yield f"{robot} has held for {held} ticks of {wanted}"
+            elif not _is_at_its_end(robot, now):
+                yield f"{robot} is not at its last target, so the run is not completed"
 
     def _over(self, now: Situation) -> bool:
         """Return whether the run is certainly completed."""
@@ -262,6 +265,8 @@ class CompletedRule(Rule):
             return False  # the team has not decided on it yet
         if any(map(now.is_away, now.header.robots)):
             return False  # an input keeps a robot from its objective
+        if not all(_is_at_its_end(robot, now) for robot in now.header.robots):
+            return False
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
 
     def _surely(self, robot: str, now: Situation) -> int:
@@ -308,6 +313,15 @@ def _stays(robot: str, now: Situation) -> bool:
     """Return whether each tick at its last target is a round of a robot's own objective."""
     own, shape = now.own[robot], shape_of(now.own[robot].kind)
     return shape.settles and (not shape.ends or now.progress[robot].ahead >= len(own.targets))
+
+
+def _is_at_its_end(robot: str, now: Situation) -> bool:
+    """Return whether a robot stands in its last target, wherever it may be if it is lost; True if
+    its objective has no end."""
+    own = now.own[robot]
+    if not shape_of(own.kind).settles:
+        return True
+    return now.toward[robot] is None and now.may_have(robot) <= own.targets[-1]
 
 
 def _bounds(goals: Sequence[Line], objective: Objective) -> tuple[int, int | None]:

@@ -21,7 +21,7 @@ from safenav.scenario.objective_text import describe
 from safenav.spec.task import Task
 from safenav.trace import vocabulary
 from safenav.trace.proofs import Choice, Closure, Option, Proof, Reach, Tree
-from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words
+from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words, some
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
@@ -200,6 +200,9 @@ def what_is_left(team: TeamState) -> str:
         f"{'has' if len(names) == 1 else 'have'} completed {done} of {wanted} rounds"
         for done, names in behind.items()
     ]
+    met = [n for n, r in team.robots.items() if r.own.rounds >= wanted and not team.stands(r)]
+    if met:
+        left.append(f"{some(met)} {'is' if len(met) == 1 else 'are'} not at the last target")
     away = [name for name, robot in team.robots.items() if robot.base is not None]
     left += [f"an input keeps {name} from its own objective" for name in away]
     left += [

@@ -277,7 +277,8 @@ class PlanSearch(Struct):
         return starves and robot.assignment.role is Role.CHARGES
 
     def _each_has_counted(self, problem: SearchProblem, state: JointState) -> bool:
-        """Return whether each robot with goal poses has reached them once; among those that go to a
+        """Return whether each robot with goal poses has reached them once, and those that have met
+        all targets of an objective that ends stand at the last one; among those that go to a
         charger, only the starving one counts."""
         course, before = problem.course, problem.start.counts
         for index, robot in enumerate(self.state.robots.values()):
@@ -285,7 +286,8 @@ class PlanSearch(Struct):
                 return False
             owns = robot.active and robot.assignment.role is Role.OWN and index not in self._cut_off
             counted = state.counts[index] != before[index] or course.is_done(index, before[index])
-            if owns and not counted:
+            stands = course.stands(index, state.poses[index])
+            if owns and not (counted and (stands or not course.is_done(index, state.counts[index]))):
                 return False
         return True
 

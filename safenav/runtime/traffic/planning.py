@@ -338,12 +338,13 @@ class Traffic:
 
     def _fixed(self, floor: Floor) -> list[int]:
         """Return the robots that must end in their planned poses: those for which the plan is made,
-        and those whose final pose keeps the mission feasible."""
+        those whose objective ends, and those whose final pose keeps the mission feasible."""
         return [
             index
             for index, robot in enumerate(self.state.robots.values())
             if self.searches.turning
             or floor.problem.members[index].turns
+            or floor.problem.members[index].settles
             or index in self.searches.stays(floor)
             or robot.assignment.role is Role.HELPS
             or robot.name == self.search.starved

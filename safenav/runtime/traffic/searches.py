@@ -128,13 +128,14 @@ class Searches:
         any state that they can reach. They continue as if without memory."""
         self._hopeless = floor.problem
 
-    def _has_done_all(self, robot: RobotState) -> bool:
+    def _has_met_rounds(self, robot: RobotState) -> bool:
         return robot.own.rounds >= self._state.scenario.until.rounds
 
     def goal(self, floor: Floor, name: str) -> Mask:
         """Return the poses that a robot must reach now; empty for a robot that waits or is done."""
         robot = self._state.robots[name]
-        if not robot.active or (robot.assignment.role is Role.OWN and self._has_done_all(robot)):
+        owns = robot.assignment.role is Role.OWN
+        if not robot.active or (owns and self._state.has_done_all(robot)):
             return 0
         goal = self._goal_poses(floor, name)
         return awaited_by(floor, name, robot.own) if goal is None else goal
@@ -167,7 +168,7 @@ class Searches:
             places = region_mask(robots[other].next_pose.region for other in out)
             allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(places)
             goals = [awaited_by(floor, robot.name, robot.own)]
-            if every and not self._has_done_all(robot):
+            if every and not self._has_met_rounds(robot):
                 goals += [
                     t for k, t in enumerate(members[index].targets) if k not in robot.own.seen
                 ]

@@ -49,7 +49,8 @@ class ImmobileRobots:
             return stuck
         course = self._course
         for robot, count in enumerate(state.counts):
-            if robot in course.excused or course.is_done(robot, count):
+            stands = course.stands(robot, state.poses[robot])
+            if robot in course.excused or (stands and course.is_done(robot, count)):
                 continue
             if robot in stuck or not self._gets_on(robot, state, stuck):
                 return stuck | {robot}

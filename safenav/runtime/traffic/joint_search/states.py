@@ -182,10 +182,20 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             return True
         return count[2] >= self.rounds * (len(member.targets) if member.in_turn else 1)
 
+    def stands(self, robot: int, pose: int) -> bool:
+        """Return whether the mission may end with a robot in a pose: one whose objective ends is at
+        its last target."""
+        member = self.problem.members[robot]
+        return not member.settles or bool(member.targets[-1] >> pose & 1)
+
     def completed(self, state: JointState) -> bool:
-        """Return whether every robot that is not excused has completed its rounds, can continue
-        forever from its pose, and all served obstacles are resolved."""
-        if not all(i in self.excused or self.is_done(i, n) for i, n in enumerate(state.counts)):
+        """Return whether every robot that is not excused has completed its rounds and stands at its
+        last target, if its objective ends; every robot can continue forever from its pose; and all
+        served obstacles are resolved."""
+        if not all(
+            i in self.excused or (self.is_done(i, count) and self.stands(i, pose))
+            for i, (count, pose) in enumerate(zip(state.counts, state.poses, strict=True))
+        ):
             return False
         if not all(self.problem.resolved(gate, state.stages) for gate in self.served):
             return False
@@ -193,11 +203,11 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return all(alive[i] >> pose & 1 for i, pose in enumerate(state.poses))
 
     def awaited(self, robot: int, count: Count) -> Mask:
-        """Return the poses of the targets that a robot may meet next; empty if it has completed its
-        rounds."""
-        if self.is_done(robot, count):
-            return 0
+        """Return the poses of the targets that a robot may meet next. If it has completed its
+        rounds: those of its last target if its objective ends, else none."""
         member = self.problem.members[robot]
+        if self.is_done(robot, count):
+            return member.targets[-1] if member.settles else 0
         if self._is_open(robot, count):
             return reduce(or_, member.targets)
         return member.awaited(count[0] | count[1])
