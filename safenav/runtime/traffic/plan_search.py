@@ -277,19 +277,21 @@ class PlanSearch(Struct):
         return starves and robot.assignment.role is Role.CHARGES
 
     def _each_has_counted(self, problem: SearchProblem, state: JointState) -> bool:
-        """Return whether each robot with goal poses has reached them once, and those that have met
-        all targets of an objective that ends stand at the last one; among those that go to a
-        charger, only the starving one counts."""
-        course, before = problem.course, problem.start.counts
+        """Return whether each robot with goal poses has reached them once; among those that go to a
+        charger, only the starving one counts. If that completes all rounds, the robots whose
+        objective ends must stand at their last targets."""
+        course, before, owners = problem.course, problem.start.counts, list[int]()
         for index, robot in enumerate(self.state.robots.values()):
             if self.charges(robot) and not self.starving_is_there(problem, state):
                 return False
-            owns = robot.active and robot.assignment.role is Role.OWN and index not in self._cut_off
-            counted = state.counts[index] != before[index] or course.is_done(index, before[index])
-            stands = course.stands(index, state.poses[index])
-            if owns and not (counted and (stands or not course.is_done(index, state.counts[index]))):
-                return False
-        return True
+            if robot.active and robot.assignment.role is Role.OWN and index not in self._cut_off:
+                owners.append(index)
+        counted = (state.counts[i] != before[i] or course.is_done(i, before[i]) for i in owners)
+        if not all(counted):
+            return False
+        if not all(course.is_done(i, state.counts[i]) for i in owners):
+            return True
+        return all(course.stands(i, state.poses[i]) for i in owners)
 
     def _searched(self, problem: SearchProblem) -> tuple[SearchProblem, Search, Answer]:
         """Search for a plan; return the search and its result."""
