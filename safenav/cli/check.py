@@ -23,6 +23,7 @@ from safenav.runtime.analysis.rehearsal import Rehearsal, rehearse
 from safenav.runtime.coordination.foresight import foreseen
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
+from safenav.runtime.traffic.foreseen_ends import foreseen_ends
 from safenav.scenario.lint import lint
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective_text import describe
@@ -59,7 +60,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
-    of_scenario = [*lint(plan), *foreseen(plan), *_with_inputs(plan, synthesizer)]
+    of_scenario = [*lint(plan), *foreseen(plan), *foreseen_ends(plan)]
+    of_scenario += _with_inputs(plan, synthesizer)
     warnings, verdicts = list(of_scenario), list[dict[str, Any]]()
     for name, answer in answers.items():
         strategy = answer.result.strategy

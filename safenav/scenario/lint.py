@@ -1,8 +1,8 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
 An obstacle whose action no robot or too few robots have, or that blocks no robot; a capability that
-no obstacle needs; one region that several robots must hold; a robot larger than a region, or
-without room to turn there; a seed without effect.
+no obstacle needs; robots that must stay in fewer regions than they are; a robot larger than a
+region, or without room to turn there; a seed without effect.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import station
 from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.room import room_words, without_room
 from safenav.scenario.yaml.findings import closest
 
 _SLIP = 0.8
@@ -135,15 +136,10 @@ def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
 
 
 def _crowded(scenario: Scenario) -> Iterator[str]:
-    """Robots that must hold the same region, which has room for one."""
-    held = [(robot, at) for robot in scenario.robots if (at := station(robot.objective))]
-    for (first, one), (second, other) in combinations(held, 2):
-        if len(one | other) == 1 and first.conflicts(second):
-            place = scenario.map.label(min(one))
-            yield (
-                f"{first.name} and {second.name} must both hold region {place}, but it has room "
-                "for one robot"
-            )
+    """Robots that must stay in fewer regions than they are."""
+    given = {change.robot for change in scenario.changes if change.objective is not None}
+    for group in without_room([r for r in scenario.robots if r.name not in given]):
+        yield room_words(group, scenario.map)
 
 
 def _needless(scenario: Scenario) -> Iterator[str]:

@@ -77,4 +77,12 @@ class JointSearch(Struct, frozen=True):
     kind: Annotated[str, Meta(pattern="joint", description="joint")] = "joint"
 
 
-Proof = Closure | Tree | JointSearch
+class NoRoom(Struct, frozen=True):
+    """Each of these ``robots`` must be at its last target at the end, each is in conflict with all
+    others, and these targets are fewer regions than they are robots."""
+
+    robots: tuple[str, ...]
+    kind: Annotated[str, Meta(pattern="room", description="room")] = "room"
+
+
+Proof = Closure | Tree | JointSearch | NoRoom

@@ -21,7 +21,7 @@ PLAYED = [family for family in FAMILIES if family != "narrow"]
 
 def main() -> int:
     """Play the seeds of the families, or a file; 1 if there is a finding."""
-    parser = parser_of(__doc__, "assignable")
+    parser = parser_of(__doc__, "assignable live")
     parser.add_argument("--family", nargs="+", choices=PLAYED, default=[])
     parser.add_argument("--file", type=Path, help="play this mission, not those of a family")
     parser.add_argument("--budget", type=int, default=200_000, help="states of the judge")
@@ -41,6 +41,8 @@ def judged(command: Command, family: str, seed: int, options: argparse.Namespace
     data = mission(family, seed)
     if options.assignable:
         data["coordination"] = "assignable"
+    if options.live:
+        data["clock"] = "live"
     if options.interrupt:
         after = Random(seed).uniform(0.0, options.interrupt)
         result = judge_interrupted(data, command, after)

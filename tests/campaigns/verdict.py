@@ -118,7 +118,7 @@ def read_lines(trace: Path) -> tuple[Mapping[str, Any], ...]:
 
 def can_complete(mission: Mission, begin: Situation, budget: int) -> Answer:
     """The answer of the search that suits the mission."""
-    if mission.crowded:
+    if mission.crowded or any(robot.stays and robot.targets[1:] for robot in mission.robots):
         return joint.can_complete(mission, begin, budget)
     return independent.can_complete(mission, begin, budget)
 
@@ -166,7 +166,7 @@ def _judge_outcome(
         return "inconsistent", "; ".join(ending.problems)
     match outcome["outcome"]:
         case "completed":
-            return _completed(mission, ending, run)
+            return _completed(mission, ending, run, 1 if "t" in outcome else mission.rounds)
         case "operator_needed":
             return _operator_needed(mission, ending, outcome, run, budget)
         case "unrealizable" if _asks_for_a_literal_patrol(mission) and run.exit == 1:
@@ -184,11 +184,14 @@ def _asks_for_a_literal_patrol(mission: Mission) -> bool:
     )
 
 
-def _completed(mission: Mission, ending: Ending, run: Ended) -> tuple[str, str]:
+def _completed(mission: Mission, ending: Ending, run: Ended, rounds: int) -> tuple[str, str]:
+    """``rounds``: those that the moves must show. Live, a robot that stays makes none."""
     for robot in mission.robots:
         done = rounds_done(robot, ending.visits[robot.name])
-        if done < mission.rounds:
-            return "not completed", f"{robot.name} has done {done} rounds of {mission.rounds}"
+        if done < rounds:
+            return "not completed", f"{robot.name} has done {done} rounds of {rounds}"
+    if ending.away:
+        return "not completed", f"{' and '.join(ending.away)} not at the last target"
     if run.exit != 0:
         return "exit status", f"completed with {run.exit}"
     return "completed", ""

@@ -67,6 +67,24 @@ def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
     yield from _Enumeration(case, robots, tuple(known)).problems(stated, proof["sha256"])
 
 
+def room_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
+    """Yield the errors of a proof that robots have no room at their last targets."""
+    robots = {*proof["robots"]}
+    if not robots or robots - case.at.keys():
+        yield f"the proof names {', '.join(sorted(robots - case.at.keys())) or 'no robots'}"
+        return
+    for name in sorted(robots):
+        if not case.remaining[name].settles:
+            yield f"{name} does not have to stay at a target"
+            return
+        if others := sorted(robots - case.team.members[name].rivals - {name}):
+            yield f"{name} and {others[0]} may share a region"
+            return
+    regions = {region for name in robots for region, _ in case.remaining[name].targets[-1]}
+    if len(regions) >= len(robots):
+        yield f"there is room at {', '.join(map(str, sorted(regions)))} for {len(robots)} robots"
+
+
 def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> str:
     for name, stage in stages.items():
         obstacle = case.obstacle(name)

@@ -127,7 +127,7 @@ def _wrong_cause(record: Line, now: Situation) -> Iterator[str]:
 
 def _causes(proof: Mapping[str, Any] | None, now: Situation) -> tuple[str, ...]:
     """Return the causes that a proof shows."""
-    if proof is not None and proof.get("kind") == "joint":
+    if proof is not None and proof.get("kind") in ("joint", "room"):
         return ("deadlock",)
     if not (proof is not None and proof.get("kind") == "closure" and proof.get("never")):
         return ("unrealizable",)

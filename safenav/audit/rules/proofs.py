@@ -15,7 +15,7 @@ from safenav.audit.possibilities.deriving import team_of
 from safenav.audit.possibilities.team import Team, TooManyError
 from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems, tree_problems
-from safenav.audit.proofs.joint import can_be_served, joint_problems
+from safenav.audit.proofs.joint import can_be_served, joint_problems, room_problems
 from safenav.audit.rules.rule import UNREAD, Finding, Message, Rule
 from safenav.audit.run.remembering import remembered, row_of
 from safenav.audit.run.situation import RESYNTHESIS, Situation
@@ -260,6 +260,7 @@ def problems_of(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
     closures = partial(closure_problems, lame=True)
     problems: Mapping[str, Callable[..., Iterator[str]]]
     problems = {"closure": closures, "tree": tree_problems, "joint": joint_problems}
+    problems |= {"room": room_problems}
     if proof.get("kind") not in problems:
         yield f"unknown kind of proof: {proof.get('kind')!r}"
     else:

@@ -43,6 +43,9 @@ def outcome(run: Any, record: Line, now: Situation) -> str:
             require(lasts or met >= rounds, f"{name} has met its objective only {met} times")
         often = "once" if rounds == 1 else f"{rounds} times"
         message = f"every robot has met its objective {often} after the last resolution"
+        if stay := [name for name, robot in run.robots.items() if robot.own.shape.settles]:
+            at = "is at its last target" if len(stay) == 1 else "are at their last targets"
+            message += f", and {' and '.join(stay)} {at}"
         return f"The mission is completed: {message}."
     if what == "tick_limit":
         return f"The run ended at its limit of {now.header.limits.ticks} ticks."

@@ -23,6 +23,7 @@ from safenav.runtime.traffic.joint_search.formula_memory import StateGraph
 from safenav.runtime.traffic.joint_search.immobile import ImmobileRobots
 from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Count, Course, Effort, Exhausted
+from safenav.scenario.room import room_words, without_room
 from safenav.trace import proofs
 from safenav.world.poses import bits
 
@@ -43,23 +44,35 @@ def deadlock_of_few(
     stuck = ImmobileRobots(whole).cannot_complete(now)
     groups = [tuple(sorted(stuck))] if stuck and stuck <= {*among} else []
     sizes = [size for size in FEW_SIZES if size < len(floor.names)]
-    by_size = (islice(_groups(floor, among, size), FEW_GROUPS) for size in sizes)
+    by_size = (islice(groups_of(floor, among, size), FEW_GROUPS) for size in sizes)
     for group in chain(groups, *by_size):
         stopping()
-        few = _only(floor, group)
-        course = Course(few.problem, rounds, any_first=True)
-        start = course.begun(few.poses, tuple(counts[i] for i in group), ())
-        goals = [None] * len(group)
-        search = Search(
-            course, lambda *_, g=goals: g, start, course.completed, stopping=stopping, work=work
-        )
+        few, course, search = alone(floor, group, rounds, counts, stopping, work)
         answer = search.singles(FEW_STATES) if group in groups else search.run(1, FEW_STATES)
         if isinstance(answer, Exhausted):
             return few, course, answer
     return None
 
 
-def _groups(floor: Floor, among: Collection[int], size: int) -> Iterator[tuple[int, ...]]:
+def alone(
+    floor: Floor,
+    group: tuple[int, ...],
+    rounds: int,
+    counts: Sequence[Count],
+    stopping: Callable[[], None],
+    work: Effort | None = None,
+) -> tuple[Floor, Course, Search]:
+    """Return a few robots as a separate floor, without the others and all open obstacles, and the
+    search for a plan with which they complete their rounds there."""
+    few = _only(floor, group)
+    course = Course(few.problem, rounds, any_first=True)
+    start = course.begun(few.poses, tuple(counts[i] for i in group), ())
+    goals = [None] * len(group)
+    done = course.completed
+    return few, course, Search(course, lambda *_: goals, start, done, stopping=stopping, work=work)
+
+
+def groups_of(floor: Floor, among: Collection[int], size: int) -> Iterator[tuple[int, ...]]:
     """Yield groups of robots that each conflict with another of the group, near ones first."""
     problem = floor.problem
     cols = problem.members[0].graph.world.cols
@@ -110,6 +123,19 @@ def meets_the_rest_alone(floor: Floor, robot: RobotState, *, returns: bool) -> b
         here = graph.closure(here, member.floor) & target
     rounds = ((p % graph.size, graph.around(1 << p, member.floor)) for p in bits(here))
     return any(not returns or round_ & ~graph.poses_on(1 << at) for at, round_ in rounds)
+
+
+def crowded(state: TeamState) -> RunEnded | None:
+    """Return the end of a run in which robots must stay in fewer regions than they are; None if
+    there are no such robots."""
+    own = [robot.robot for robot in state.robots.values() if robot.base is None]
+    group = next(without_room(own), None)
+    if group is None:
+        return None
+    names = tuple(robot.name for robot in group)
+    words = f"deadlock: {room_words(group, state.scenario.map)}"
+    proof = proofs.NoRoom(names)
+    return RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, words, "deadlock", proof, stuck=names))
 
 
 def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted) -> RunEnded:

@@ -24,7 +24,7 @@ from safenav.runtime.traffic.background_search import (
     free_to_go_on,
 )
 from safenav.runtime.traffic.continuation_plans import ContinuationPlans
-from safenav.runtime.traffic.deadlock import deadlocked, meets_the_rest_alone
+from safenav.runtime.traffic.deadlock import crowded, deadlocked, meets_the_rest_alone
 from safenav.runtime.traffic.joint_search.shortening import shortened
 from safenav.runtime.traffic.joint_search.states import (
     Answer,
@@ -165,6 +165,8 @@ class Traffic:
 
     def _plan(self, occasion: PlanTrigger) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
+        if (ended := crowded(self.state)) is not None:
+            raise ended
         here, self.search.starved = self.searches.floor(), occasion.robot
         pending = self._search_from(here)
         found = self._sought(pending, occasion)

@@ -139,7 +139,12 @@ class Draft:
         robot = next(robot for robot in mission.robots if robot.name == name)
         graph = Poses(mission, robot)
         start = graph.index.get(robot.start)
-        return start is not None and bool(graph.live(frozenset()) >> start & 1)
+        if start is None or not robot.stays:
+            return start is not None and bool(graph.live(frozenset()) >> start & 1)
+        reached = 1 << start
+        for target in robot.targets:
+            reached = graph.closure(reached, frozenset()) & graph.at(target)
+        return bool(reached & graph.live(frozenset()))
 
 
 def rooms(random: Random, down: int, across: int, height: int, width: int) -> list[str]:

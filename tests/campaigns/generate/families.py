@@ -292,6 +292,13 @@ APART = Family(
 """Robots that never hinder each other in rooms and corridors, obstacles of all types."""
 TIGHT = Family((line(4, 8), *[room((1, 3), (3, 4), 0.15)] * 3), heading=0.75)
 """Robots with headings in little space, without hidden obstacles."""
+PARKING = Family(
+    (line(3, 8), bays, small_rooms, *[room((2, 3), (2, 4), 0.2)] * 2),
+    (2, 2, 3, 3, 4),
+    ("hold", "hold", "once", "once", "once", "visit", "cover"),
+    heading=0.3,
+)
+"""Robots that end at their last targets, where they may be in each other's way."""
 FAMILIES: dict[str, Family | Callable[[Random, str, int], Data | None]] = {
     "apart": APART,
     "apart_needs": replace(APART, needs=0.6, passing=0.25),
@@ -334,6 +341,8 @@ FAMILIES: dict[str, Family | Callable[[Random, str, int], Data | None]] = {
         strict=0.3,
         rounds=1,
     ),
+    "parking": PARKING,
+    "parking_hidden": replace(PARKING, hidden=(1, 2)),
     "crowd": crowd,
     "crowd_hidden": crowd_hidden,
     "mirrored": mirrored,

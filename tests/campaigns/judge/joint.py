@@ -3,7 +3,7 @@
 A state has the pose and progress of each robot and the stage of each obstacle. One robot moves at a
 time, into a region without a robot in conflict with it. Robots perform actions wherever they can.
 The mission is complete when all have met their objectives ``rounds`` times since the last
-resolution and each could go on by itself. States that seem nearer to that come first; the answer
+resolution, those that stay at their last target are there, and each could go on by itself. States that seem nearer to that come first; the answer
 ``NO`` means that all states have been visited.
 """
 
@@ -85,6 +85,7 @@ class JointState:
         closed = self._closed(stages)
         return all(
             self._rounds(robot, met) >= self.mission.rounds
+            and (not robot.stays or poses[k][0] in robot.targets[-1])
             and graph.live(closed[k]) >> graph.index[poses[k]] & 1
             for k, (robot, graph, met) in enumerate(
                 zip(self.robots, self.graphs, progress, strict=True)
@@ -147,6 +148,12 @@ class JointState:
     def _met(self, robot: Robot, region: int, progress: Progress) -> Progress:
         next_, count = progress
         most = self.mission.rounds * (len(robot.targets) if robot.in_order else 1)
+        if robot.stays:
+            last = len(robot.targets) - 1
+            while next_ < last and region in robot.targets[next_]:
+                next_ += 1
+            there = next_ == last and region in robot.targets[last]
+            return next_, most if there else count
         while count < most:
             if robot.in_order:
                 if region not in robot.targets[next_]:
@@ -171,7 +178,11 @@ class JointState:
         total = 5.0 * len(stages)
         for k, (robot, (next_, count)) in enumerate(zip(self.robots, progress, strict=True)):
             targets = len(robot.targets)
-            if robot.in_order:
+            if robot.stays:
+                left = 0 if count else targets - next_
+                total += self.ways[k][next_].get(poses[k], 99)
+                ways = []
+            elif robot.in_order:
                 left = self.mission.rounds * targets - count
                 ways = [self.ways[k][next_]]
             else:

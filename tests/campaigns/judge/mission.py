@@ -43,7 +43,8 @@ class NotJudgedError(Exception):
 
 @dataclass(frozen=True)
 class Robot:
-    """``in_order``: whether its targets are met in turn (``cover``: in any order). ``forbidden``:
+    """``in_order``: whether its targets are met in turn (``cover``: in any order); ``stays``: each
+    once, and the mission ends with it at the last one. ``forbidden``:
     regions that its own formulas exclude, ``closed``: steps between regions that they exclude.
     ``either_first``: whether it may begin at any target, since a patrol begins with the other one
     if only that is possible."""
@@ -56,6 +57,7 @@ class Robot:
     targets: tuple[frozenset[int], ...]
     in_order: bool = True
     either_first: bool = False
+    stays: bool = False
     forbidden: frozenset[int] = frozenset()
     closed: frozenset[tuple[int, int]] = frozenset()
     formulas: bool = False
@@ -205,7 +207,7 @@ def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: _
     in_order, formulas = True, False
     forbidden, closed = frozenset[int](), frozenset[tuple[int, int]]()
     match kind:
-        case "patrol" | "visit" | "cover":
+        case "patrol" | "visit" | "cover" | "once":
             targets = tuple(map(at.any, written))
             in_order = kind != "cover"
         case "hold":
@@ -224,6 +226,7 @@ def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: _
         targets,
         in_order,
         kind == "patrol" or formulas,
+        kind in ("hold", "once"),
         forbidden,
         closed,
         formulas,

@@ -34,12 +34,14 @@ class Poses:
         return self._spread(start, ~self.at(walls), self.successors)
 
     def live(self, walls: frozenset[int]) -> int:
-        """The greatest set of poses from which every target can be reached within the set."""
+        """The greatest set of poses from which every target (the last one if the robot stays there)
+        can be reached within the set."""
         known = self._live.get(walls)
         if known is not None:
             return known
         inside = ~self.at(walls) & ((1 << len(self.poses)) - 1)
-        goals = [self.at(target) for target in self.robot.targets]
+        targets = self.robot.targets[-1:] if self.robot.stays else self.robot.targets
+        goals = [self.at(target) for target in targets]
         while True:
             before = inside
             for goal in goals:

@@ -18,12 +18,14 @@ Line = Mapping[str, Any]
 @dataclass(frozen=True)
 class Ending:
     """``situation``: as known to the robots; ``really``: the true one; ``visits``: regions of each
-    robot since the last resolution; ``problems``: contradictions between a trace and its moves, and
+    robot since the last resolution; ``away``: the robots that are to stay at their last target, and
+    do not stand there; ``problems``: contradictions between a trace and its moves, and
     robots in regions whose obstacle blocks them."""
 
     situation: Situation
     really: Situation
     visits: Mapping[str, list[int]]
+    away: list[str]
     problems: list[str]
 
 
@@ -57,6 +59,11 @@ class Replay:
         match line["type"]:
             case "move":
                 self._moved(line)
+            case "depart":
+                self._check_entries(line, self.robots[line["robot"]])
+                self.toward[line["robot"]] = line["to"]
+            case "arrive":
+                self._moved({**line, "to": line["at"]})
             case "violation":
                 self.met.add(line["obstacle"])
             case "blocked":
@@ -97,10 +104,17 @@ class Replay:
             if index >= len(needs) and not any(need.together for need in needs):
                 self.problems.append(f"{name} has all it needs and is not resolved")
         sealed = frozenset(self.sealed)
+        away = [
+            name
+            for name, robot in self.robots.items()
+            if robot.stays
+            and (self.toward[name] is not None or self.poses[name][0] not in robot.targets[-1])
+        ]
         return Ending(
             Situation(poses, progress, known, sealed),
             Situation(poses, progress, dict(self.there), sealed),
             self.visits,
+            away,
             self.problems,
         )
 
@@ -186,6 +200,9 @@ class Replay:
         or helps are told as well: a round has each target once."""
         goals = self.goals[robot.name]
         count = len(robot.targets)
+        if robot.stays:  # what it is to meet next is known if it has no duties
+            met = 0 if self.mission.obstacles else sum(goal < count - 1 for goal, _ in goals)
+            return (min(met, count - 1), 0)
         each = (sum(goal == k for goal, _ in goals) for k in range(count))
         rounds = min(goals[-1][1], *each) if goals else 0
         if not robot.in_order or robot.formulas:
@@ -197,6 +214,8 @@ class Replay:
 def rounds_done(robot: Robot, visits: Sequence[int]) -> int:
     """The most rounds that these visits can be, wherever counting began."""
     count = len(robot.targets)
+    if robot.stays:
+        return sum(region in robot.targets[-1] for region in visits)
     if not robot.in_order or robot.formulas:
         rounds, covered = 0, set[int]()
         for region in visits:
