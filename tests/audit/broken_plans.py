@@ -63,6 +63,13 @@ def told(robot: str, objective: Any) -> Mutation:
     return insert_after("met", {"need": 0}, type="told", robot=robot, objective=objective)
 
 
+def end_before_it_is_back(lines: list[Line]) -> None:
+    """Complete the run while a robot that holds is off its target."""
+    outcome = lines.pop()
+    del lines[find(lines, "move", tick=4) :]
+    lines.append(outcome | {"tick": 3, "ticks": 3, "rounds": {"one": 1, "two": 1}})
+
+
 BY_SIGNALS = scenario("coordination", to="assignable")
 BACK = told("right", {"visit": [12]})
 
@@ -122,6 +129,10 @@ CASES_OF_PLANS: list[Case] = [
     ("proof given_up 2 -", edit("outcome", {}, proof=None)),
     ("proof given_up 2 -", in_proof("robots", "digit", "live", to=False)),
     ("proof given_up 2 -", in_proof("robots", "drone", "poses", to=[[9, None]])),
+    ("completed parked 3 one", end_before_it_is_back),
+    ("proof no_room 1 -", in_proof("robots", to=["one"])),
+    ("proof no_room 1 -", in_proof("robots", to=[])),
+    ("proof no_room 1 -", in_proof("robots", to=["one", "three"])),
     ("proof stuck 1 -", in_proof("states", to=9)),
     ("proof stuck 1 -", in_proof("start", "two", to=[12, None])),
     ("proof stuck 1 -", in_proof("robots", to=["one"]), in_proof("states", to=5)),

@@ -175,6 +175,43 @@ def stuck() -> list[Line]:
     return s.end("operator_needed", {"one": 0, "two": 0}, cause="deadlock", proof=proof)
 
 
+def parked() -> list[Line]:
+    """A robot that holds makes way for another one, and the run ends when it is back."""
+    s = script(
+        ROOM,
+        {
+            "one": robot("ground", [], 14, {"hold": 8}),
+            "two": robot("ground", [], 7, {"hold": 9}),
+        },
+    )
+    s.next_tick().move("one", 8).goal("one", 0, 1).move("two")
+    s.next_tick().add(
+        "plan",
+        reason="starved",
+        robots={"one": way(8, 14), "two": way(7, 8, 9)},
+        orders=[["one", 1, "two", 1]],
+    )
+    s.step("one", 14).step("two", 8)
+    s.next_tick().step("one").step("two", 9).goal("two", 0, 1)
+    s.add("plan_end", reason="reached", nodes={"one": 0, "two": 0})
+    s.next_tick().move("one", 8).goal("one", 0, 2).move("two")
+    return s.end("completed", {"one": 2, "two": 2})
+
+
+def no_room() -> list[Line]:
+    """Two robots end at one region: that needs no search."""
+    s = script(
+        CORRIDOR,
+        {
+            "one": robot("ground", [], 8, {"hold": 10}),
+            "two": robot("ground", [], 11, {"once": [12, 10]}),
+        },
+    )
+    s.next_tick().move("one", 9).move("two", 12).goal("two", 0, 0)
+    proof = {"kind": "room", "robots": ["one", "two"]}
+    return s.end("operator_needed", {"one": 0, "two": 0}, cause="deadlock", proof=proof)
+
+
 GOOD_PLANS: dict[str, Callable[[], list[Line]]] = {
     "planned": planned,
     "met_on_the_way": met_on_the_way,
@@ -183,4 +220,6 @@ GOOD_PLANS: dict[str, Callable[[], list[Line]]] = {
     "lifted": lifted,
     "given_up": given_up,
     "stuck": stuck,
+    "parked": parked,
+    "no_room": no_room,
 }

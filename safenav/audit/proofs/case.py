@@ -22,8 +22,9 @@ from safenav.audit.run.turn import Status
 class RemainingGoals:
     """The goals that a robot must still meet. ``targets``: the poses that meet each goal;
     ``in_order``: in turn, otherwise in any order; ``settles``: the mission ends only while it is at
-    the last one; ``ends``: it also meets each once. ``awaited``: the goals that may be next; ``covered``: those met in this round; ``met``: how
-    many these are. ``either``: after a resolution, either of its two goals may come first."""
+    the last one; ``ends``: it also meets each once. ``awaited``: the goals that may be next;
+    ``covered``: those met in this round; ``met``: how many these are. ``either``: after a
+    resolution, either of its two goals may come first."""
 
     targets: tuple[Poses, ...]
     in_order: bool = True

@@ -325,3 +325,41 @@ def test_two_robots_that_lift_together_open_the_path_for_each_other() -> None:
     )
     found = reasons(joint_proof(about, [[(1, None), (2, None)]]), about)
     assert "reachable than the 1 of" in found[0]
+
+
+# Room
+
+ENDS = moment([robot("a", 1, 3), robot("b", 5, 3), robot("c", 2, 4)], together=True)
+
+
+@pytest.mark.parametrize(
+    ("robots", "change", "reason"),
+    [
+        ("a b", {}, ""),
+        ("a b c", {}, ""),
+        ("a c", {}, "there is room at 3, 4 for 2 robots"),
+        ("a", {}, "there is room at 3 for 1 robots"),
+        ("a d", {}, "the proof names d"),
+        ("", {}, "the proof names no robots"),
+        ("a b", {"settles": False}, "a does not have to stay at a target"),
+    ],
+)
+def test_robots_without_room_are_counted(robots: str, change: Any, reason: str) -> None:
+    ends = {n: replace(own, **({"settles": True} | change)) for n, own in ENDS.remaining.items()}
+    proof = {"kind": "room", "robots": robots.split()}
+    assert "".join(reasons(proof, replace(ENDS, remaining=ends))) == reason
+
+
+def test_robots_that_may_share_a_region_have_room() -> None:
+    about = moment([robot("a", 1, 3), robot("b", 5, 3)])
+    ends = {name: replace(own, settles=True) for name, own in about.remaining.items()}
+    proof = {"kind": "room", "robots": ["a", "b"]}
+    assert reasons(proof, replace(about, remaining=ends)) == ["a and b may share a region"]
+
+
+def test_a_joint_proof_is_about_a_moment_with_all_robots_at_their_ends() -> None:
+    """Each can meet its target while the other one is elsewhere."""
+    about = moment([robot("a", 1, 4), robot("b", 2, 3)], together=True)
+    assert "every objective is met" in reasons(joint_proof(about, ORDERED), about)[0]
+    ends = {name: replace(own, settles=True) for name, own in about.remaining.items()}
+    assert reasons(joint_proof(about, ORDERED), replace(about, remaining=ends)) == []

@@ -3,8 +3,8 @@
 A state has the pose and progress of each robot and the stage of each obstacle. One robot moves at a
 time, into a region without a robot in conflict with it. Robots perform actions wherever they can.
 The mission is complete when all have met their objectives ``rounds`` times since the last
-resolution, those that stay at their last target are there, and each could go on by itself. States that seem nearer to that come first; the answer
-``NO`` means that all states have been visited.
+resolution, those that stay at their last target are there, and each could go on by itself. States
+that seem nearer to that come first; the answer ``NO`` means that all states have been visited.
 """
 
 import heapq
