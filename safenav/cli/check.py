@@ -55,8 +55,9 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and check whether it is realizable.
     Then run it without its hidden obstacles, and report the outcome and the missed deadlines. Valid
     items that are probably unintended give warnings: an obstacle with an action that no robot has,
-    a capability that no obstacle needs, a seed without effect, a robot that can win by breaking its
-    assumptions about the other robots, a battery that runs empty."""
+    a capability that no obstacle needs, a seed without effect, robots that can never be at their last
+    targets together, a robot that can win by breaking its assumptions about the other robots, a
+    battery that runs empty."""
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())

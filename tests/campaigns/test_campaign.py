@@ -20,6 +20,8 @@ BOUNDED = {
     "tight_needs": 15,
     "labs": 25,
     "formulas": 12,
+    "parking": 20,
+    "parking_hidden": 12,
     "crowd": 3,
     "crowd_hidden": 3,
 }
@@ -75,3 +77,9 @@ def test_every_mission_with_assignable_goals_is_completed_or_proven_impossible(
     family: str, seeds: str, tmp_path: Path
 ) -> None:
     play(tmp_path, family, seeds, "--assignable", "--seconds", "120")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seeds", [seeds for _, seeds in parts("parking", WANTED // 10 or 10)])
+def test_every_live_mission_is_completed_or_proven_impossible(seeds: str, tmp_path: Path) -> None:
+    play(tmp_path, "parking", seeds, "--live", "--seconds", "120")

@@ -109,6 +109,10 @@ def ring(rounds: int, **objective: Any) -> Mission:
         (lift_at_9(10, together=True, avoids=[]), BOTH, "yes"),
         (lift_and_leave(together=True), BOTH, "no"),
         (lift_and_leave(together=False), BOTH, "yes"),
+        (corridor(4, {"a": flyer(7, hold=9), "b": flyer(10, hold=9)}), (joint,), "no"),
+        (corridor(4, {"a": flyer(7, hold=9), "b": flyer(10, visit=[9])}), (joint,), "yes"),
+        (corridor(4, {"a": flyer(7, once=[9, 8]), "b": flyer(10, once=[8, 9])}), (joint,), "yes"),
+        (corridor(4, {"a": flyer(7, once=[8, 9]), "b": flyer(10, once=[9, 8])}), (joint,), "no"),
         (ring(1, visit=[5, 9]), (joint,), "no"),
         (ring(1, patrol=[5, 9]), (joint,), "yes"),
         (ring(1, cover=[5, 9]), (joint,), "yes"),
@@ -208,6 +212,18 @@ def test_a_trace_ends_where_its_moves_lead() -> None:
     assert ending.situation.stages == {"door@11": FIRST}
     assert ending.situation.sealed == {"uncertainty@10"}
     assert ending.visits == {"a": [9], "b": [12, 12]}
+
+
+@pytest.mark.parametrize(
+    ("steps", "toward", "away"), [([9], None, []), ([9, 8], None, ["a"]), ([9], 8, ["a"])]
+)
+def test_a_robot_that_stays_is_at_its_last_target_or_away(
+    steps: list[int], toward: int | None, away: list[str]
+) -> None:
+    found = corridor(5, {"a": flyer(8, hold=9)})
+    trace = moves(*(("a", step) for step in steps))
+    trace[-1]["toward"] = toward
+    assert replay(found, trace).away == away
 
 
 def test_an_obstacle_that_is_resolved_too_early_is_noticed() -> None:

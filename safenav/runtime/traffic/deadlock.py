@@ -25,6 +25,7 @@ from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Count, Course, Effort, Exhausted
 from safenav.scenario.room import room_words, without_room
 from safenav.trace import proofs
+from safenav.trace.words import listed
 from safenav.world.poses import bits
 
 
@@ -36,14 +37,14 @@ def deadlock_of_few(
     stopping: Callable[[], None],
     work: Effort | None = None,
 ) -> tuple[Floor, Course, Exhausted] | None:
-    """Return a few robots of a larger team that cannot complete, as a separate floor, with their
+    """Return a few robots that cannot complete even alone, as a separate floor, with their
     reachable states: immobile robots, or any two or three; None if none are found. ``among``: the
     robots to examine, none of them out of service, since these may return."""
     whole = Course(floor.problem, rounds)
     now = whole.begun(floor.poses, tuple(counts), floor.stages)
     stuck = ImmobileRobots(whole).cannot_complete(now)
     groups = [tuple(sorted(stuck))] if stuck and stuck <= {*among} else []
-    sizes = [size for size in FEW_SIZES if size < len(floor.names)]
+    sizes = [size for size in FEW_SIZES if size <= len(floor.names)]
     by_size = (islice(groups_of(floor, among, size), FEW_GROUPS) for size in sizes)
     for group in chain(groups, *by_size):
         stopping()
@@ -153,9 +154,11 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
     alone = ""
     if len(floor.names) < len(state.robots):
         alone = ", even with all other robots and open obstacles out of the way"
+    stay = [robot.name for robot in robots if robot.own.objective.settles]
+    ends = f" with {listed(stay)} at the last target{'s' if len(stay) > 1 else ''}" if stay else ""
     words = (
         f"{where}: deadlock; none of the {len(answer.states)} reachable joint states "
-        f"completes every objective{alone}"
+        f"completes every objective{ends}{alone}"
     )
     members = zip(floor.names, floor.problem.members, strict=True)
     remember = [state.robots[name] for name, m in members if isinstance(m.graph, StateGraph)]

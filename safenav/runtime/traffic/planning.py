@@ -94,16 +94,16 @@ class Traffic:
             self._pending.set_out(self.searches.floor().poses)
 
     def quiescent(self, *, all_still: bool) -> bool:
-        """Live: make a plan if robots wait in a circle; return whether there is one.
-        ``all_still``: no robot has a command. Raises RunEnded as ``tick``."""
+        """Live: make a plan if robots wait in a circle; return whether there is one, or another
+        search may find one. ``all_still``: no robot has a command. Raises RunEnded as ``tick``."""
         if self.plan.active or self._anybody_busy():
             return False
         if self.wanted is not None:
             return False  # a search for a plan is running
-        occasion = self.occasions.stuck(all_still=all_still)
+        occasion, failures = self.occasions.stuck(all_still=all_still), self.search.failures
         if occasion is not None:
             self._plan(occasion)
-        return self.plan.active
+        return self.plan.active or self.search.failures > failures
 
     def _anybody_busy(self) -> bool:
         """Return whether a robot acts, or waits for a strategy."""
