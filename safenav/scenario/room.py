@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import station
 from safenav.world.map import Region, RegionMap
 
 
@@ -51,10 +50,9 @@ def room_words(group: Sequence[Robot], world: RegionMap) -> str:
     """Return in words that such a group has no room."""
     names = [robot.name for robot in group]
     who = f"{', '.join(names[:-1])} and {names[-1]} must {'both' if len(names) == 2 else 'all'}"
-    verb = "hold" if all(station(robot.objective) for robot in group) else "end at"
     regions = sorted(frozenset[Region]().union(*(robot.objective.targets[-1] for robot in group)))
     places = [world.label(region) for region in regions]
     if len(places) == 1:
-        return f"{who} {verb} region {places[0]}, but it has room for one robot"
+        return f"{who} stay at {places[0]}, but it has room for one robot"
     where = f"{', '.join(places[:-1])} and {places[-1]}"
-    return f"{who} {verb} regions {where}, but these have room for {len(places)} robots"
+    return f"{who} stay at {where}, but these regions have room for {len(places)} robots"

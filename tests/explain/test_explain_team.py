@@ -215,7 +215,7 @@ def test_explain_prints_text_and_json(tmp_path: Path, invoke: Invoke) -> None:
         (KEYS, ["r and b cannot meet their objectives", "r has it, but blue_door@west is in"]),
         (
             NARROW.replace("visit: [7, 10]", "hold: 8").replace("visit: [10, 7]", "hold: 8"),
-            ["a and b must both hold region 8 [1, 2], but it has room for one robot"],
+            ["a and b must both stay at 8 [1, 2], but it has room for one robot"],
         ),
     ],
     ids=["lifter", "keys", "hold"],
