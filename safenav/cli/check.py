@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +23,13 @@ from safenav.runtime.analysis.rehearsal import Rehearsal, rehearse
 from safenav.runtime.coordination.foresight import foreseen
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
-from safenav.runtime.traffic.foreseen_ends import foreseen_ends
 from safenav.scenario.lint import lint
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective_text import describe
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import assumption_names
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.words import listed, shortened
 
 EPILOG = """\b
@@ -55,14 +55,13 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and check whether it is realizable.
     Then run it without its hidden obstacles, and report the outcome and the missed deadlines. Valid
     items that are probably unintended give warnings: an obstacle with an action that no robot has,
-    a capability that no obstacle needs, a seed without effect, robots that can never be at their last
-    targets together, a robot that can win by breaking its assumptions about the other robots, a
-    battery that runs empty."""
+    a capability that no obstacle needs, a seed without effect, robots that must stay where there is
+    no room for all of them, a robot that can win by breaking its assumptions about the other
+    robots, a battery that runs empty, a deadlock."""
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
-    of_scenario = [*lint(plan), *foreseen(plan), *foreseen_ends(plan)]
-    of_scenario += _with_inputs(plan, synthesizer)
+    of_scenario = [*lint(plan), *foreseen(plan), *_with_inputs(plan, synthesizer)]
     warnings, verdicts = list(of_scenario), list[dict[str, Any]]()
     for name, answer in answers.items():
         strategy = answer.result.strategy
@@ -75,8 +74,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
     ahead = rehearse(plan, synthesizer) if realizable and refusal is None else None
-    flat = [*_empty(plan, ahead)]
-    of_scenario, warnings = [*of_scenario, *flat], [*warnings, *flat]
+    seen = [*_empty(plan, ahead), *_deadlock(ahead, of_scenario)]
+    of_scenario, warnings = [*of_scenario, *seen], [*warnings, *seen]
     if as_json:
         data: dict[str, Any] = {"robots": verdicts, "warnings": of_scenario}
         if ahead is not None:
@@ -120,6 +119,14 @@ def _empty(plan: Scenario, ahead: Rehearsal | None) -> Iterator[str]:
     if ahead is not None and plan.flat is None:
         for robot, tick in ahead.flat.items():
             yield f"the battery of {robot} is empty in tick {tick} without hidden obstacles"
+
+
+def _deadlock(ahead: Rehearsal | None, warnings: Collection[str]) -> Iterator[str]:
+    """Yield a warning of a proven deadlock, unless one of ``warnings`` is the reason for it."""
+    if ahead is None or ahead.result.cause != OperatorCause.DEADLOCK.value:
+        return
+    if not any(each in ahead.result.explanation for each in warnings):
+        yield "no order of moves completes the mission: an operator will be needed"
 
 
 def _with_inputs(plan: Scenario, synthesizer: Synthesizer) -> Iterator[str]:

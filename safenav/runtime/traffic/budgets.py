@@ -64,9 +64,6 @@ FEW_SIZES = (2, 3)
 FEW_GROUPS = 300
 """Number of groups of each size, the closest ones first."""
 FEW_STATES = 20_000
-FORESEEN_SIZES = 2, 3, 4
-FORESEEN_WORK = 200_000
-"""Groups of robots that ``check`` examines, and its effort for all of them: about a second."""
 
 CERTIFICATE_CHAIN = 1_000
 CERTIFICATE = 1, 2_000, CERTIFICATE_CHAIN

@@ -45,35 +45,23 @@ def deadlock_of_few(
     stuck = ImmobileRobots(whole).cannot_complete(now)
     groups = [tuple(sorted(stuck))] if stuck and stuck <= {*among} else []
     sizes = [size for size in FEW_SIZES if size <= len(floor.names)]
-    by_size = (islice(groups_of(floor, among, size), FEW_GROUPS) for size in sizes)
+    by_size = (islice(_groups(floor, among, size), FEW_GROUPS) for size in sizes)
     for group in chain(groups, *by_size):
         stopping()
-        few, course, search = alone(floor, group, rounds, counts, stopping, work)
+        few = _only(floor, group)
+        course = Course(few.problem, rounds, any_first=True)
+        start = course.begun(few.poses, tuple(counts[i] for i in group), ())
+        goals = [None] * len(group)
+        search = Search(
+            course, lambda *_, g=goals: g, start, course.completed, stopping=stopping, work=work
+        )
         answer = search.singles(FEW_STATES) if group in groups else search.run(1, FEW_STATES)
         if isinstance(answer, Exhausted):
             return few, course, answer
     return None
 
 
-def alone(
-    floor: Floor,
-    group: tuple[int, ...],
-    rounds: int,
-    counts: Sequence[Count],
-    stopping: Callable[[], None],
-    work: Effort | None = None,
-) -> tuple[Floor, Course, Search]:
-    """Return a few robots as a separate floor, without the others and all open obstacles, and the
-    search for a plan with which they complete their rounds there."""
-    few = _only(floor, group)
-    course = Course(few.problem, rounds, any_first=True)
-    start = course.begun(few.poses, tuple(counts[i] for i in group), ())
-    goals = [None] * len(group)
-    done = course.completed
-    return few, course, Search(course, lambda *_: goals, start, done, stopping=stopping, work=work)
-
-
-def groups_of(floor: Floor, among: Collection[int], size: int) -> Iterator[tuple[int, ...]]:
+def _groups(floor: Floor, among: Collection[int], size: int) -> Iterator[tuple[int, ...]]:
     """Yield groups of robots that each conflict with another of the group, near ones first."""
     problem = floor.problem
     cols = problem.members[0].graph.world.cols
