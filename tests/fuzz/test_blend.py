@@ -92,7 +92,6 @@ def hall_mission(seed: int, *, live: bool) -> Data:  # noqa: ARG001
 
 EXCUSED = {
     "a flat battery beside other robots": (hall_mission, 1, False, 9),
-    "late with durations that are drawn": (mixed_mission, 164376, False, 22),
     "late where a step is repeated": (slow_mission, 172321, False, 19),
     "formulas that forbid a robot to stay": (formula_mission, 149415, True, 52),
     "formulas in the middle of a joint plan": (formula_mission, 171360, True, 87),
