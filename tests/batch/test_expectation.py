@@ -108,7 +108,7 @@ def test_patterns_speak_of_all_events_but_the_frame_of_a_run_and_what_every_tick
     frame = {"header", "move", "belief", "outcome", "discovered", "plan_end"}
     changes = {"truth", "objective", "service", "inputs", "operator", "reopened", "waiting"}
     live = {"depart", "arrive", "act", "acted", "hold", "late"}  # in place of moves
-    assert kinds - patterns == frame | changes | live | {"deadline", "order", "acts"}
+    assert kinds - patterns == frame | changes | live | {"deadline", "order"}
 
 
 def test_a_pattern_is_shown_as_it_can_be_written() -> None:
