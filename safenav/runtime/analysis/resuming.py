@@ -255,6 +255,7 @@ def _scenario(header: setting.ScenarioHeader, clock: settings.Clock) -> Scenario
         settings.Limits(**limits),
         header.seed,
         settings.Coordination(header.coordination),
+        requirements=header.requirements or {},
         catalogue=built_in(),
         clock=clock,
         changes=_made_changes(header),
