@@ -43,7 +43,7 @@ from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent, im
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import InputWorld, SimulatedWorld
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.compatibility import unsafe_live
+from safenav.scenario.reading.compatibility import unsafe_live, unsafe_lockstep
 from safenav.scenario.settings import Clock
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
@@ -123,9 +123,10 @@ class Mission:
         blocks = cast("BlockingWorld", world)
         protocol = world if implements(world, World) else BlockingAdapter(blocks, scenario)
         self._commands = commands = Commands(protocol, scenario)
+        unsafe = unsafe_live if commands.live else unsafe_lockstep
+        if (found := unsafe(scenario)) is not None:
+            raise UsageError(found)
         if commands.live:
-            if (found := unsafe_live(scenario)) is not None:
-                raise UsageError(found)
             self.state.now, self._deadlines.active = commands.now, False
         self._stop = Stop(None if commands.live else scenario.limits.seconds)
         synthesizer = synthesizer or default_synthesizer(scenario)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
 from heapq import heappop, heappush
+from math import ceil
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -89,7 +90,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
             if self.chargers >> pose & 1:
                 offer(pose, max(then[pose], aside))
             else:  # without charge for a step it is out of service, and meets nothing by staying
-                offer(pose, max(then[pose] + self.battery.stay, self.battery.move, aside))
+                offer(pose, max(then[pose] + ceil(self.battery.stay), self.battery.move, aside))
         while queue:
             charge, pose = heappop(queue)
             if charge == best[pose]:
@@ -296,7 +297,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         then, aside = self._need_after_target(pose, turn), self._any_step(pose, turn)
         if self.chargers >> pose & 1:
             return max(then, aside)
-        return max(then + self.battery.stay, self.battery.move, aside)
+        return max(then + ceil(self.battery.stay), self.battery.move, aside)
 
     def _path_charges(self, pose: int, turn: int) -> dict[int, int]:
         """Return for each other reachable pose of the next target the charge for the path and the

@@ -32,14 +32,14 @@ class Tracking(StrEnum):
 
 class Battery(Struct, frozen=True):
     """Charge in the scenario's own unit: ``start`` initially, at most ``capacity``. A step takes
-    ``move``; a tick (live: a second) without a step takes ``stay``, or gives ``charge`` on a
-    charger."""
+    ``move``; a tick (live: a second) without a step takes ``stay`` (live: perhaps a fraction), or
+    gives ``charge`` on a charger."""
 
     capacity: int
     charge: int
     start: int
     move: int = 1
-    stay: int = 0
+    stay: float = 0
 
 
 class RobotModel(Struct, frozen=True):

@@ -18,7 +18,7 @@ class BatteryHeader(Struct, frozen=True):
     capacity: Positive
     start: Count
     move: Count
-    stay: Count
+    stay: Seconds
     charge: Positive
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from math import ceil
 
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose, RefusedError, closure, distance
@@ -299,7 +300,7 @@ def need(
         while changed:
             changed = False
             for pose in after:
-                stay, least = (0, 0) if pose[0] in full else (battery.stay, battery.move)
+                stay, least = (0, 0) if pose[0] in full else (ceil(battery.stay), battery.move)
                 there = [q for q in after[pose] if q[0] in target]
                 charges = [then[q] + battery.move for q in there if q in then]
                 charges += [found[q] + battery.move for q in after[pose] if q in found]

@@ -156,7 +156,7 @@ class Batteries:
             return None
         if blocked.nearest(pose, blocked.chargers) * battery.move <= charge:
             return None  # it can wait at a charger
-        return self.team.tick + int(charge - need) // battery.stay
+        return self.team.tick + int(int(charge - need) // battery.stay)
 
     def times(self) -> Iterator[float]:
         """Live: yield the times at which a charging robot reaches the charge for which it waits (at
@@ -287,7 +287,7 @@ class Batteries:
         waiting = (other for other in self.team.in_conflict(robot.robot) if self._is_cut_off(other))
         batteries = (other.robot.model.battery for other in waiting)
         ticks = sum(ceil(one.capacity / one.charge) + _SWAP for one in batteries if one is not None)
-        return min(ticks * battery.stay, battery.capacity // 2)
+        return min(ceil(ticks * battery.stay), battery.capacity // 2)
 
     def _is_cut_off(self, robot: RobotState) -> bool:
         """Return whether obstacles that may still be resolved keep a robot from its targets: with

@@ -71,7 +71,7 @@ class Charges:
             return self.charge[robot]
         return self._after(robot, now - self.since[robot])
 
-    def rate(self, robot: str) -> int:
+    def rate(self, robot: str) -> float:
         """Return the change of charge of a standing robot per tick or second."""
         battery, charges = self.batteries[robot], self.region[robot] in self.chargers
         return battery.charge if charges else -battery.stay

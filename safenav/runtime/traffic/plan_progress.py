@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
+from math import ceil
 
 from msgspec.structs import replace
 
@@ -101,7 +102,7 @@ class PlanProgress:
             return 0
         path, turn = self.execution.remaining(index)
         turn = stops.turn(robot.own.memory.index if turn is None else turn)
-        return stops.takes_way(path, turn) + (stops.battery.stay if arrived else 0)
+        return stops.takes_way(path, turn) + (ceil(stops.battery.stay) if arrived else 0)
 
     def _charges(self, robot: RobotState) -> bool:
         """Return whether a robot waits on a charger for the charge for the rest of the plan."""

@@ -60,6 +60,21 @@ def _vision(node: Node | None, what: str, findings: Findings) -> float | None:
     return radius
 
 
+def _amount(node: Node | None, what: str, findings: Findings) -> float | None:
+    """Return a charge of at most six decimals."""
+    if isinstance(node, Scalar) and isinstance(node.value, int):
+        return read.integer(node, what, findings, most=MOST_CHARGE)
+    value = read.finite(node, what, findings)
+    if value is not None and (not 0 <= value <= MOST_CHARGE or value != round(value, 6)):
+        limits = f"from 0 to {MOST_CHARGE}, with at most six decimals"
+        findings.add(node, f"{what} is {value:g}, expected a number {limits}")
+        return None
+    return value
+
+
+AMOUNT = Shape({"type": "number", "minimum": 0, "maximum": MOST_CHARGE}, _amount)
+
+
 class BatteryKeys(Table):
     about = "Charge, in units of your choice."
     definition = "battery"
@@ -68,7 +83,7 @@ class BatteryKeys(Table):
         shapes.whole(1, MOST_CHARGE), "Full charge.", required="for example 'capacity: 60'"
     )
     move = Key(shapes.whole(0, MOST_CHARGE), "Charge used by a step.")
-    stay = Key(shapes.whole(0, MOST_CHARGE), "Charge used by a tick without a step.")
+    stay = Key(AMOUNT, "Charge used by a tick without a step; live, per second, a fraction too.")
     charge = Key(
         shapes.whole(1, MOST_CHARGE),
         "Charge gained by a tick on a charger.",

@@ -117,6 +117,18 @@ def unsafe_live(scenario: Scenario) -> str | None:
     return None
 
 
+def unsafe_lockstep(scenario: Scenario) -> str | None:
+    """Return why a scenario cannot run in lockstep: a charge per second; None if it can."""
+    for robot in scenario.robots:
+        battery = robot.model.battery
+        if battery is not None and battery.stay != int(battery.stay):
+            return (
+                f"'stay: {battery.stay:g}' of {robot.name} is a charge per second: use "
+                "'clock: live', or a whole number per tick"
+            )
+    return None
+
+
 def in_seconds(scenario: Scenario) -> str:
     """Suggest a deadline in seconds: ``require seconds of the motion: ...``, or a limit."""
     due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
