@@ -15,6 +15,7 @@ from safenav.formula.parser import FormulaError
 from safenav.motion.columns import Columns, columns_at
 from safenav.motion.file.records import Motion
 from safenav.motion.in_time import in_time
+from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import Robustness, robustness
 from safenav.stl.syntax import Happens, Requirement, RobotSignal, Within, nodes
@@ -81,6 +82,8 @@ class MotionRecording:
         self.finished = outcome is not None and outcome.outcome in FINISHED
         self._motion = motion
         self._events = _events(motion, trace)
+        listed = {each.name for each in trace.header.scenario.obstacles}
+        self.obstacles = frozenset(listed | {name for _, name in self._events})
         self._columns = cache(self._sampled)
         self._times: Array = np.zeros(0)
 
@@ -168,6 +171,10 @@ def readable(recording: MotionRecording, text: str) -> Requirement:
                 known = ", ".join(recording.robots)
                 found = f"requirement '{text[:80]}': '{robot}' is not a robot of this motion"
                 raise UsageError(f"{found}\n    known: {known}")
+        if isinstance(node, Happens) and node.obstacle not in recording.obstacles:
+            found = f"requirement '{text[:80]}': there is no obstacle '{node.obstacle}'"
+            hint = suggestion(node.obstacle, recording.obstacles) or "the scenario has no obstacles"
+            raise UsageError(f"{found}\n    {hint}")
     return formula
 
 

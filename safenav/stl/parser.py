@@ -31,6 +31,7 @@ _TOKEN = re.compile(
     r"|(?P<mark>[-+*(),\[\]])"
 )
 _HINTS = {
+    ":": "a comma separates the ends of a window: [0,5]",
     "@": "an obstacle has its region's number or name: resolved_door@47",
     **dict.fromkeys(("=", "=="), "a signal hardly ever equals a number: write '>=' or '<='"),
     "!=": "write '>=' or '<='",

@@ -307,6 +307,7 @@ WRONG = [
     ("speed(a) < 1 && speed(b) < 1", 14, "write 'and'"),
     ("always[5,2] speed(a) < 1", 7, "ends before it begins"),
     ("always[0;2] speed(a) < 1", 9, "unexpected"),
+    ("always[0:2] speed(a) < 1", 9, "a comma separates"),
     ("always[0,x] speed(a) < 1", 10, "seconds"),
     ("1 < speed(a) < 2", 14, "do not chain"),
     ("not " * 60 + "speed(a) < 1", 197, "nested more than 50"),
@@ -374,9 +375,11 @@ def test_case_study_1_is_judged_on_its_motion() -> None:
     assert shown.low.max() > 5 > 1 > shown.low.min()
 
 
-def test_an_unknown_robot_or_a_rate_that_is_too_high_is_refused() -> None:
+def test_an_unknown_robot_or_obstacle_or_too_high_a_rate_is_refused() -> None:
     recording = MotionRecording(motion("case_study_1"), trace_of("case_study_1"))
     with pytest.raises(UsageError, match="'quat' is not a robot of this motion\n    known: quad"):
         judged(recording, {"a": "speed(quat) < 1"})
+    with pytest.raises(UsageError, match="no obstacle 'door@46'\n    did you mean 'door@47'"):
+        judged(recording, {"a": "eventually resolved_door@46"})
     with pytest.raises(UsageError, match="at most 10000"):
         MotionRecording(motion("case_study_1"), trace_of("case_study_1"), 1e6)
