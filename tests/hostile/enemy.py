@@ -139,7 +139,7 @@ class Enemy:
         header = lines[0].get("scenario") if isinstance(lines[0], dict) else None
         what = self.rng.randrange(6)
         if what == 0 and header:
-            side = self.rng.choice((300, 512, 2000))
+            side = self.rng.choice((250, 512, 2000))
             grid = ["." * side] * side
             header["map"] |= {"rows": side, "cols": side, "grid": grid}
         elif what == 1 and header:
