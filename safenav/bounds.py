@@ -10,7 +10,6 @@ Region = int
 Count = Annotated[int, Meta(ge=0)]
 Positive = Annotated[int, Meta(ge=1)]
 Seconds = Annotated[float, Meta(ge=0)]
-Share = Annotated[float, Meta(ge=0, le=1)]
 Sha256 = Annotated[str, Meta(pattern="[0-9a-f]{64}", description="a sha256 (64 digits 0-9a-f)")]
 Heading = Annotated[
     str, Meta(pattern="north|east|south|west", description="north, east, south or west")

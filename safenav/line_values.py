@@ -32,7 +32,7 @@ _TRUTHS = {
 _NUMBERS = {
     *("assigned", "bids", "capacity", "charge", "chargers", "cols", "command"),
     *("depth", "due", "earliest", "makespan", "move", "need"),
-    *("neutral", "node", "nodes", "origin", "partition", "places", "probability"),
+    *("neutral", "node", "nodes", "origin", "partition", "places"),
     *("proposed", "refused", "region", "regions", "resolution", "resolution_regions"),
     *("resolve_within", "round", "rounds", "rows", "seconds", "seed", "shown", "sight_closed"),
     *("since", "spans", "stages", "states", "stay", "syntheses", "synthesis_memory"),

@@ -45,7 +45,6 @@ class Shape(NamedTuple):
 
 KINDS = {
     "patrol": Shape(in_turn=True, strict=True),
-    "circuit": Shape(in_turn=True, strict=True),
     "visit": Shape(in_turn=True),
     "cover": Shape(),
     "hold": Shape(settles=True, one=True),

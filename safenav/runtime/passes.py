@@ -187,11 +187,9 @@ class Passes(Algorithm):
         return outside and bool(self.team.scenario.inputs) and not self.attended
 
     def _times(self) -> list[float]:
-        """The future times at which the scenario changes something; random inputs change each
-        second."""
+        """The future times at which the scenario changes something."""
         now, inputs = self.world.now(), self.team.scenario.inputs
-        seconds = [float(int(now) + 1)] if any(each.probability for each in inputs) else []
-        switches = [*map(float, switching(inputs)), *seconds] if self.world.simulated else []
+        switches = map(float, switching(inputs)) if self.world.simulated else ()
         times = (*switches, *self._of_scenario(), *self.batteries.times())
         return [time for time in times if time > now]
 

@@ -30,9 +30,7 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
         found += [*_unable(obstacle, scenario), *_unnoticed(obstacle, scenario)]
     found += [*oversized(scenario), *cramped(scenario)]
     if scenario.seed and not _draws(scenario):
-        found.append(
-            f"seed {scenario.seed} has no effect: no probabilities, no robots sharing a floor"
-        )
+        found.append(f"seed {scenario.seed} has no effect: no robots share a floor")
     return tuple(dict.fromkeys(found))
 
 
@@ -185,9 +183,4 @@ def _misnamed(scenario: Scenario) -> Iterator[str]:
 
 def _draws(scenario: Scenario) -> bool:
     """Return whether anything in a run depends on the seed."""
-    robots = scenario.robots
-    return (
-        any(isinstance(obstacle.traversable, float) for obstacle in scenario.obstacles)
-        or any(each.probability for each in scenario.inputs)
-        or any(starmap(scenario.interfere, combinations(robots, 2)))
-    )
+    return any(starmap(scenario.interfere, combinations(scenario.robots, 2)))

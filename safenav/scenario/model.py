@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.begun import Begun
-from safenav.bounds import Count, Positive, Share
+from safenav.bounds import Count, Positive
 from safenav.scenario import needs, settings
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
@@ -184,15 +184,15 @@ class Catalogue(Struct, frozen=True):
 
 class Obstacle(Struct, frozen=True):
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
-    False, the probability of True (drawn once per run from the seed), or None if its type
-    has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
-    disappears; None: from the beginning, and never. ``resolve_within``: the deadline in ticks from
-    the request to the resolution, None for that of its type. ``ordered``: it is requested as soon
-    as it appears. ``number``: its number among orders of the same type and region, from 1."""
+    False, or None if its type has no truth to reveal. ``appears`` and ``goes``: the ticks at which
+    it appears and disappears; None: from the beginning, and never. ``resolve_within``: the deadline
+    in ticks from the request to the resolution, None for that of its type. ``ordered``: it is
+    requested as soon as it appears. ``number``: its number among orders of the same type and
+    region, from 1."""
 
     type: ObstacleType
     region: Region
-    traversable: bool | Share | None = None
+    traversable: bool | None = None
     appears: Count | None = None
     goes: Count | None = None
     resolve_within: Count | None = None

@@ -160,67 +160,42 @@ class TargetObjective(Struct, frozen=True):
 
 
 class Patrol(TargetObjective, frozen=True):
-    """Alternate between two targets by the paper's Patrol formula (Section VI), which also
-    forbids touching a target out of turn."""
+    """Visit the targets in turn, forever, leave each with the next step, and touch none out of
+    turn: with two targets the paper's Patrol formula (Section VI), with more the strict ordered
+    patrolling of Menghi et al. (IEEE TSE 2021)."""
 
     kind: ClassVar[str] = "patrol"
     in_turn: ClassVar[bool] = True
     strict: ClassVar[bool] = True
     least: ClassVar[int] = 2
-    meaning: ClassVar[str] = "back and forth between two regions"
-    drawing: ClassVar[str] = "patrols between two regions"
-    most: ClassVar[int | None] = 2
+    meaning: ClassVar[str] = "its targets in turn, none out of turn"
+    drawing: ClassVar[str] = "patrols between regions"
     turn: ClassVar[str] = "scout"
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
-        if len(targets) != 2:
-            count = "1 target" if len(targets) == 1 else f"{len(targets)} targets"
-            found = f"{count}, and a patrol has two"
-            return found, "use 'visit' or 'cover' for any number of targets"
-        first, second = targets
-        if first == second:
-            return "both targets are the same", "use 'hold' to stay in one region"
-        if first & second:
-            shared = ", ".join(str(region) for region in sorted(first & second))
-            return f"the targets share region {shared}", "use 'visit', which allows it"
-        return None
-
-    def words(self, word: Word) -> str:
-        return f"patrol {' <-> '.join(map(word, self.targets))}{self._literally}"
-
-    def begin(self, region: Region, memory: int = 0) -> int:
-        """Return the target on which the robot stands, if any: the formula forbids being on a
-        target out of turn (paper, Section VI)."""
-        return next((i for i, target in enumerate(self.targets) if region in target), memory)
-
-
-class Circuit(TargetObjective, frozen=True):
-    """Visit the targets in order, forever, and touch none out of turn: the strict ordered
-    patrolling of Menghi et al. (IEEE TSE 2021), a patrol with any number of targets. A robot that
-    is assigned it on a target out of turn leaves that target first. If it began with that target,
-    as a patrol does, a robot that charges there could miss the others forever."""
-
-    kind: ClassVar[str] = "circuit"
-    in_turn: ClassVar[bool] = True
-    strict: ClassVar[bool] = True
-    meaning: ClassVar[str] = "all of its targets, in order, none out of turn"
-    drawing: ClassVar[str] = "visits regions in strict order"
-    least: ClassVar[int] = 2
-    turn: ClassVar[str] = "goal"
-
-    @classmethod
-    def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         if len(targets) == 1:
-            return "one target, and a circuit has two or more", "use 'hold' to stay in one region"
-        shared = (one & other for one, other in combinations(targets, 2) if one & other)
-        if (regions := next(shared, None)) is not None:
-            place = ", ".join(str(region) for region in sorted(regions))
-            return f"two of the targets share region {place}", "use 'visit', which allows it"
+            found = "1 target, and a patrol has two or more"
+            return found, "use 'hold' to stay in one region"
+        for first, second in combinations(targets, 2):
+            if first == second:
+                return "two targets are the same", "use 'visit', which allows it"
+            if first & second:
+                shared = ", ".join(str(region) for region in sorted(first & second))
+                return f"two targets share region {shared}", "use 'visit', which allows it"
         return super().wrong(targets)
 
     def words(self, word: Word) -> str:
-        return "visit " + ", ".join(map(word, self.targets)) + f" in strict order{self._literally}"
+        arrow = " <-> " if len(self.targets) == 2 else " -> "
+        return f"patrol {arrow.join(map(word, self.targets))}{self._literally}"
+
+    def begin(self, region: Region, memory: int = 0) -> int:
+        """Return the target on which the robot stands, if any: the formula forbids being on a
+        target out of turn (paper, Section VI). Of more than two targets it leaves that one first:
+        if it began with it, a robot that charges there could miss the others forever."""
+        if len(self.targets) > 2:
+            return memory
+        return next((i for i, target in enumerate(self.targets) if region in target), memory)
 
 
 class Visit(TargetObjective, frozen=True):
@@ -281,7 +256,7 @@ class Once(TargetObjective, frozen=True):
 
 
 KINDS: Mapping[str, type[TargetObjective]] = {
-    found.kind: found for found in (Patrol, Circuit, Visit, Cover, Hold, Once)
+    found.kind: found for found in (Patrol, Visit, Cover, Hold, Once)
 }
 """The kinds of objectives about targets, by their key in a scenario."""
 

@@ -64,28 +64,25 @@ class RobotChange(Struct, frozen=True):
 
 class Input(Struct, frozen=True):
     """A Boolean that the environment sets, the same for all robots in a tick; off before the first.
-    A simulation turns it on in the ticks of ``spans`` (first and last) and in each other tick with
-    this ``probability``, drawn from the seed. ``again``: the values that specifications assume
-    infinitely often."""
+    A simulation turns it on in the ticks of ``spans`` (first and last). ``again``: the values that
+    specifications assume infinitely often."""
 
     name: str
     spans: tuple[tuple[int, int], ...] = ()
-    probability: float = 0.0
     again: tuple[bool, ...] = ()
+
+    def is_on(self, tick: int) -> bool:
+        """Return whether a simulation has it on in a tick."""
+        return any(first <= tick <= last for first, last in self.spans)
 
 
 def switching(inputs: Iterable[Input]) -> list[int]:
-    """Return the ticks, ascending, in which inputs without a probability change."""
+    """Return the ticks, ascending, in which inputs change."""
     found = set[int]()
     for each in inputs:
-        spans = () if each.probability else each.spans
-        edges = {tick for first, last in spans for tick in (first, last + 1)}
-        found |= {tick for tick in edges if _is_on(tick, spans) != _is_on(tick - 1, spans)}
+        edges = {tick for first, last in each.spans for tick in (first, last + 1)}
+        found |= {tick for tick in edges if each.is_on(tick) != each.is_on(tick - 1)}
     return sorted(found)
-
-
-def _is_on(tick: int, spans: Iterable[tuple[int, int]]) -> bool:
-    return any(first <= tick <= last for first, last in spans)
 
 
 class Exclusion(Struct, frozen=True):

@@ -1,10 +1,10 @@
 """Objectives as GR(1): memory variables, safety and recurrence goals of one robot.
 
-``patrol`` is the paper's formula (Section VI, the definition of Patrol_p) with its bit ``scout``,
-plus the frame condition that the paper omits. The others follow the same pattern: a goal is a
-state, and memory changes in the step after it. Goals are written about the next state, so that the
-step that meets one is the last of its pursuit and the step after it already pursues the next goal:
-on the current state, every goal would cost an idle step.
+``patrol`` of two targets is the paper's formula (Section VI, the definition of Patrol_p) with its
+bit ``scout``, plus the frame condition that the paper omits. The others follow the same pattern: a
+goal is a state, and memory changes in the step after it. Goals are written about the next state, so
+that the step that meets one is the last of its pursuit and the step after it already pursues the
+next goal: on the current state, every goal would cost an idle step.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def encode(objective: Objective, item: str, region: Region, memory: Memory) -> O
 def _about_targets(
     objective: TargetObjective, item: str, region: Region, memory: Memory
 ) -> tuple[tuple[Variable, ...], Iterator[Constraint]]:
-    if isinstance(objective, Patrol):
+    if _is_the_papers(objective):
         scout = Variable("scout", Owner.OUTPUT, None, "true: the second target is next")
         return (scout,), _patrol(objective, item, region, memory)
     bounds = (0, len(objective.targets) - 1)
@@ -74,7 +74,14 @@ def _about_targets(
     return variables, _pursuit(objective, item, region, memory)
 
 
-def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
+def _is_the_papers(objective: TargetObjective) -> bool:
+    """Return whether it is a patrol between two targets, the paper's formula."""
+    return isinstance(objective, Patrol) and len(objective.targets) == 2
+
+
+def _patrol(
+    patrol: TargetObjective, item: str, region: Region, memory: Memory
+) -> Iterator[Constraint]:
     what, places = describe(patrol), [one_of("region", target) for target in patrol.targets]
     scout = "scout" if patrol.begin(region, memory.index) == 1 else "!scout"
 

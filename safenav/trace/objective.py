@@ -10,7 +10,7 @@ from msgspec import Struct
 
 ONE_TARGET = ("hold",)
 """Kinds with a single target, so that a list is a set of regions."""
-TWO_TARGETS = ("patrol",)
+SEVERAL_TARGETS = ("patrol",)
 TARGETS = ("patrol", "visit", "cover")
 """Kinds that require a list of targets."""
 FORMULAS = "ltl"
@@ -54,7 +54,7 @@ class Objective(Struct, frozen=True):
         targets: list[frozenset[int]] = []
         if kind in ONE_TARGET or isinstance(body, list):
             listed = [body] if kind in ONE_TARGET else body
-            if not listed or (kind in TWO_TARGETS) > (len(listed) == 2):
+            if not listed or (kind in SEVERAL_TARGETS) > (len(listed) >= 2):
                 return None
             for item in listed:
                 regions = item if isinstance(item, list) else [item]

@@ -30,12 +30,11 @@ class WhenHeader(Struct, frozen=True):
 
 
 class InputHeader(Struct, frozen=True):
-    """An input of the environment: the ticks (first and last) in which a simulation has it on, the
-    probability that it has it on in others, and the values assumed infinitely often."""
+    """An input of the environment: the ticks (first and last) in which a simulation has it on,
+    and the values assumed infinitely often."""
 
     name: str
     spans: tuple[tuple[Count, Count], ...] = ()
-    probability: float = 0.0
     again: tuple[bool, ...] = ()
 
 

@@ -129,7 +129,7 @@ CASES: list[Case] = [
     ("always avoiding 6 rover", retell("rover", (6, 10, 9), (7, 9, 15))),
     (
         "inputs avoiding 10 -",
-        scenario("inputs", to=[{"name": "alarm", "spans": [[10, 10]], "probability": 0}]),
+        scenario("inputs", to=[{"name": "alarm", "spans": [[10, 10]]}]),
     ),
     ("violation operator 2 rover 2", edit("violation", {}, at=8, proposed=10)),
     ("violation operator 2 rover", edit("violation", {}, action="push")),

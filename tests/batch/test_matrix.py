@@ -114,7 +114,7 @@ def test_settings_reach_keys_items_and_what_is_not_there_yet() -> None:
         "limits.ticks": 7,
         "robots.quad.start": [1, 3],
         "obstacles.0.type": "uncertainty",
-        "obstacles.0.traversable.probability": 0.5,
+        "obstacles.0.traversable": False,
         "expect": {"outcome": "completed"},
         "coordination": "assignable",
     }
@@ -122,7 +122,7 @@ def test_settings_reach_keys_items_and_what_is_not_there_yet() -> None:
     assert scenario.limits.ticks == 7
     assert scenario.robots[0].start.region == 8
     assert scenario.obstacles[0].name == "uncertainty@7"
-    assert scenario.obstacles[0].traversable == 0.5
+    assert scenario.obstacles[0].traversable is False
     assert scenario.expect.outcome == "completed"
     assert scenario.coordination == "assignable"
     assert load({}).limits.ticks == 1000

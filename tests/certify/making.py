@@ -64,14 +64,14 @@ robots:
 """
 """A patrol that only its weakest form allows."""
 
-CIRCUIT = (
+THREE = (
     (SCENARIOS / "case_study_1.yaml")
     .read_text()
     .split("expect:")[0]
-    .replace("patrol: [54, 49]", "circuit: [54, 49, 37]")
-    .replace("patrol: [58, 28]", "circuit: [58, 28, 20], form: literal")
+    .replace("patrol: [54, 49]", "patrol: [54, 49, 37]")
+    .replace("patrol: [58, 28]", "patrol: [58, 28, 20], form: literal")
 )
-"""Rounds in strict order, and a detour."""
+"""Patrols between three targets, and a detour."""
 
 ONE_WAY = """
 name: one way
@@ -114,8 +114,8 @@ def negative(name: str) -> Path:
 @cache
 def shipped(name: str) -> Path:
     """The bundle of a shipped scenario; ``hello, assignable`` is hello with assignable goals."""
-    if name in ("alternation", "circuit"):
-        return bundle_at(name, ALTERNATION if name == "alternation" else CIRCUIT)
+    if name in ("alternation", "three"):
+        return bundle_at(name, ALTERNATION if name == "alternation" else THREE)
     if name in (*NEGATIVES, "one way"):
         return negative(name)
     name, _, assignable = name.partition(", ")

@@ -90,19 +90,6 @@ def test_tick_limit_is_a_resource_limit(safenav: Command) -> None:
     assert "not completed after 5 ticks: quad and digit have completed 0 of 2" in done.stdout
 
 
-def test_seed_draws_the_truth(safenav: Command, tmp_path: Path) -> None:
-    text = (SCENARIOS / "case_study_2.yaml").read_text().split("expect:")[0]
-    scenario = tmp_path / "chance.yaml"
-    scenario.write_text(text.replace("traversable: false", "traversable: {probability: 0.5}"))
-    blocked = {
-        seed: bool(json.loads(safenav("run", scenario, "--json", "--seed", seed).stdout)["blocked"])
-        for seed in range(8)
-    }
-    assert set(blocked.values()) == {True, False}
-    again = json.loads(safenav("run", scenario, "--json", "--seed", 3).stdout)
-    assert bool(again["blocked"]) == blocked[3]
-
-
 OUTPUTS = [
     "run s.yaml --trace {}",
     "run s.yaml --html {}",

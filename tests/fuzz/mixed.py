@@ -81,8 +81,10 @@ def _model(random: Random, layers: list[str]) -> Data:
 
 
 def _objective(random: Random, free: list[int], starts: list[int]) -> Data:
-    kind = random.choice(["visit", "visit", "patrol", "circuit", "cover", "hold", "once"])
-    many = {"hold": 1, "patrol": 2, "circuit": 3}.get(kind, random.choice([1, 2, 2, 3]))
+    kinds = [("visit", 0), ("visit", 0), ("patrol", 2), ("patrol", 3), ("cover", 0), ("hold", 1)]
+    kind, fixed = random.choice([*kinds, ("once", 0)])
+    drawn = random.choice([1, 2, 2, 3])
+    many = fixed or drawn
     wide = random.random() < 0.3
     targets: list[Any] = [
         {"any": sorted({region, *random.sample(free, 2)})} if wide else region

@@ -66,13 +66,10 @@ class Floor:
         self.injected: Counter[str] = Counter()
         self._count: Counter[str] = Counter()
         self._dice = Random(f"faults {self.seed}")
-        draw = Random(f"truths {self.seed}")
         self.truth = {}
         entries = self.data.get("obstacles") or ()
         for entry, (name, it) in zip(entries, self.mission.obstacles.items(), strict=True):
-            told = entry.get("traversable", True)
-            open_ = draw.random() < told["probability"] if isinstance(told, dict) else told
-            self.truth[name] = open_ if it.has_truth else None
+            self.truth[name] = entry.get("traversable", True) if it.has_truth else None
         speeds = {name: Random(f"{self.seed} {name}").uniform(0.5, 2.0) for name in self.robots}
         self.speed: dict[str, float] = speeds
 

@@ -52,11 +52,12 @@ def drawn(seed: int) -> tuple[dict[str, Any], Any, Any, tuple[bool, ...]]:
     safety, goal = rng.choice(FORMULAS), rng.choice(GOALS)
     again = rng.choice([(), (False,), (True,), (False, True)])
     word = {(): None, (False,): "off", (True,): "on", (False, True): "both"}[again]
+    on = [tick for tick in range(1, 61) if rng.random() < 0.3]
     document = {
         "safenav": 1,
         "clock": "lockstep",
         "map": {"grid": ["".join(cells[:COLS]), "".join(cells[COLS:])]},
-        "inputs": {"alarm": {"probability": 0.3} | ({"always_eventually": word} if word else {})},
+        "inputs": {"alarm": {"at": on} | ({"always_eventually": word} if word else {})},
         "robots": {
             "bot": {
                 "model": "quadcopter",

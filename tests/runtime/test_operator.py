@@ -522,14 +522,3 @@ def test_a_robot_that_fails_while_the_team_waits_is_in_the_reason_that_ends_the_
     live = [line["proof"]["robots"]["bee"]["live"] for line in (first, last, run.outcome)]
     assert live == [False, True, True]
     assert not run.findings
-
-
-def test_random_inputs_bring_no_robot_back() -> None:
-    """They change each second until the limit; an operator is needed before."""
-    text = (
-        GATE.replace("{type: gate, region: [2, 5]}", "") + "inputs: {alarm: {probability: 0.5}}\n"
-    )
-    trace = attended(text + "changes: [{robot: bee, at: 1, service: out}]\n", ["service bee back"])
-    (waiting,) = trace.all("waiting")
-    assert waiting["cause"] == "out_of_service"
-    assert trace.outcome["outcome"] == "completed"

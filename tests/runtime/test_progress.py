@@ -8,7 +8,6 @@ from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Member, Problem
 from safenav.runtime.traffic.joint_search.states import Course
 from safenav.scenario.objective import (
-    Circuit,
     Cover,
     Hold,
     Ltl,
@@ -82,7 +81,7 @@ def test_a_specification_means_the_same_before_its_memory_has_changed() -> None:
 
 
 @pytest.mark.parametrize(
-    "objective", [Visit((A, B, C)), Circuit((A, B, C)), Patrol((B, D)), Cover((A, B, D))]
+    "objective", [Visit((A, B, C)), Patrol((A, B, C)), Patrol((B, D)), Cover((A, B, D))]
 )
 def test_joint_plans_count_goals_as_runs_do(objective: TargetObjective) -> None:
     """A walk that waits a tick after each step: plans count at once what is met by waiting."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from certify.making import CIRCUIT, bundle_at, certified, files_of, judged, rewrite, shipped
+from certify.making import THREE, bundle_at, certified, files_of, judged, rewrite, shipped
 from once import SCENARIOS
 from runtime.facts import case
 from runtime.played import Line, Run, completed, play
@@ -17,8 +17,8 @@ SHARED = """
 map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}
 catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
 robots:
-  a: {model: cart, start: [1, 1], objective: {circuit: [[1, 6], [3, 6], [3, 1]]}}
-  b: {model: cart, start: [3, 6], objective: {circuit: [[1, 1], [2, 3]]}}
+  a: {model: cart, start: [1, 1], objective: {patrol: [[1, 6], [3, 6], [3, 1]]}}
+  b: {model: cart, start: [3, 6], objective: {patrol: [[1, 1], [2, 3]]}}
 until: {rounds: 3}
 """
 ALONE = """
@@ -29,7 +29,7 @@ catalogue:
       {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 1,
        battery: {capacity: 20, move: 1, stay: 0, charge: 4}}
 robots:
-  a: {model: cart, start: [1, 1], objective: {circuit: [[1, 6], [3, 6], [3, 1]], within: 14}}
+  a: {model: cart, start: [1, 1], objective: {patrol: [[1, 6], [3, 6], [3, 1]], within: 14}}
 chargers: [[2, 1]]
 """
 CHARGER = 17
@@ -41,8 +41,8 @@ def strict(path: list[int], targets: list[int]) -> bool:
     return all(after[1] == (before[1] + 1) % len(targets) for before, after in pairwise(met))
 
 
-def test_targets_of_a_circuit_are_met_in_strict_order_also_after_helping() -> None:
-    trace = completed(CIRCUIT)
+def test_targets_of_a_patrol_are_met_in_strict_order_also_after_helping() -> None:
+    trace = completed(THREE)
     begun = {name: trace.all("synthesis", robot=name)[-1]["tick"] for name in ("quad", "digit")}
     for robot, targets in (("quad", [54, 49, 37]), ("digit", [58, 28, 20])):
         assert strict(trace.path(robot)[begun[robot] :], targets)
@@ -90,7 +90,7 @@ def swap_two_goals(lines: list[Line]) -> None:
 
 
 def touch_one_out_of_turn(lines: list[Line]) -> None:
-    lines[0]["scenario"]["robots"]["a"]["objective"]["circuit"][1] = 12
+    lines[0]["scenario"]["robots"]["a"]["objective"]["patrol"][1] = 12
 
 
 def wait_at_a_target(lines: list[Line]) -> None:
@@ -109,7 +109,7 @@ def test_the_audit_refuses_targets_met_out_of_order(alter: Callable[[list[Line]]
 
 
 def test_a_bundle_proves_that_no_target_is_crossed_out_of_turn() -> None:
-    status, said = judged(shipped("circuit"))
+    status, said = judged(shipped("three"))
     assert status == 0, said
     claims = re.findall(r"form-\d+: (.*)", said)
     assert len(claims) == 2 and all("without crossing" in claim for claim in claims)
@@ -118,17 +118,17 @@ def test_a_bundle_proves_that_no_target_is_crossed_out_of_turn() -> None:
 @pytest.mark.parametrize(
     ("kind", "before", "after"),
     [
-        ("circuit", r"circuit(\W+)54,(\s*)49,(\s*)37", r"circuit\g<1>54,\g<2>37,\g<3>49"),
-        ("visit", r"visit(\W+54,\s*49,\s*37)", r"circuit\1"),
-        ("circuit", r"circuit(\W+58,\s*28,\s*20)", r"round\1"),
+        ("patrol", r"patrol(\W+)54,(\s*)49,(\s*)37", r"patrol\g<1>54,\g<2>37,\g<3>49"),
+        ("visit", r"visit(\W+54,\s*49,\s*37)", r"patrol\1"),
+        ("patrol", r"patrol(\W+58,\s*28,\s*20)", r"round\1"),
     ],
     ids=["another order", "strategies that may cross", "an unknown kind"],
 )
 def test_a_bundle_whose_strategies_guarantee_less_is_refused(
     kind: str, before: str, after: str, tmp_path: Path
 ) -> None:
-    text = CIRCUIT.replace("circuit: [54", f"{kind}: [54")
-    bundle = shipped("circuit") if kind == "circuit" else bundle_at("visiting", text)
+    text = THREE.replace("patrol: [54", f"{kind}: [54")
+    bundle = shipped("three") if kind == "patrol" else bundle_at("visiting", text)
     files = files_of(bundle)
     for name in ("scenario.json", "trace.jsonl"):
         told, changes = re.subn(before, after, files[name].decode())

@@ -90,20 +90,10 @@ PLAIN = {
         ),
         pytest.param(
             {"seed": "7"},
-            ["seed 7 has no effect: no probabilities, no robots sharing a floor"],
+            ["seed 7 has no effect: no robots share a floor"],
             id="a seed for nothing",
         ),
         pytest.param({"seed": "7", "avoids": "[a]"}, [], id="a shared floor"),
-        pytest.param(
-            {
-                "seed": "7",
-                "obstacles": "[{type: beam, region: 11},"
-                " {type: uncertainty, region: 13, traversable: {probability: 0.5}}]",
-            },
-            [],
-            id="a truth that is drawn",
-        ),
-        pytest.param({"seed": "7\ninputs: {rain: {probability: 0.1}}"}, [], id="a drawn input"),
         pytest.param(
             {"seed": "7\nnever_together: [{robots: [a, b], in: [12]}]"},
             [],

@@ -45,7 +45,7 @@ obstacles:
   - {type: door, region: gate}
   - {type: uncertainty, region: [3, 1]}
   - {type: uncertainty, region: 23, traversable: false}
-  - {type: uncertainty, region: 25, traversable: {probability: 0.25}}
+  - {type: uncertainty, region: 25, traversable: true}
 until: {rounds: 3}
 limits: {ticks: 50, synthesis_seconds: 2.5, synthesis_memory: 100}
 seed: 7
@@ -63,7 +63,7 @@ expect:
     assert fly.start == Pose(9)
     names = ["door@17", *(f"uncertainty@{region}" for region in (22, 23, 25))]
     assert [o.name for o in scenario.obstacles] == names
-    assert [o.traversable for o in scenario.obstacles] == [None, True, False, 0.25]
+    assert [o.traversable for o in scenario.obstacles] == [None, True, False, True]
     assert scenario.until == Until(3)
     assert scenario.limits == Limits(50, 2.5, 100)
     assert scenario.seed == 7

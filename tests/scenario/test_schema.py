@@ -33,7 +33,7 @@ map:
   origin: [1, 2.5, 0]
 areas: {store: {rows: 1, columns: 1-4}, shelf: [[3, 1], dock, {rows: 3, columns: 2}]}
 inputs:
-  alarm: {at: [2, 5-8], probability: 0.25, always_eventually: both}
+  alarm: {at: [2, 5-8], always_eventually: both}
   bell: {at: 3}
   horn: {at: 4-6}
 robots:
@@ -57,11 +57,11 @@ never_together:
   - {robots: [ann, bob], in: [{any: [9]}, dock]}
 obstacles:
   - {type: door, region: 16, from: 3, until: 9, resolve_within: 50}
-  - {type: uncertainty, region: 13, traversable: {probability: 0.5}}
+  - {type: uncertainty, region: 13, traversable: true}
   - {type: uncertainty, region: 8, traversable: false, from: 4}
 orders: [{at: 10, type: parcel, region: 7, resolve_within: 90}]
 changes:
-  - {at: 12, robot: cat, objective: {circuit: [7, dock, 10]}}
+  - {at: 12, robot: cat, objective: {patrol: [7, dock, 10]}}
   - {at: 20, robot: bob, service: out}
   - {at: 30, robot: bob, service: back}
 until: {rounds: 1, by: 600}

@@ -9,7 +9,6 @@ import pytest
 
 from safenav.explain.undisturbed import play
 from safenav.scenario.objective import (
-    Circuit,
     Cover,
     Hold,
     Objective,
@@ -45,7 +44,7 @@ def test_it_agrees_with_the_game_played_out() -> None:
             (frozenset(some[:1]), frozenset(some[1 : random.randint(2, 3)]))
         )
         if random.random() < 0.5:
-            patrol = Circuit(tuple(frozenset({region}) for region in some))
+            patrol = Patrol(tuple(frozenset({region}) for region in some))
         blocked = frozenset(random.sample(world.free, random.randint(0, 2)))
         for memory in range(len(patrol.targets)):
             played = play(mobility, pose, patrol, Memory(memory), world, blocked).winnable
@@ -88,8 +87,8 @@ def test_a_patrol_comes_down_a_form_at_a_time() -> None:
     ]
 
 
-def test_a_circuit_begins_with_the_next_target_that_it_can() -> None:
-    circuit = Circuit((at(0), at(2), at(7)))
+def test_a_patrol_of_three_begins_with_the_next_target_that_it_can() -> None:
+    circuit = Patrol((at(0), at(2), at(7)))
     graph = PoseGraph(floor("...", ".#.", "...", "#.#"), Mobility.FREE)
     turned, last = forms(circuit, 0, Pose(10), graph)
     assert turned == ObjectiveForm(circuit, 2, Weakening.TURNED)

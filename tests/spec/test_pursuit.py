@@ -6,7 +6,7 @@ import pytest
 
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.scenario.objective import Circuit, Cover, Hold, Once, Patrol, TargetObjective, Visit
+from safenav.scenario.objective import Cover, Hold, Once, Patrol, TargetObjective, Visit
 from safenav.spec.objective import NO_MEMORY, Memory, encode
 from safenav.spec.specification import Section
 
@@ -20,8 +20,8 @@ def at(*regions: int) -> frozenset[int]:
 OBJECTIVES = [
     Patrol((at(0), at(8))),
     Patrol((at(0, 1), at(7, 8))),
-    Circuit((at(0), at(4), at(8))),
-    Circuit((at(0, 1), at(3), at(7, 8), at(5))),
+    Patrol((at(0), at(4), at(8))),
+    Patrol((at(0, 1), at(3), at(7, 8), at(5))),
     Visit((at(4),)),
     Visit((at(0), at(8), at(4))),
     Visit((at(0, 3), at(3, 6))),

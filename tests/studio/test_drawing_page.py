@@ -92,10 +92,10 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     board.choose("Select")
     board.click(14)
     browser.wait(lambda: browser.all(".chosen"))
-    board.choose("Circuit")
+    board.choose("Patrol")
     for target in (54, 49, 37):
         board.click(target)
-    board.until("objective: {circuit: [[4, 2], [3, 10], [2, 11]]}")
+    board.until("objective: {patrol: [[4, 2], [3, 10], [2, 11]]}")
     while not browser.button("Undo").get_attribute("aria-disabled"):
         before = board.text
         browser.button("Undo").click()

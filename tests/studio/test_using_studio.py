@@ -102,7 +102,7 @@ def test_the_palette_stays_when_a_robot_is_selected(house: Board) -> None:
     browser.wait(lambda: browser.all(".palette .chosen"))
     assert rectangles(browser, ".tools-of-map .pen") == before
     objectives = rectangles(browser, ".chosen .pens button")
-    assert list(objectives) == ["Circuit", "Cover", "Hold", "Once", "Patrol", "Visit"]
+    assert list(objectives) == ["Cover", "Hold", "Once", "Patrol", "Visit"]
     place = "return document.querySelector(arguments[0]).getBoundingClientRect().toJSON()"
     tools, selection = (browser.run(place, each) for each in (".tools-of-map", ".chosen"))
     assert tools["top"] >= 0 and tools["bottom"] <= selection["top"]

@@ -115,8 +115,8 @@ def service(record: Line, now: Situation) -> Iterator[Message]:
 
 class InputsRule(Rule):
     """The inputs are those of the scenario. A simulation has them on in the listed ticks, and off
-    in others if they have no probability, unless a user has set them. When a robot moves, it has
-    the objective that the inputs assign (D 3)."""
+    in others, unless a user has set them. When a robot moves, it has the objective that the inputs
+    assign (D 3)."""
 
     name, kinds = "inputs", ("inputs", "move")
 
@@ -135,8 +135,7 @@ class InputsRule(Rule):
         simulated = not (now.external or now.live)
         for each in (now.header.inputs or ()) if simulated else ():
             listed = any(first <= record.tick <= last for first, last in each.spans or ())
-            sure = each.name not in self._user and (listed or not each.probability)
-            if sure and now.inputs.get(each.name) is not listed:
+            if each.name not in self._user and now.inputs.get(each.name) is not listed:
                 on = "on" if listed else "off"
                 yield None, f"{each.name} must be {on} in tick {record.tick}"
         own, due = now.own[record.robot], now.due(record.robot)

@@ -290,7 +290,7 @@ def _coming(now: Situation, *, surely: bool) -> Iterator[float]:
     header, limits = now.header, now.header.limits
     times = [float(change.at) for change in header.changes or ()]
     for each in header.inputs or ():
-        spans = () if each.probability else each.spans or ()
+        spans = each.spans or ()
         edges = {float(tick) for first, last in spans for tick in (first, last + 1)}
         times += [t for t in edges if _is_in(t, spans) != _is_in(t - 1, spans)]
     for name, listed in now.listed.items():

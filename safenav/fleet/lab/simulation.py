@@ -7,13 +7,10 @@ from collections.abc import Callable, Mapping
 from math import tau
 from typing import Any
 
-from msgspec.structs import replace
-
 from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.place import Places
 from safenav.fleet.stations import SimulationUse, Station
-from safenav.runtime.worlds.world import draw_truths
 from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -40,8 +37,7 @@ class SimulationTransport:
         places = Places(scenario.map, scenario.map.frame)
         hidden = use.obstacles
         if hidden is None:
-            truths = draw_truths(scenario)
-            hidden = tuple(replace(o, traversable=truths[o]) for o in scenario.obstacles)
+            hidden = scenario.obstacles
         else:
             hidden = (*hidden, *(o for o in scenario.obstacles if o.ordered))
         begin = {

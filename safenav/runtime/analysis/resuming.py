@@ -219,7 +219,7 @@ def _input(
         last = limits.ticks if clock is settings.Clock.LOCKSTEP else limits.seconds
         end = ceil(limits.ticks * SLOWEST if last is None else last)
         set_on = ((begin, end),) if state.chosen[each.name] else ()
-        return replace(each, spans=set_on, probability=0.0)
+        return replace(each, spans=set_on)
     spans = ((max(begin, floor(first - time)), floor(last - time)) for first, last in each.spans)
     return replace(each, spans=tuple(span for span in spans if span[1] >= begin))
 

@@ -42,9 +42,8 @@ def objectives_change(team: TeamState) -> bool:
     scenario, tick = team.scenario, team.tick
     if any(change.objective is not None and change.at > tick for change in scenario.changes):
         return True
-    drawn = any(each.probability for each in scenario.inputs)
     listed = any(at > tick for at in switching(scenario.inputs))
-    return any(robot.when for robot in scenario.robots) and (drawn or listed)
+    return listed and any(robot.when for robot in scenario.robots)
 
 
 def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) -> list[Mask] | None:

@@ -6,7 +6,6 @@ obstacles R, found when a robot is about to enter one (paper, Sections III and V
 
 from __future__ import annotations
 
-import random
 from collections.abc import Collection, Iterable, Mapping
 from typing import Protocol
 
@@ -220,7 +219,7 @@ def taking(works: Iterable[Work]) -> list[Work]:
 
 
 class SimulatedWorld:
-    """The scenario's own hidden obstacles, with probabilities drawn from its seed."""
+    """The scenario's own hidden obstacles."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
@@ -237,10 +236,10 @@ class SimulatedWorld:
                 self._closed[obstacle.name] = obstacle
             elif obstacle.appears is None:
                 self.works.open[obstacle.name] = work_on(obstacle, scenario)
-        self._drawn = draw_truths(scenario)
+        self._truths = {obstacle: obstacle.traversable for obstacle in scenario.obstacles}
         self.truths: dict[str, bool | None] = {}
-        for obstacle, truth in sorted(self._drawn.items(), key=lambda each: each[0].appears or 0):
-            self.truths.setdefault(obstacle.name, truth)  # the truth of the first to appear
+        for obstacle in sorted(scenario.obstacles, key=lambda each: each.appears or 0):
+            self.truths.setdefault(obstacle.name, obstacle.traversable)  # of the first to appear
         self._brought: set[Obstacle] = set()
         self._taken_away: set[str] = set()
         self.cleared: Collection[str] = ()
@@ -282,13 +281,8 @@ class SimulatedWorld:
         return [tick for tick in (*standing, *coming) if tick is not None]
 
     def inputs(self, tick: int) -> dict[str, bool]:
-        """The listed or drawn values of the inputs in a tick."""
-        found = {}
-        for each in self._scenario.inputs:
-            listed = any(first <= tick <= last for first, last in each.spans)
-            drawn = random.Random(f"{self._scenario.seed}/{each.name}/{tick}").random()
-            found[each.name] = listed or drawn < each.probability
-        return found
+        """The values of the inputs in a tick."""
+        return {each.name: each.is_on(tick) for each in self._scenario.inputs}
 
     def standing(self) -> dict[Region, Obstacle]:
         """The present obstacles that robots notice: all except orders."""
@@ -298,7 +292,7 @@ class SimulatedWorld:
     def bring(self, obstacle: Obstacle, truth: bool | None) -> None:
         """Let an obstacle appear at its tick ``appears``, like one of the scenario."""
         assert obstacle.appears is not None
-        self._drawn[obstacle] = truth
+        self._truths[obstacle] = truth
         self._coming.append(obstacle)
         self._coming.sort(key=lambda coming: coming.appears or 0)
         self._brought.add(obstacle)
@@ -348,21 +342,8 @@ class SimulatedWorld:
                 self._coming.remove(obstacle)
                 self.works.open[obstacle.name] = work_on(obstacle, self._scenario)
                 before = self.truths[obstacle.name]
-                truth = self._drawn.get(obstacle, before)
+                truth = self._truths.get(obstacle, before)
                 self.truths[obstacle.name] = truth
                 by_user = obstacle in self._brought
                 found.append(Change(obstacle, True, by_user, truth, truth is not before))
         return found
-
-
-def draw_truths(scenario: Scenario) -> dict[Obstacle, bool | None]:
-    """Return each obstacle's ``traversable`` in this run. Probabilities are drawn in the scenario's
-    order from its seed, so that a run can be repeated."""
-    generator = random.Random(scenario.seed)
-    truths: dict[Obstacle, bool | None] = {}
-    for obstacle in scenario.obstacles:
-        truth = obstacle.traversable
-        if isinstance(truth, float):
-            truth = generator.random() < truth
-        truths[obstacle] = truth
-    return truths

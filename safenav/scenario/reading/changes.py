@@ -131,10 +131,6 @@ class InputKeys(Table):
         Shape(shapes.either(_TICKS, shapes.many(_TICKS)), _spans),
         "Ticks when a simulation has it on: 12, 20-30 or a list.",
     )
-    probability = Key(
-        shapes.PROBABILITY,
-        "Probability of being on in each other tick of a simulation. Default: 0.",
-    )
     always_eventually = Key(
         Shape({"enum": [*_AGAIN, True, False]}, _again),
         "Assumed infinitely often: off, on or both.",
@@ -158,5 +154,5 @@ def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:
             found.append(Input(key.text))
             continue
         spans, again = fields.at or (), fields.always_eventually or ()
-        found.append(Input(key.text, spans, fields.probability or 0.0, again))
+        found.append(Input(key.text, spans, again))
     return tuple(found)

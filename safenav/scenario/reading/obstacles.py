@@ -6,8 +6,8 @@ from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import TYPE
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar
-from safenav.scenario.yaml.shapes import PROBABILITY, Key, Table, either, form, many, whole
+from safenav.scenario.yaml.document import Node, Scalar
+from safenav.scenario.yaml.shapes import Key, Table, form, many, whole
 
 MOST_TICKS = read.MOST
 TICK = whole(1, MOST_TICKS)
@@ -15,18 +15,12 @@ LIMIT = Key(whole(), "Maximum number of ticks from the request to the resolution
 _AT = Key(REGION, "Where it is.", required="for example 'region: 47' or 'region: [3, 8]'")
 
 
-class ChanceKeys(Table):
-    probability = Key(PROBABILITY, "From 0 to 1.", required="for example {probability: 0.5}")
-
-
 class ObstacleKeys(Table):
     example = "{type: door, region: 47}"
     definition = "obstacle"
     type = Key(TYPE, "An obstacle type of the catalogue.", required="for example 'type: door'")
     region = _AT
-    traversable = Key(
-        form(either({"type": "boolean"}, ChanceKeys)), "What resolving it reveals. Default: true."
-    )
+    traversable = Key(form({"type": "boolean"}), "What resolving it reveals. Default: true.")
     from_ = Key(TICK, "The tick at which it appears. Default: the first.", name="from")
     until = Key(TICK, "The tick at which it disappears. Default: never.")
     resolve_within = LIMIT
@@ -108,7 +102,7 @@ def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
     return tuple(found)
 
 
-def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bool | float | None:
+def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bool | None:
     """Return the truth of an obstacle: traversable by default; None for a type without a truth."""
     if node is None:
         return True if kind is not None and kind.has_truth else None
@@ -117,10 +111,7 @@ def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bo
         hint = f"types that reveal a truth: {', '.join(having)}" if having else ""
         reading.add(node, f"a {kind.name} has no 'traversable' to reveal", hint)
         return None
-    if isinstance(node, Mapping):
-        item = ChanceKeys.read(node, "'traversable'", reading, "of traversable")
-        return item.probability if item else None
     if isinstance(node, Scalar) and isinstance(node.value, bool):
         return node.value
-    read.wrong_type(node, "'traversable'", "true, false or {probability: 0.5}", reading)
+    read.wrong_type(node, "'traversable'", "true or false", reading)
     return None

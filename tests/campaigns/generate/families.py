@@ -113,7 +113,7 @@ class Family:
             more["until"] = more.get("from", 0) + random.randint(5, 60)
         kind = random.choice(["door", "uncertainty", "own", "own", "own"])
         if kind == "uncertainty":
-            truth = random.choice([True, True, False, {"probability": 0.5}])
+            truth = random.choice([True, True, False, True])
             draft.obstacle(kind, region, traversable=truth, **more)
         elif kind == "door":
             draft.obstacle(kind, region, **more)

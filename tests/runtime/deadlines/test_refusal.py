@@ -23,7 +23,7 @@ until: {rounds: %d, by: %d}
         (5, "patrol: [[1, 1], [1, 5]]", 1, 4),  # it begins with the second, on which it starts
         (6, "patrol: [[1, 1], [1, 5]]", 1, 5),  # ... which it would have to cross
         (5, "patrol: [[1, 1], [1, 5]], form: literal", 2, 12),
-        (3, "circuit: [[1, 3], [1, 7]]", 1, 4),
+        (3, "patrol: [[1, 3], [1, 7]]", 1, 4),
         (1, "once: [[1, 1], [1, 5]]", 1, 4),
         (3, "once: [[1, 1], [1, 5]]", 3, 8),  # each tick at the last one is a round
         (7, "hold: [1, 5]", 3, 4),

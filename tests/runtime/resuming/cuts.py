@@ -82,7 +82,7 @@ until: {rounds: 3}
 KINDS = {
     "visit": "visit: [2, 6, 4], within: 14",
     "patrol": "patrol: [2, 8], within: 9",
-    "circuit": "circuit: [1, 5, 9]",
+    "circuit": "patrol: [1, 5, 9]",
     "cover": "cover: [2, 8, 5]",
     "once": "once: [8, 1, 5]",
     "hold": "hold: 7",

@@ -17,7 +17,7 @@ def test_a_literal_objective_stays_literal_in_the_rest() -> None:
     original = loaded("""
         map: {grid: [".....", "....."]}
         robots:
-          r: {model: husky, start: 5, objective: {circuit: [4, 0, 9], form: literal, avoid: 2}}
+          r: {model: husky, start: 5, objective: {patrol: [4, 0, 9], form: literal, avoid: 2}}
         """)
     rest = resumed(read_lines(play(original).upto("goal")))
     assert rest.robots[0].objective == original.robots[0].objective
