@@ -116,6 +116,7 @@ def command(
         """Return the mission, for real robots once each of them has answered."""
         nonlocal world
         robots = load_fleet(fleet, plan)
+        plan = replace(plan, failures=robots.failures)
         connection.close()
         if not rehearse:
             world = fleet_world(plan, robots, recording)

@@ -28,7 +28,7 @@ def open_walls(problem: RepairProblem) -> Iterator[Repair]:
             written = flow({"type": obstacle.type.name, "region": wall, **truth})
             yield Repair(
                 RepairKind.OPEN_WALL,
-                (*without_words(scenario, [wall]), ("obstacles", written)),
+                (*without_words([wall]), ("obstacles", written)),
                 replace(opened, obstacles=(*scenario.obstacles, obstacle)),
                 helpers,
                 obstacle.type.action,
@@ -41,9 +41,7 @@ def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
     ways = [[wall] for wall in _single_walls(problem)]
     fewest = (_fewest_walls(scenario.map, problem.task, target) for target in lost)
     for way in (*ways, *(way for way in fewest if len(way) > 1)):
-        yield Repair(
-            RepairKind.REMOVE_WALLS, without_words(scenario, way), without_walls(scenario, way)
-        )
+        yield Repair(RepairKind.REMOVE_WALLS, without_words(way), without_walls(scenario, way))
 
 
 def _single_walls(problem: RepairProblem) -> list[Region]:
@@ -130,16 +128,10 @@ def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
     return replace(scenario, map=world, partition=partition)
 
 
-def without_words(
-    scenario: Scenario, walls: Sequence[Region], words: str = ""
-) -> tuple[tuple[str, str], ...]:
-    """Return the items that taking these walls away changes. ``words``: the walls, if not their
+def without_words(walls: Sequence[Region], words: str = "") -> tuple[tuple[str, str], ...]:
+    """Return the item that taking these walls away changes. ``words``: the walls, if not their
     numbers."""
-    cells = ", ".join(
-        f"{wall} in the cell of {beside}" for wall, beside in _joined(scenario, walls)
-    )
-    listed = (("partition", f"{cells} (if it lists cells)"),) if cells else ()
-    return ("map", f"no wall at {words or ', '.join(map(str, walls))}"), *listed
+    return (("map", f"no wall at {words or ', '.join(map(str, walls))}"),)
 
 
 def _joined(scenario: Scenario, walls: Sequence[Region]) -> Iterator[tuple[Region, Region]]:

@@ -26,6 +26,7 @@ from safenav.fleet.stations import (
 )
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.regions import REGION, Reading
+from safenav.scenario.settings import FailedMoves, Failures
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
 from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
@@ -133,6 +134,21 @@ class StationKeys(Table):
     act = Key(form(named(NAMED)), "The service that performs each action.")
 
 
+class FailureKeys(Table):
+    about = "What follows when a robot fails to carry out a command."
+    example = "{retries: 3}"
+    made = Failures
+    retries = Key(whole(), "How often a failed move into a region is repeated.")
+    then = Key(
+        choice(FailedMoves),
+        "Then the region is an obstacle, or the robot is out of service.",
+    )
+    most = Key(whole(1), "Failed moves in a row after which a robot is out of service.")
+    actions = Key(whole(1), "Failed actions after which another robot helps.")
+    patience = Key(POSITIVE, "Median durations after which a command is cancelled.")
+    timeout = Key(POSITIVE, "Seconds after which a command is cancelled. Default: none.")
+
+
 class FleetKeys(Table):
     about = "How each robot of a scenario is reached, what it senses, and how it acts."
     version = Key(
@@ -148,6 +164,7 @@ class FleetKeys(Table):
     )
     network = Key(form(NetworkKeys))
     simulation = Key(form(SimulationKeys))
+    failures = Key(FailureKeys.filling(Failures()))
     inputs = Key(form(named(NAMED)), "ROS: the topic (std_msgs/Bool) of each input.")
     defaults = Key(form(StationKeys), "Values for robots that set no others.")
     robots = Key(form(named(StationKeys)), "By name; others have the defaults.")
@@ -190,7 +207,8 @@ def _fleet(root: Node, scenario: Scenario, findings: Reading) -> FleetFile | Non
     if kind is TransportKind.ROS2:
         _check_apart(stations, item.robots or root, findings)
     inputs = _inputs(item.inputs, kind, scenario, findings)
-    return FleetFile(kind, network, simulation, stations, inputs)
+    failures = item.failures or Failures()
+    return FleetFile(kind, network, simulation, stations, inputs, failures)
 
 
 def _check_apart(stations: Mapping[str, Station], node: Node, findings: Findings) -> None:

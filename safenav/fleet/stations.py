@@ -8,6 +8,7 @@ from enum import StrEnum
 from msgspec import Struct, field
 
 from safenav.scenario.model import Obstacle
+from safenav.scenario.settings import Failures
 from safenav.world.map import RegionMap
 
 
@@ -88,10 +89,11 @@ class SimulationUse(Struct, frozen=True):
 
 class FleetFile(Struct, frozen=True):
     """The data of a fleet file. ``inputs``: the topic (std_msgs/Bool) of each input of the
-    environment that has one."""
+    environment that has one. ``failures``: the policies of the drive."""
 
     transport: TransportKind
     network: Network
     simulation: SimulationUse
     stations: Mapping[str, Station]
     inputs: Mapping[str, str] = field(default_factory=dict)
+    failures: Failures = Failures()

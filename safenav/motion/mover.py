@@ -63,11 +63,6 @@ class Mover(ABC):
     def begin(self) -> None:  # noqa: B027 - a kind that needs nothing more has nothing to do
         """Take up the first pose. Raises UsageError if the robot cannot move so on this floor."""
 
-    def shape(self, footprint: object) -> None:
-        """Take a footprint (corners [x, y] in metres) instead of a disc. Raises UsageError."""
-        if footprint is not None:
-            raise UsageError(f"{self.robot}: only a rover has a footprint")
-
     @abstractmethod
     def move(self, crossing: Crossing) -> list[Moving]:
         """Carry out a move that begins now."""
@@ -128,9 +123,7 @@ def mover(
         values[name] = float(value)
     found = _class(kind)
     size = values.get("size", 0.5)
-    made = found(robot, floor, region, heading, size, values)
-    made.shape(motion.get("footprint"))
-    return made
+    return found(robot, floor, region, heading, size, values)
 
 
 def _class(kind: str) -> type[Mover]:

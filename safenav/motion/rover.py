@@ -1,7 +1,7 @@
 """A unicycle: it turns on the spot in the centre of a region and drives straight to the next.
 
-Speed and acceleration, straight and in turning, stay within its limits. Its footprint is a disc
-or a convex polygon around its middle, which has room to turn in a region.
+Speed and acceleration, straight and in turning, stay within its limits. Its body is a
+disc, which has room to turn in a region.
 """
 
 from __future__ import annotations
@@ -22,11 +22,6 @@ class RoverMover(DiscMover):
     def begin(self) -> None:
         self.place = self.floor.centre(self.region)
         self.facing = YAW[self.heading] if self.heading else 0.0
-        self.shape(None)
-
-    def shape(self, footprint: object) -> None:
-        if isinstance(footprint, list):
-            self.size = 2 * max(hypot(x, y) for x, y in footprint)
         if self.size + 2 * ROOM > self.floor.side:
             raise UsageError(
                 f"{self.robot}: a rover of {self.size:g} m cannot turn in regions of "

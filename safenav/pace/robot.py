@@ -8,7 +8,7 @@ impossible on regions of that size, takes one second per tick of its ``timing``.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from math import atan2, hypot, pi, remainder, sqrt, tau
+from math import atan2, pi, remainder, sqrt, tau
 from types import MappingProxyType
 
 from safenav.errors import UsageError
@@ -249,12 +249,9 @@ def least_side(motion: Mapping[str, object], side: float) -> float | None:
 
 
 def _values(motion: Mapping[str, object] | None) -> dict[str, float]:
-    """The numbers of a motion; its size is that of its footprint, if it has one."""
-    values = {name: float(v) for name, v in (motion or {}).items() if isinstance(v, int | float)}
-    footprint = (motion or {}).get("footprint")
-    if isinstance(footprint, list | tuple):
-        values["size"] = 2 * max(hypot(x, y) for x, y in footprint)
-    return values
+    """Return the numbers of a motion."""
+    pairs = (motion or {}).items()
+    return {name: float(v) for name, v in pairs if isinstance(v, int | float)}
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:

@@ -15,7 +15,6 @@ from msgspec.structs import replace
 from safenav.begun import Begun
 from safenav.bounds import Count, Positive
 from safenav.scenario import needs, settings
-from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -58,7 +57,7 @@ class RobotModel(Struct, frozen=True):
     size: float | None = None
     speed: float | None = None
     timing: int = 1
-    motion: MotionModel | None = None
+    motion: str | None = None
     battery: Battery | None = None
 
 
@@ -266,9 +265,8 @@ class Scenario(Struct, frozen=True):
 
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
     for robots during the run, by tick (live: at this many seconds). ``catalogue``: all available
-    models and types, including its own. ``failures``: policies of a live run.
-    ``requirements``: formulas over the motion, by name.
-    ``never_together``: exclusions of the team.
+    models and types, including its own. ``failures``: policies of a drive, from its fleet
+    file. ``requirements``: formulas over the motion, by name. ``never_together``: exclusions.
     ``resolve_within``: the deadline of obstacles without their own; ``late``: whether a missed
     deadline ends the run. ``chargers``: regions where batteries are charged; ``flat``: the obstacle
     type that represents a robot without charge. ``inputs``: Booleans that the environment sets.

@@ -1,7 +1,7 @@
 """Kinds of motion of robot models, with their parameters (docs/motion.md).
 
-Built-in kinds are listed here, with the parameters that a scenario may set. ``safenav.motion``
-implements them; this module never imports it. An installed package adds a kind by an entry point
+Built-in kinds are listed here; a model sets ``size`` and ``speed``. ``safenav.motion`` implements
+them; this module never imports it. An installed package adds a kind by an entry point
 of the group ``safenav.motion``.
 """
 
@@ -13,8 +13,6 @@ from msgspec import Struct
 
 ENTRY_POINTS = "safenav.motion"
 
-Value = float | tuple[tuple[float, float], ...]
-
 
 class Parameter(Struct, frozen=True):
     """A number that a kind of motion takes: its default, its bounds, and what it means."""
@@ -23,13 +21,6 @@ class Parameter(Struct, frozen=True):
     least: float
     most: float
     meaning: str
-
-
-class MotionModel(Struct, frozen=True):
-    """The motion of a model: the kind, and the parameters that it sets itself."""
-
-    kind: str
-    values: tuple[tuple[str, Value], ...] = ()
 
 
 ACTION = Parameter(2.0, 0.0, 3600.0, "duration of an action in seconds")
@@ -51,7 +42,7 @@ KINDS: Mapping[str, Mapping[str, Parameter]] = {
         "action_seconds": ACTION,
     },
     "rover": {
-        "size": Parameter(0.6, 0.05, 5.0, "diameter of its body in metres, without a footprint"),
+        "size": Parameter(0.6, 0.05, 5.0, "diameter of its body in metres"),
         "speed": Parameter(0.8, 0.05, 10.0, "maximum speed in metres per second"),
         "acceleration": Parameter(0.5, 0.05, 10.0, "maximum acceleration in m/s^2"),
         "turning": Parameter(1.0, 0.05, 10.0, "maximum turning rate in radians per second"),
@@ -65,13 +56,9 @@ KINDS: Mapping[str, Mapping[str, Parameter]] = {
 }
 """Parameters of the built-in kinds by name. ``size`` and ``speed`` are keys of the model."""
 
-FOOTPRINT = "footprint"
-"""The key of a rover's outline: a polygon in metres in its frame (x ahead, y to the left)."""
-
 AIR = "air"
 """The layer of robots that fly unless their model says otherwise."""
 
-WITH_FOOTPRINT = frozenset({"rover"})
 ONLY_WITH_HEADING = frozenset({"walker"})
 TURNING = "rover"
 """The kind of motion that turns within a region."""
@@ -104,25 +91,23 @@ def known_kinds() -> list[str]:
 
 
 def resolved(
-    motion: MotionModel | None, size: float | None, speed: float | None, layer: str
+    motion: str | None, size: float | None, speed: float | None, layer: str
 ) -> dict[str, object] | None:
-    """Return a model's kind of motion with all its parameters: those that it sets, and defaults.
+    """Return a model's kind of motion with all its parameters: its size and speed, and defaults.
 
     Without ``motion``, a model of the layer ``air`` flies if its size and speed allow that, and any
     other with a speed moves as a disc. None if it has neither.
     """
     if motion is None and layer == AIR and _within("flyer", size=size, speed=speed):
-        motion = MotionModel("flyer")
+        motion = "flyer"
     if motion is None:
         if speed is None:
             return None
-        motion = MotionModel("disc")
-    known = parameters(motion.kind) or {}
+        motion = "disc"
+    known = parameters(motion) or {}
     values: dict[str, object] = {name: parameter.default for name, parameter in known.items()}
     values.update((name, own) for name, own in (("size", size), ("speed", speed)) if own)
-    for name, value in motion.values:
-        values[name] = [list(corner) for corner in value] if isinstance(value, tuple) else value
-    return {"kind": motion.kind, **values}
+    return {"kind": motion, **values}
 
 
 def _within(kind: str, **values: float | None) -> bool:

@@ -12,44 +12,6 @@ from safenav.scenario.objective import Objective
 from safenav.world.map import Region
 
 
-class EventKind(StrEnum):
-    """Events that a pattern can name: line types of the trace (docs/trace.md)."""
-
-    SYNTHESIS = "synthesis"
-    VIOLATION = "violation"
-    BACKTRACK = "backtrack"
-    REQUEST = "request"
-    PUSH = "push"
-    POP = "pop"
-    TOLD = "told"
-    MET = "met"
-    RESOLVED = "resolved"
-    BLOCKED = "blocked"
-    GOAL = "goal"
-    ASSUMPTION = "assumption"
-    APPEARED = "appeared"
-    GONE = "gone"
-    PLAN = "plan"
-
-
-class EventPattern(Struct, frozen=True):
-    """Matches the events of a kind that involve all these robots, this obstacle and one of these
-    regions; None and the empty set match any."""
-
-    kind: EventKind
-    robots: frozenset[str] = frozenset()
-    obstacle: str | None = None
-    regions: frozenset[Region] = frozenset()
-
-    def __str__(self) -> str:
-        words = [self.kind.value, *sorted(self.robots)]
-        if self.obstacle is not None:
-            words.append(self.obstacle)
-        if self.regions:
-            words.append("|".join(map(str, sorted(self.regions))))
-        return " ".join(words)
-
-
 class RobotChange(Struct, frozen=True):
     """A change for a robot during the run, at the beginning of tick ``at``: either a new
     ``objective`` (its rounds ``within`` this many ticks) or whether it is in service (``active``);
@@ -161,10 +123,8 @@ class Expect(Struct, frozen=True):
     """The expected result of a run of the scenario; None means: not checked.
 
     ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
-    obstacle to its helper; ``ticks`` is an upper bound, ``least_ticks`` a lower one; ``rounds``:
-    the least number of each robot; ``order``: events that happen one after the other, whatever
-    happens in between; ``never``: events that do not happen. ``late``: the robots, obstacles and
-    ``mission`` that miss a deadline, as a set.
+    obstacle to its helper; ``ticks`` is an upper bound; ``rounds``: the least number of each robot;
+    ``late``: the robots, obstacles and ``mission`` that miss a deadline, as a set.
     """
 
     outcome: Outcome | None = None
@@ -172,10 +132,7 @@ class Expect(Struct, frozen=True):
     blocked: frozenset[str] | None = None
     helpers: Mapping[str, str] | None = None
     ticks: int | None = None
-    least_ticks: int | None = None
     rounds: Mapping[str, int] | None = None
-    order: tuple[EventPattern, ...] | None = None
-    never: tuple[EventPattern, ...] | None = None
     late: frozenset[str] | None = None
 
 

@@ -83,7 +83,7 @@ def test_a_live_strategy_that_assumes_single_steps_of_others_is_refused(
         a: {{model: rover, start: [1, 1], vision: 2, tracks: [b], tracking: {tracking},
           objective: {{visit: [[1, 1], [1, 2]]}}}}
         b: {{model: drone, start: [1, 6], objective: {{hold: [1, 6]}}}}"""
-    more = "partition: [[9, 10, 11], [12], [13], [14]]\nclock: live\n"
+    more = "partition: {tiles: [3, 1]}\nclock: live\n"
     drone = "    drone: {mobility: free, layer: air, capabilities: []}\n"
     scenario = scenario_of("########\n#......#\n########", robots, more, drone)
 

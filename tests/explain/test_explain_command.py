@@ -8,8 +8,6 @@ import pytest
 from explain.conftest import Invoke
 from once import SCENARIOS
 from safenav.cli.explain import command
-from safenav.scenario.reading.loader import load_draft, load_scenario_text
-from safenav.studio.editing.operations import edited
 
 
 def test_a_realizable_scenario_needs_no_explanation(invoke: Invoke) -> None:
@@ -126,23 +124,3 @@ def test_a_wall_is_replaced_by_a_type_as_the_scenario_defines_it(
     assert answer.status == 1
     assert "{type: uncertainty, region: 47" in answer.output
     assert "type: door" not in answer.output
-
-
-@pytest.mark.parametrize("catalogue", ["", "catalogue: {obstacles: {door: {action: unlock}}}\n"])
-def test_a_wall_that_goes_joins_a_cell_of_the_partition(
-    catalogue: str, tmp_path: Path, invoke: Invoke
-) -> None:
-    text = (SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text()
-    draft = load_draft(text, "rooms.yaml", reachable=False).scenario
-    assert draft is not None
-    free = draft.map.free
-    file = tmp_path / "rooms.yaml"
-    file.write_text(f"{text}partition: [{[*free]}]\n{catalogue}")
-    found = json.loads(invoke(command, file, "--json").output)
-    repairs = [each["change"] for robot in found["unrealizable"] for each in robot["repairs"]]
-    opened = [[tuple(item.values()) for item in change] for change in repairs]
-    opened = [change for change in opened if change[0] == ("map", "no wall at 47")]
-    for change in opened:
-        assert ("partition", "47 in the cell of 48 (if it lists cells)") in change
-        load_scenario_text(edited(file.read_text(), {"op": "repair", "change": change}))
-    assert opened

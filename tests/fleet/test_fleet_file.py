@@ -14,6 +14,7 @@ from safenav.fleet import fleet_file, stations
 from safenav.fleet.template import template_text
 from safenav.scenario.lint import imprecise
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.settings import Failures
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
 
@@ -34,6 +35,7 @@ def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
         HEAD
         + """\
 network: {domain: 7, interface: wlan0, peers: [10.0.0.7]}
+failures: {retries: 0, timeout: 9}
 defaults: {speed: 0.4, retries: 0, scan: {obstacle: door}}
 robots:
   digit: {namespace: /d/, speed: 0.8, act: {push: open_door}, report: seen}
@@ -42,6 +44,7 @@ robots:
     fleet = loaded(text, tmp_path)
     assert fleet.transport is stations.TransportKind.ROS2
     assert fleet.network == stations.Network(7, "wlan0", ("10.0.0.7",))
+    assert fleet.failures == Failures(retries=0, timeout=9.0)
     scan = stations.ScanUse("scan", "door", 0.35)
     assert fleet.stations == {
         "quad": stations.Station("/quad", speed=0.4, retries=0, scan=scan),
@@ -198,6 +201,8 @@ FULL: dict[str, Any] = {
         "obstacles": [{"type": "uncertainty", "region": [3, 8], "traversable": False}],
     },
     "inputs": {},
+    "failures": {"retries": 0, "then": "out_of_service", "most": 3, "actions": 2, "patience": 2.5}
+    | {"timeout": 9},
     "defaults": {"speed": 0.4, "timeout": 2, "follow": {"topic": "t", "tolerance": 0.1}},
     "robots": {
         "quad": {"namespace": "/q", "tolerance": 0.2, "retries": 3, "report": "seen"}

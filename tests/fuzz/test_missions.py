@@ -68,7 +68,7 @@ def test_no_robot_breaks_an_assumption_in_a_simulated_mission(
     try:
         scenario, events, outcome = play(seed)
     except UsageError as error:
-        assert "partition of fewer cells" in str(error)
+        assert "'partition' of larger tiles" in str(error)
         return
     except ResourceLimitError:
         pytest.skip("too large for its limits")

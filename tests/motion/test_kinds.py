@@ -19,7 +19,7 @@ DOCUMENT = Path(__file__).parents[2] / "docs" / "motion.md"
 SCENARIO = """\
 safenav: 1
 map: {grid: ["#######", "#.....#", "#######"]}
-catalogue: {robots: {snail: {mobility: free, layer: ground, motion: {kind: crawler}, speed: 0.2}}}
+catalogue: {robots: {snail: {mobility: free, layer: ground, motion: crawler, speed: 0.2}}}
 robots: {gary: {model: snail, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}}
 until: {rounds: 1}
 """

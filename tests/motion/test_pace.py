@@ -9,7 +9,7 @@ import pytest
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, mover
 from safenav.pace.robot import Pace, acted_by, pace_of
-from safenav.scenario.motion import MotionModel, resolved
+from safenav.scenario.motion import resolved
 
 COLS, ROWS = 9, 9
 STEPS = {"east": 1, "north": -COLS, "west": -1, "south": COLS}
@@ -20,7 +20,7 @@ OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 @pytest.mark.parametrize("side", [1.9, 2.7, 4.5])
 def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) -> None:
     dice = random.Random(f"{kind} {side}")
-    motion = resolved(MotionModel(kind), None, None, "ground")
+    motion = resolved(kind, None, None, "ground")
     assert motion is not None
     floor, at, heading, now = MetricFloor(ROWS, COLS, side), 40, "east", 0.0
     moved = mover("r", floor, at, heading, motion)
@@ -52,7 +52,7 @@ def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) 
 def test_a_robot_of_unknown_motion_takes_a_second_a_tick() -> None:
     pace = pace_of(None, COLS, ticks=2)
     assert pace.step(0.0, 40, 41) == 2.0
-    small = pace_of(resolved(MotionModel("walker"), None, None, "ground"), COLS, 0.5)
+    small = pace_of(resolved("walker", None, None, "ground"), COLS, 0.5)
     assert type(small) is Pace
 
 

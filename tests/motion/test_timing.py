@@ -236,22 +236,3 @@ def test_a_motion_that_ignores_exclusions_is_refused() -> None:
     scenario = replace(trace.header.scenario, never_together=None)
     heedless = replace(trace, header=replace(trace.header, scenario=scenario))
     assert {found.rule for found in check_motion(motion_of(heedless), trace)} == {"never-together"}
-
-
-def test_a_robot_acts_in_no_time_where_it_set_out_on_a_step_of_several_ticks() -> None:
-    cart = "mobility: free, layer: ground, capabilities: [push], timing: 3, speed: 1"
-    trace = read_bytes(
-        played(f"""
-safenav: 1
-map: {{grid: ["#######", "#.....#", "#######"]}}
-catalogue:
-  robots: {{cart: {{{cart}, motion: {{kind: disc, action_seconds: 0}}}}}}
-  obstacles: {{job: {{needs: [{{action: push, at: [[1, 1]]}}], blocks: []}}}}
-robots: {{a: {{model: cart, start: [1, 1], objective: {{visit: [[1, 5], [1, 1]]}}}}}}
-orders: [{{at: 2, type: job, region: [1, 1]}}]
-""")
-    )
-    found = motion_of(trace)
-    assert check_motion(found, trace) == []
-    (act,) = (line for line in found.lines if isinstance(line, Action))
-    assert (act.t0, act.t1) == (0.0, 0.0)

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from runtime.facts import case
 from runtime.played import Run, begin, completed, loaded, play
@@ -17,6 +18,7 @@ from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.settings import Failures
 from safenav.trace.vocabulary import ActResult
 from safenav.world.moves import Pose
 
@@ -359,7 +361,7 @@ class SinceEpoch(Bare):
 
 @pytest.mark.parametrize("timeout", [1.0, 1.1, 1.3, 1.7])
 def test_waits_are_long_enough_for_clocks_that_advance_by_them(timeout: float) -> None:
-    scenario = loaded(f"{BUILDING}clock: live\nfailures: {{timeout: {timeout}}}\n")
+    scenario = replace(loaded(BUILDING + "clock: live\n"), failures=Failures(timeout=timeout))
     lost = play(scenario, world=SinceEpoch()).all("arrive", result="lost")
     assert {line["robot"] for line in lost} == {"drone", "walker"}
     assert [line["t"] for line in lost] == [pytest.approx(2 * timeout, abs=0.2)] * 2

@@ -20,7 +20,7 @@ from safenav.runtime.worlds.protocol import (
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.settings import Clock
+from safenav.scenario.settings import Clock, Failures
 from safenav.trace.vocabulary import ActResult
 from safenav.world.moves import Pose
 
@@ -239,7 +239,7 @@ def test_the_trace_records_why_an_action_has_failed(
                 raise first
             return first and replace(first, at=self.now(), command=command)
 
-    scenario = loaded(DEBRIS + "failures: {timeout: 5}\n")
+    scenario = replace(loaded(DEBRIS), failures=Failures(timeout=5))
     run, story = Run(), list[str]()
     listeners = [run, Story(scenario, story.append)]
     result = Mission(scenario, world=Wrong(scenario), listeners=listeners).run()
@@ -307,7 +307,7 @@ def test_no_robot_acts_where_enough_others_already_do(
                 return super()._happens(event, robot, missing)
             return replace(event, at=self._now, found=((parcel, ActResult.FAILED),))
 
-    scenario = loaded(ONE_LOAD % robots + "failures: {actions: 1}\n")
+    scenario = replace(loaded(ONE_LOAD % robots), failures=Failures(actions=1))
     (parcel,) = scenario.obstacles
     run = completed(scenario, world=Weak(scenario))
     done = [line["robots"] for line in run.all("act") if line["obstacles"]]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from runtime.played import Run, loaded
 from runtime.test_live import nth, play_faulty
@@ -24,6 +25,7 @@ from safenav.runtime.worlds.protocol import (
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.settings import Failures
 from safenav.world.moves import Pose
 
 SCENARIO = """
@@ -147,7 +149,7 @@ def test_a_robot_is_lost_although_its_world_cannot_cancel_the_command() -> None:
         def cancel(self, robot: Robot) -> None:
             raise OSError(f"no connection to {robot.name}")
 
-    scenario, run = loaded(SCENARIO + "failures: {timeout: 20}\n"), Run()
+    scenario, run = replace(loaded(SCENARIO), failures=Failures(timeout=20)), Run()
     Mission(scenario, world=Deaf(scenario), listeners=[run]).run()
     reason = run.one("arrive", result="lost")["reason"]
     assert reason == "no end within 20.0 s after it was cancelled (cancel: no connection to a)"

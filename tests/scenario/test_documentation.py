@@ -8,12 +8,11 @@ import pytest
 import yaml
 
 from safenav.errors import InputError
-from safenav.fleet.fleet_file import FleetKeys, StationKeys
+from safenav.fleet.fleet_file import FailureKeys, FleetKeys, StationKeys
 from safenav.scenario.reading.catalogue import BatteryKeys, ModelKeys, NeedKeys, TypeKeys
 from safenav.scenario.reading.changes import ChangeKeys, InputKeys
 from safenav.scenario.reading.expectation import ExpectKeys
-from safenav.scenario.reading.loader import FailureKeys, ScenarioKeys, load_scenario_text
-from safenav.scenario.reading.maps.keys import ImageKeys
+from safenav.scenario.reading.loader import ScenarioKeys, load_scenario_text
 from safenav.scenario.reading.objective import LtlKeys
 from safenav.scenario.reading.obstacles import ObstacleKeys, OrderKeys
 from safenav.scenario.reading.robots import RobotKeys
@@ -33,7 +32,6 @@ WHOLE, *FRAGMENTS = examples("scenario.md")
 MAPS = examples("maps.md")
 FILES = {
     "floor.png": "rooms.png",
-    "wards.png": "rooms_coloured.png",
     "office.yaml": "office.yaml",
     "arena.map": "rooms.map",
 }
@@ -54,7 +52,7 @@ def test_fragments_fit_into_the_whole_scenario(fragment: str) -> None:
         assert load_scenario_text(yaml.safe_dump(whole)).map.cols == 13
 
 
-@pytest.mark.parametrize("fragment", MAPS, ids=["image", "ros", "movingai", "legend"])
+@pytest.mark.parametrize("fragment", MAPS, ids=["image", "ros", "movingai"])
 def test_maps_of_every_form_load_as_documented(fragment: str) -> None:
     for name, file in FILES.items():
         fragment = fragment.replace(name, str(ROOT / "tests" / "maps" / file))
@@ -80,11 +78,11 @@ def tables(page: str) -> list[set[str]]:
 @pytest.mark.parametrize(
     ("page", "table"),
     [
-        *(("scenario.md", table) for table in (ScenarioKeys, FailureKeys, RobotKeys, LtlKeys)),
+        *(("scenario.md", table) for table in (ScenarioKeys, RobotKeys, LtlKeys)),
         *(("scenario.md", table) for table in (InputKeys, ObstacleKeys, OrderKeys, ChangeKeys)),
         *(("scenario.md", table) for table in (ExpectKeys, ModelKeys, TypeKeys, NeedKeys)),
         ("batteries.md", BatteryKeys),
-        ("maps.md", ImageKeys),
+        ("drive.md", FailureKeys),
         ("drive.md", StationKeys),
     ],
 )

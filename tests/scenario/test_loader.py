@@ -186,10 +186,6 @@ FLYER = "robots: {ann: {model: quadcopter, start: 8, objective: {hold: 9}}}\n"
     [
         ("rooms", None),
         ("{tiles: [2, 4]}", [{8, 9}, {11, 12}, {15, 16, 17, 22, 23}, {18, 19, 25, 26}]),
-        (
-            "[[25, 26, 11, 12, 18, 19], [dock, 8, 15, 16, [3, 1], 23], [gate]]",
-            [{8, 9, 15, 16, 22, 23}, {11, 12, 18, 19, 25, 26}, {17}],
-        ),
     ],
 )
 def test_cells_of_beliefs(written: str, expected: list[set[int]] | None) -> None:

@@ -99,12 +99,6 @@ def test_dust_and_walls_off_the_grid_are_walls_unless_a_share_is_asked_for() -> 
     assert found[2] == "##...#..##..#", "dust in column 5, walls one pixel too far in the east"
 
 
-def test_the_threshold_decides_what_is_dark() -> None:
-    assert load("image: rooms.png, rows: 7, cols: 13, threshold: 0.05").walls == frozenset()
-    (mistake,) = mistakes("image: rooms.png, rows: 7, cols: 13, threshold: 0.95")
-    assert mistake.found == "map: every region is a wall"
-
-
 def test_a_file_may_be_divided_into_finer_regions() -> None:
     fine = load("movingai: rooms.map, rows: 14, cols: 26", 54).grid_rows()
     assert fine == [row for drawn in ROOMS for row in ["".join(2 * c for c in drawn)] * 2]

@@ -4,7 +4,6 @@ first."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import hypot
 from pathlib import Path
 
 from safenav.errors import UsageError
@@ -78,9 +77,6 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     """The first parameter of a robot that is not that of the trace, or a limit that no robot has;
     empty if there is none."""
     traced = dict(trace.header.scenario.robots[name].motion or {})
-    corners = traced.pop("footprint", None)
-    if isinstance(corners, list | tuple):
-        traced["size"] = 2 * max(hypot(x, y) for x, y in corners)
     for key, value in traced.items():
         if traced["kind"] not in BUILT_IN and key not in ("kind", "size"):
             continue

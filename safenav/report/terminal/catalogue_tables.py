@@ -11,13 +11,6 @@ from safenav.scenario.model import Catalogue, Need, ResolveAt, RobotModel
 from safenav.scenario.reading.catalogue import UNLIMITED
 
 
-def _motion_data(model: RobotModel) -> dict[str, object] | None:
-    """Return the kind of motion and the parameters that the model sets itself."""
-    return (
-        None if model.motion is None else {"kind": model.motion.kind, **dict(model.motion.values)}
-    )
-
-
 def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
     """Return the catalogue as JSON data. ``capabilities`` lists the models that have each and the
     obstacle types that need it."""
@@ -30,7 +23,7 @@ def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
                 "vision": model.vision,
                 "size": model.size,
                 "speed": model.speed,
-                "motion": _motion_data(model),
+                "motion": model.motion,
                 "timing": model.timing,
                 "source": catalogue.sources[f"robots.{name}"],
             }
@@ -96,7 +89,7 @@ def _robots(catalogue: Catalogue) -> list[str]:
             UNLIMITED if model.vision is None else f"{model.vision:g}",
             str(model.timing),
             _metres(model),
-            None if model.motion is None else model.motion.kind,
+            model.motion,
             catalogue.sources[f"robots.{name}"],
         )
         for name, model in catalogue.robots.items()

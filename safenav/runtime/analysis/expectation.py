@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.analysis.trace_end import TraceEnd
 from safenav.scenario.objective import Word, number_word
-from safenav.scenario.settings import EventKind, EventPattern, Expect
+from safenav.scenario.settings import Expect
 from safenav.trace import records
 from safenav.trace.reading import Trace
 from safenav.trace.words import obstacle_words
 
-_KINDS = frozenset(kind.value for kind in EventKind)
-
 
 class Ledger(Struct):
-    """A listener that keeps the data for expectations, over all parts of a resumed run. ``events``:
-    those to which a pattern can refer; ``live``: ticks are passes, not times; ``before``: the ticks
-    of earlier parts; ``whole``: the first part is the beginning of the run.
-    """
+    """A listener that keeps the data for expectations, over all parts of a resumed run. ``live``:
+    ticks are passes, not times; ``before``: the ticks of earlier parts; ``whole``: the first part
+    is the beginning of the run."""
 
     resolved: list[str] = field(default_factory=list)
     blocked: list[str] = field(default_factory=list)
@@ -29,7 +24,6 @@ class Ledger(Struct):
     outcome: str | None = None
     ticks: int = 0
     rounds: dict[str, int] = field(default_factory=dict)
-    events: list[records.Record] = field(default_factory=list)
     late: tuple[str, ...] = ()
     live: bool = False
     before: int = 0
@@ -46,8 +40,6 @@ class Ledger(Struct):
         return found
 
     def __call__(self, event: records.Record) -> None:
-        if event.type in _KINDS:
-            self.events.append(event)
         match event:
             case records.Header():
                 self.live, self.before = event.clock is not None, self.ticks
@@ -69,10 +61,9 @@ class Ledger(Struct):
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
     """Return the differences from ``expect``, one sentence each; empty if there are none. ``word``:
-    the name of a region. Without the beginning of a run, only its end and ``never`` are
-    compared."""
+    the name of a region. Without the beginning of a run, only its end is compared."""
     if ledger.whole is False:
-        of_all = ("resolved", "blocked", "helpers", "ticks", "least_ticks", "order")
+        of_all = ("resolved", "blocked", "helpers", "ticks")
         expect = replace(expect, **dict.fromkeys(of_all))
     found = []
     if expect.outcome is not None and ledger.outcome != expect.outcome.value:
@@ -94,54 +85,11 @@ def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> lis
             found.append(f"helpers: expected {robot} to be requested for {what}, {asked}")
     if expect.ticks is not None and ledger.ticks > expect.ticks and not ledger.live:
         found.append(f"ticks: expected at most {expect.ticks}, got {ledger.ticks}")
-    least = expect.least_ticks
-    if least is not None and ledger.ticks < least and not ledger.live:
-        found.append(f"ticks: expected at least {least}, got {ledger.ticks}")
     for robot, wanted_rounds in (expect.rounds or {}).items():
         rounds = ledger.rounds.get(robot, 0)
         if rounds < wanted_rounds:
             found.append(f"rounds: expected at least {wanted_rounds} of {robot}, got {rounds}")
-    found += _out_of_order(expect.order or (), ledger.events)
-    for pattern in expect.never or ():
-        ticks = [event.tick for event in ledger.events if matches(pattern, event)]
-        if ticks:
-            found.append(f"never: '{pattern}' happened at tick {ticks[0]}")
     return found
-
-
-def matches(pattern: EventPattern, event: records.Record) -> bool:
-    """Whether all robots, regions and obstacles that the pattern names take part in the event, in
-    any role."""
-    if event.type != pattern.kind.value:
-        return False
-    if pattern.obstacle is not None and getattr(event, "obstacle", None) != pattern.obstacle:
-        return False
-    if pattern.regions and pattern.regions.isdisjoint(_parts(event, "at", "to", "region")):
-        return False
-    return pattern.robots <= _parts(event, "robot", "robots", "requester", "helper")
-
-
-def _parts(event: records.Record, *roles: str) -> set[object]:
-    found: set[object] = set()
-    for role in roles:
-        value = getattr(event, role, None)
-        found.update(value if isinstance(value, frozenset | tuple | Mapping) else [value])
-    return found
-
-
-def _out_of_order(order: Sequence[EventPattern], events: Sequence[records.Record]) -> list[str]:
-    """Report the first pattern without a match after the matches of those before it. Taking the
-    earliest match each time leaves most events for the rest."""
-    begin, before = 0, ""
-    for pattern in order:
-        after = range(begin, len(events))
-        match = next((i for i in after if matches(pattern, events[i])), None)
-        if match is None:
-            missing = f"order: expected '{pattern}'{before}, it never happened"
-            ticks = [event.tick for event in events[:begin] if matches(pattern, event)]
-            return [f"{missing}, only before (tick {ticks[-1]})" if ticks else missing]
-        begin, before = match + 1, f" after '{pattern}' (tick {events[match].tick})"
-    return []
 
 
 def _names(obstacles: frozenset[str] | list[str], word: Word) -> str:

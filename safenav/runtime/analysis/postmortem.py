@@ -173,7 +173,7 @@ class _Failure:
 
     def without(self, wall: Region) -> Repair:
         """Return the scenario without a wall."""
-        change = without_words(self.scenario, [wall], self.scenario.map.label(wall))
+        change = without_words([wall], self.scenario.map.label(wall))
         return Repair(RepairKind.WALL, change, without_walls(self.scenario, [wall]))
 
 

@@ -9,9 +9,8 @@ Robots carry the loads that they had taken. Formulas keep a memory that fits the
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from math import ceil, floor
-from typing import Any
 
 from msgspec import convert
 from msgspec.structs import asdict, replace
@@ -31,7 +30,6 @@ from safenav.scenario.model import (
     Tracking,
     name_parts,
 )
-from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.joining import joined
@@ -288,7 +286,7 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
         timing=robot.timing or 1,
     )
     if robot.motion is not None:
-        model = replace(model, motion=_motion(robot.motion))
+        model = replace(model, motion=str(robot.motion["kind"]))
     objective = objective_of(robot.objective)
     if objective is None:
         raise UsageError(f"the objective of {name} is of a kind that this version does not know")
@@ -303,16 +301,6 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
         Tracking(robot.tracking or "nearby"),
         waiting,
     )
-
-
-def _motion(header: Mapping[str, Any]) -> MotionModel:
-    """Return a robot's motion model with all parameters."""
-    values: dict[str, Any] = {
-        name: tuple(map(tuple, value)) if isinstance(value, list | tuple) else value
-        for name, value in header.items()
-        if name != "kind"
-    }
-    return MotionModel(str(header["kind"]), tuple(values.items()))
 
 
 def _made_obstacle(header: setting.ObstacleHeader) -> Obstacle:

@@ -17,14 +17,13 @@ from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clip
 from safenav.scenario.yaml.fields import NAME, well_named
 from safenav.scenario.yaml.shapes import Key, Shape, Table
 from safenav.world.map import Region, RegionMap
-from safenav.world.partition import Partition, tiles
+from safenav.world.partition import tiles
 
 _AREA = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
 _LISTED = {"any": "an area lists its regions: [[1, 1], [1, 2]]"}
 _RANGE = re.compile(r"(\d{1,9})\s*-\s*(\d{1,9})", re.ASCII)
 _ROOMS = "rooms"
-_PARTITION = "'rooms', {tiles: [rows, columns]}, or a list of cells [[8, 9], [12, [1, 6]]]"
-_SHOWN = 5
+_PARTITION = "'rooms' or {tiles: [rows, columns]}"
 
 SPAN = shapes.form(
     shapes.either(shapes.whole(), shapes.matching(_RANGE)),
@@ -71,16 +70,15 @@ AREAS = shapes.form(shapes.named(AREA, shapes.matching(NAME)))
 
 
 def read_areas(node: Node | None, reading: Reading) -> None:
-    """Add the areas of the scenario to those of its map."""
-    areas = dict(reading.areas)
+    """Read the areas of the scenario."""
+    areas: dict[str, frozenset[Region] | None] = {}
     listed = read.mapping(node, "'areas'", reading)
     for key, value in listed.entries if listed else ():
         name = clipped(key.text)
         if not well_named(key, "an area", reading):
             continue
-        if key.text in reading.names or key.text in reading.areas:
-            other = "a region" if key.text in reading.names else "an area of the map's legend"
-            reading.add(key, f"'{name}' already names {other}", "use another name")
+        if key.text in reading.names:
+            reading.add(key, f"'{name}' already names a region", "use another name")
         else:
             areas[key.text] = _area(value, f"area '{name}'", reading)
             if areas[key.text] and reading.world is not None:
@@ -157,11 +155,8 @@ def _partition(
     node: Node | None, what: str, reading: Reading
 ) -> tuple[frozenset[Region], ...] | None:
     """Return the cells; None for the rooms of the map, or if something was reported."""
-    match node:
-        case Mapping():
-            return _tiles(node, reading)
-        case Sequence():
-            return _cells(node, reading)
+    if isinstance(node, Mapping):
+        return _tiles(node, reading)
     if not isinstance(node, Scalar) or node.value != _ROOMS:
         read.wrong_type(node, what, _PARTITION, reading)
     return None
@@ -183,38 +178,8 @@ def _tiles(node: Mapping, reading: Reading) -> tuple[frozenset[Region], ...] | N
     return tiles(reading.world, height, width).cells
 
 
-def _cells(node: Sequence, reading: Reading) -> tuple[frozenset[Region], ...] | None:
-    """Return cells given as lists of regions, in which each free region occurs once."""
-    before = len(reading)
-    owner: dict[Region, int] = {}
-    cells = []
-    for number, item in enumerate(node.items):
-        what = f"cell {number} of partition"
-        listed = read.sequence(item, what, reading) or ()
-        if isinstance(item, Sequence) and not listed:
-            reading.add(item, f"{what} is empty", "a cell has at least one region")
-        found = []
-        for place in listed:
-            for region in sorted(reading.regions(place, what) or ()):
-                if owner.setdefault(region, number) != number:
-                    twice = f"{what}: region {region} is already in cell {owner[region]}"
-                    reading.add(place, twice, "a region belongs to one cell")
-                found.append(region)
-        cells.append(frozenset(found))
-    world = reading.world
-    if world is None or len(reading) > before:
-        return None
-    missing = [world.label(region) for region in world.free if region not in owner]
-    if missing:
-        more = f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else ""
-        message = f"'partition': free regions in no cell: {', '.join(missing[:_SHOWN])}{more}"
-        reading.add(node, message, "a robot may be anywhere: every free region needs a cell")
-        return None
-    return Partition.given(cells, world).cells
-
-
 PARTITION = Shape(
-    shapes.either({"const": _ROOMS}, TileKeys, shapes.many(shapes.many(REGION, 1), 1)),
+    shapes.either({"const": _ROOMS}, TileKeys),
     _partition,
     "partition",
     "The cells in which a robot out of sight may be. Default: rooms.",

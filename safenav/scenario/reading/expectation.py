@@ -3,33 +3,22 @@ signal temporal logic over the motion."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection
-from functools import partial
 
 from safenav.formula.parser import FormulaError
 from safenav.outcome import Outcome
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.settings import EventKind, EventPattern, Expect
+from safenav.scenario.settings import Expect
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.fields import NAME, well_named
-from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.shapes import Key, Shape, Table
-
-# A region written [row, col], alone or in an obstacle's name, is one word.
-_WORD = re.compile(r"(?:\[[^\]]*\]|[^\s\[])+")
-
 
 MISSION = "mission"
 OUTCOMES = [outcome for outcome in Outcome if outcome is not Outcome.ERROR]
 """The outcomes of a run without a defect of the program."""
-
-
-class TickKeys(Table):
-    at_least = Key(shapes.whole(1), "The least ticks.")
-    at_most = Key(shapes.whole(1), "Maximum number of ticks.")
 
 
 def _names(
@@ -48,17 +37,6 @@ def _names(
 
 def _late(node: Node | None, what: str, reading: Reading) -> frozenset[str] | None:
     return _names(node, what, reading, {*reading.named, MISSION})
-
-
-def _ticks(node: Node | None, what: str, reading: Reading) -> tuple[int | None, int | None]:
-    """Return the least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
-    if not isinstance(node, Mapping):
-        return None, read.integer(node, what, reading, least=1)
-    item = TickKeys.read(node, what, reading, f"in {what}")
-    least, most = (item.at_least, item.at_most) if item else (None, None)
-    if least is not None and most is not None and least > most:
-        reading.add(node, f"{what}: at least {least} and at most {most}")
-    return least, most
 
 
 def _rounds(node: Node | None, what: str, reading: Reading) -> dict[str, int] | None:
@@ -86,42 +64,6 @@ def _helpers(node: Node | None, what: str, reading: Reading) -> dict[str, str] |
     return None if item is None else helpers
 
 
-def _pattern(node: Node, what: str, reading: Reading) -> EventPattern | None:
-    text = read.text(node, what, reading)
-    if text is None:
-        return None
-    word, *others = _WORD.findall(text) or [text]
-    kinds = [kind.value for kind in EventKind]
-    if word not in kinds:
-        reading.unknown(node, f"{what}: there is no event", word, kinds)
-        return None
-    robots: set[str] = set()
-    obstacles: list[str | None] = []
-    regions: list[frozenset[int]] = []
-    for other in others:
-        region = reading.written(other)
-        if "@" in other:
-            obstacles.append(_obstacle(node, other, what, reading))
-        elif other in reading.named:
-            robots.add(other)
-        elif region is not None:
-            regions.append(frozenset({region}))
-        elif area := reading.areas.get(other):
-            regions.append(area)
-        else:
-            if reading.names_known and reading.robots_known:
-                found = f"{what}: '{clipped(other)}' is not a robot, obstacle, region or area"
-                reading.add(node, found, suggestion(other, reading.named))
-            return None
-    if len(obstacles) > 1 or len(regions) > 1:
-        found = f"{what}: '{clipped(text)}' names more than one obstacle or region"
-        reading.add(node, found, "an event names at most one obstacle and one region")
-        return None
-    obstacle = obstacles[0] if obstacles else None
-    among = regions[0] if regions else frozenset()
-    return EventPattern(EventKind(word), frozenset(robots), obstacle, among)
-
-
 def _obstacle(
     node: Node, written: str, what: str, reading: Reading, column: int | None = None
 ) -> str | None:
@@ -138,8 +80,6 @@ def _obstacle(
 
 _NAME = {"description": "An obstacle: type@region.", "type": "string", "pattern": "^.+@.+$"}
 _OBSTACLES = Shape(shapes.many(_NAME), _names, "obstacleNames")
-_EVENT = {"type": "string", "pattern": rf"^\s*({'|'.join(EventKind)})(\s.*)?$"}
-_EVENTS = Shape(shapes.many(_EVENT), partial(read.values, reads=_pattern), "eventPatterns")
 
 
 class ExpectKeys(Table):
@@ -157,23 +97,16 @@ class ExpectKeys(Table):
         Shape(shapes.named(shapes.TEXT, {"pattern": "^.+@.+$"}), _helpers),
         "The helper of each obstacle.",
     )
-    ticks = Key(
-        Shape(shapes.either(shapes.whole(1), TickKeys), _ticks),
-        "At most this many ticks, or bounds.",
-    )
+    ticks = Key(shapes.whole(1), "At most this many ticks.")
     rounds = Key(
         Shape(shapes.either(shapes.whole(1), shapes.named(shapes.whole())), _rounds),
         "At least this many rounds of every robot, or of each.",
     )
-    order = Key(_EVENTS, "Events that happen in this order, among others.")
-    never = Key(_EVENTS, "Events that do not happen.")
 
 
 def _expect(node: Node | None, _what: str, reading: Reading) -> Expect:
     item = ExpectKeys.read(node, "expect", reading)
-    given = {} if item is None else item.given(*item.known.values())
-    given["least_ticks"], given["ticks"] = given.get("ticks", (None, None))
-    return Expect(**given)
+    return Expect(**({} if item is None else item.given(*item.known.values())))
 
 
 EXPECT = Shape(ExpectKeys, _expect)

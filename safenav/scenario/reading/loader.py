@@ -69,21 +69,6 @@ class LimitKeys(Table):
     synthesis_memory = Key(shapes.whole(1), "Memory of a single synthesis, in MiB.")
 
 
-class FailureKeys(Table):
-    about = "Policies for failures in a live run."
-    example = "{retries: 3}"
-    made = settings.Failures
-    retries = Key(shapes.whole(), "How often a failed move into a region is repeated.")
-    then = Key(
-        shapes.choice(settings.FailedMoves),
-        "Then the region is an obstacle, or the robot is out of service.",
-    )
-    most = Key(shapes.whole(1), "Failed moves in a row after which a robot is out of service.")
-    actions = Key(shapes.whole(1), "Failed actions after which another robot helps.")
-    patience = Key(shapes.POSITIVE, "Median durations after which a command is cancelled.")
-    timeout = Key(shapes.POSITIVE, "Seconds after which a command is cancelled. Default: none.")
-
-
 def _chargers(node: Node | None, _what: str, reading: Reading) -> frozenset[Region]:
     found = read.values(
         node, "chargers", reading, lambda item, what, _: reading.regions(item, what)
@@ -122,7 +107,6 @@ class ScenarioKeys(Table):
     until = Key(UntilKeys.filling(settings.Until()))
     limits = Key(LimitKeys.filling(settings.Limits()))
     clock = Key(shapes.choice(settings.Clock), "Time passes in ticks, or in seconds (live).")
-    failures = Key(FailureKeys.filling(settings.Failures()))
     resolve_within = Key(
         shapes.whole(),
         "Maximum ticks from a request to its resolution, unless the obstacle has its own.",
@@ -151,7 +135,6 @@ AS_WRITTEN = (
     *(ScenarioKeys.resolve_within, ScenarioKeys.late, ScenarioKeys.never_together),
     *(ScenarioKeys.expect, ScenarioKeys.requirements, ScenarioKeys.partition),
     *(ScenarioKeys.chargers, ScenarioKeys.until, ScenarioKeys.limits),
-    ScenarioKeys.failures,
 )
 """Keys whose values are fields of the scenario, in the order in which they are read."""
 

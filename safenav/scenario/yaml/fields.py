@@ -159,8 +159,8 @@ REPLACED = {
     "input.probability": "list the ticks: at: [12, 20-30]",
     "objective.circuit": "use 'patrol', with two targets or more",
     "map.threshold": "adapt the image: darker than half is wall",
-    "expect.order": "state the order as a formula of 'requirements'",
-    "expect.never": "state what must not happen as a formula of 'requirements'",
+    "expect.order": "state it in 'requirements', by requested_door@47 and resolved_door@47",
+    "expect.never": "state it in 'requirements', by requested_door@47 and resolved_door@47",
 }
 """Former keys, by the definition of their table, and what to write instead."""
 

@@ -85,7 +85,9 @@ def models(task: Task, world: RegionMap) -> tuple[Model, ...]:
     try:
         return tuple(_model(seen_by, own, blocked, other) for other in task.observed)
     except TooManyBeliefsError as error:
-        raise UsageError(f"{task.robot.name}: {error}; give a partition of fewer cells") from error
+        raise UsageError(
+            f"{task.robot.name}: {error}; give a 'partition' of larger tiles"
+        ) from error
 
 
 @lru_cache(maxsize=256)

@@ -101,7 +101,7 @@ def repair(data: Any, edit: Operation) -> None:
             told_obstacle = parsed(value)
             place = {"region": MapPlaces(data).read(told_obstacle["region"])}
             add_obstacle(data, {**told_obstacle, **place})
-        elif item != "partition":  # ``paint`` has changed it
+        else:
             holder = data
             *way, last = str(item).split(".")
             for key in way:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from ruamel.yaml.scalarstring import LiteralScalarString
 
 from safenav.studio.editing.places import MapPlaces
-from safenav.studio.editing.round_trip import Operation, inline
-from safenav.world.map import Region
+from safenav.studio.editing.round_trip import Operation
 
 
 def paint(data: Any, edit: Operation) -> None:
@@ -20,8 +18,6 @@ def paint(data: Any, edit: Operation) -> None:
         places.written(region, 0)
         rows[region // places.cols][region % places.cols] = "#" if edit["wall"] else "."
     _draw(data, ["".join(row) for row in rows])
-    if not edit["wall"]:
-        _join_cells(data, places, edit["regions"])
 
 
 def _draw(data: Any, rows: list[str]) -> None:
@@ -33,19 +29,3 @@ def _draw(data: Any, rows: list[str]) -> None:
     if hasattr(grid, "comment"):
         text.comment = grid.comment
     data["map"]["grid"] = text
-
-
-def _join_cells(data: Any, places: MapPlaces, floor: Sequence[Region]) -> None:
-    """Add new floor to an adjacent cell, or a new one, if ``partition`` lists cells."""
-    cells = data.get("partition")
-    if not isinstance(cells, list):
-        return
-    owner = {places.read(value): cell for cell in cells for value in cell}
-    for region in floor:
-        beside = (region - places.cols, region - 1, region + 1, region + places.cols)
-        cell = next((owner[r] for r in beside if r in owner), None)
-        if cell is None:
-            cell = inline([])
-            cells.append(cell)
-        if owner.setdefault(region, cell) is cell and region not in map(places.read, cell):
-            cell.append(places.written(region, 0))

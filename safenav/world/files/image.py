@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from collections.abc import Mapping
 from io import BytesIO
 from typing import TYPE_CHECKING
 
@@ -25,12 +24,6 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
 
 MAX_PIXELS = 2**25
-NEAR = 64
-"""The largest distance of a channel (0 to 255) from a colour of a legend."""
-
-Colour = tuple[int, int, int]
-"""Red, green and blue, 0 to 255."""
-
 _PNG = b"\x89PNG\r\n\x1a\n"
 _GAP = rb"(?:[ \t\r\n\v\f]|#[^\r\n]*[\r\n])+"
 _PGM = re.compile(rb"P([25])" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})")
@@ -40,13 +33,12 @@ _CONVERT = "save it as PNG or PGM"
 
 
 class Image(Struct, frozen=True):
-    """Pixels in rows from the top: brightness (sum of the channels, 0 to ``white``), transparency
-    (None: no pixel), and red, green and blue (None: gray)."""
+    """Pixels in rows from the top: brightness (sum of the channels, 0 to ``white``) and
+    transparency (None: no pixel)."""
 
     brightness: NDArray[np.uint16]
     white: int
     transparent: Blocked | None = None
-    channels: NDArray[np.uint8] | None = None
 
     def where(self, chosen: NDArray[np.bool_]) -> Blocked:
         """The pixels whose brightness is chosen; ``chosen`` has an entry for each value."""
@@ -68,29 +60,10 @@ def read_image(data: bytes) -> Image:
     raise MapFileError(Flaw("neither a PNG nor a PGM image", _CONVERT))
 
 
-def dark(image: Image, threshold: float) -> Blocked:
-    """Pixels darker than ``threshold`` (0: black, 1: white). Transparent pixels count as white."""
-    values = np.arange(image.white + 1)
-    found = image.where(values < threshold * image.white)
+def dark(image: Image) -> Blocked:
+    """Pixels darker than half of white. Transparent pixels count as white."""
+    found = image.where(2 * np.arange(image.white + 1) < image.white)
     return found if image.transparent is None else found & ~image.transparent
-
-
-def meanings(image: Image, legend: Mapping[Colour, str]) -> dict[str, Blocked]:
-    """The pixels of each meaning. A pixel has the meaning of the legend's nearest colour, if no
-    channel differs by more than ``NEAR``; transparent pixels have none."""
-    words = list(dict.fromkeys(legend.values()))
-    shape = image.brightness.shape
-    found = np.full(shape, -1, dtype=np.int8 if len(words) < 100 else np.int32)
-    for row in range(shape[0] if legend else 0):
-        gray = image.brightness[row].astype(np.int32) * 255 // image.white
-        pixels = gray[:, None] if image.channels is None else image.channels[row].astype(np.int32)
-        far = np.stack([np.abs(pixels - np.array(colour)).max(axis=1) for colour in legend])
-        nearest = far.argmin(axis=0)
-        numbers = np.array([words.index(word) for word in legend.values()])[nearest]
-        found[row] = np.where(far.min(axis=0) <= NEAR, numbers, -1)
-    if image.transparent is not None:
-        found[image.transparent] = -1
-    return {word: found == number for number, word in enumerate(words)}
 
 
 def _check_size(width: int, height: int) -> None:
@@ -181,4 +154,4 @@ def _decoded(picture: Picture) -> Image:
     brightness = channels[..., :3].sum(axis=2, dtype=np.uint16)
     transparent = channels[..., 3] < 128
     hidden = transparent if bool(transparent.any()) else None
-    return Image(brightness, 3 * 255, hidden, channels[..., :3])
+    return Image(brightness, 3 * 255, hidden)

@@ -1,4 +1,4 @@
-"""Connected spots of pixels: labels on a floor plan, rooms, and the walls that a share removes.
+"""Connected spots of pixels: rooms, and the walls that a share removes.
 
 Spots are found by the runs of their rows and a union-find over runs that touch (Rosenfeld and
 Pfaltz, 1966), so that the work grows with the outline of a drawing and not with its pixels.
@@ -19,10 +19,6 @@ from safenav.world.partition import pieces
 MOST_RUNS = 300_000
 """Most runs of a floor plan; an image with more is not searched for spots."""
 
-_LETTER, _WORD = 0.04, 0.12
-"""The height of the largest letter, and the length of letters that touch each other, as shares of
-the longer side of the image."""
-_MOST_LETTERS = 5000
 _SHOWN = 3
 _ENOUGH = 0.6
 """Share of the free floor that a division has to keep connected to be suggested."""
@@ -46,8 +42,8 @@ class Spots(Struct, frozen=True):
         return int(self.owner[run]) if run >= 0 and where < self.ends[run] else None
 
 
-def spots(mask: Blocked, *, diagonal: bool) -> Spots | None:
-    """The connected spots of a mask, over corners if ``diagonal``; None for too many runs."""
+def spots(mask: Blocked) -> Spots | None:
+    """The connected spots of a mask; None for too many runs."""
     padded = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.int8)
     padded[:, 1:-1] = mask
     width = padded.shape[1]
@@ -63,10 +59,10 @@ def spots(mask: Blocked, *, diagonal: bool) -> Spots | None:
             run = parent[run]
         return run
 
-    first, last, reach = starts.tolist(), ends.tolist(), int(diagonal)
+    first, last = starts.tolist(), ends.tolist()
     above = 0
     for run, start in enumerate(first):
-        begin, end = start - width - reach, last[run] - width + reach
+        begin, end = start - width, last[run] - width
         while last[above] <= begin:
             above += 1
         other = above
@@ -87,65 +83,6 @@ def spots(mask: Blocked, *, diagonal: bool) -> Spots | None:
     return Spots(boxes, pixels, starts - 1 - 2 * rows, ends - 1 - 2 * rows, owner, width - 2)
 
 
-class Label(Struct, frozen=True):
-    """Text on a floor plan: its box in pixels (top, left, bottom, right) and its letters."""
-
-    box: tuple[int, int, int, int]
-    letters: int
-
-
-def without_text(blocked: Blocked) -> tuple[Blocked, tuple[Label, ...]]:
-    """The blocked pixels without labels, and the labels.
-
-    A label is a group of small spots of different shapes that lie as close together as letters
-    do and touch nothing else. Equal spots (a row of pillars) and single ones stay.
-    """
-    found = spots(blocked, diagonal=True)
-    if found is None:
-        return blocked, ()
-    sides = found.boxes[:, 2:] - found.boxes[:, :2]
-    low, long = sides.min(axis=1, initial=blocked.size), sides.max(axis=1, initial=0)
-    small = np.flatnonzero(
-        (low <= _LETTER * max(blocked.shape)) & (long <= _WORD * max(blocked.shape))
-    )
-    if not 2 <= len(small) <= _MOST_LETTERS:
-        return blocked, ()
-    labels, text = [], np.zeros(len(found.pixels), dtype=np.bool_)
-    for group in _groups(found.boxes[small], np.minimum(long, 2 * low)[small]):
-        members = small[group]
-        shapes = {(*sides[spot].tolist(), int(found.pixels[spot])) for spot in members}
-        if len(shapes) < 2:
-            continue
-        boxes = found.boxes[members]
-        corners = (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
-        labels.append(Label(corners, len(members)))
-        text[members] = True
-    left = blocked.copy().ravel()
-    for run in np.flatnonzero(text[found.owner]):
-        left[found.starts[run] : found.ends[run]] = False
-    return left.reshape(blocked.shape), tuple(sorted(labels, key=lambda label: label.box))
-
-
-def _groups(boxes: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Return groups of boxes, by index, chained by gaps no wider than between letters of their
-    size."""
-    least = np.maximum(sizes, np.quantile(sizes, 0.75))
-    margin = np.stack([0.2 * least, 0.4 * least], axis=1)
-    low, high = boxes[:, :2] - margin, boxes[:, 2:] + margin
-    free, groups = np.ones(len(boxes), dtype=np.bool_), []
-    for seed in range(len(boxes)):
-        if not free[seed]:
-            continue
-        free[seed] = False
-        group = [seed]
-        for member in group:
-            near = (low <= high[member]).all(axis=1) & (high >= low[member]).all(axis=1) & free
-            free[near] = False
-            group += np.flatnonzero(near).tolist()
-        groups.append(np.array(group, dtype=np.int64))
-    return groups
-
-
 def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> tuple[str, ...]:
     """Return sentences on the walls, rooms and passages that the division into regions removes."""
     sentences = []
@@ -156,7 +93,7 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
             "use a smaller share or smaller regions"
             for group in _largest_first(_crossed(blocked, layout, world), world)
         ]
-    rooms = spots(~blocked, diagonal=False)
+    rooms = spots(~blocked)
     if rooms is None:
         return _some(sentences)
     held: dict[int, set[int]] = {}

@@ -119,11 +119,9 @@ def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("expect", "resumed_once", "resumed_twice"),
     [
-        ("{order: [goal rover 8, goal rover 26, goal rover 8], rounds: 2}", 0, 0),
-        ("{ticks: {at_least: 27, at_most: 27}}", 0, 0),
+        ("{ticks: 27, rounds: 2}", 0, 0),
         ("{ticks: 26}", 1, 0),
         ("{outcome: tick_limit}", 1, 1),
-        ("{never: [goal rover 8]}", 1, 1),
     ],
 )
 def test_a_run_and_its_rest_are_compared_with_what_is_expected(

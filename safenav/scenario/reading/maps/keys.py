@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from enum import StrEnum
 from typing import ClassVar
 
 from safenav.scenario.reading.regions import PLACE
@@ -14,14 +12,12 @@ from safenav.scenario.yaml.fields import NAME
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.shapes import Key, Table
 
-COLOUR = re.compile(r"#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})")
-
 NO_SIZE = "map: region size missing"
 """The error of a map file that the scenario does not divide."""
 
 FORMS: dict[str, tuple[str, ...]] = {
     "grid": ("resolution", "origin"),
-    "image": ("rows", "cols", "threshold", "share", "resolution", "origin"),
+    "image": ("rows", "cols", "share", "resolution", "origin"),
     "ros": ("rows", "cols", "resolution", "share"),
     "movingai": ("rows", "cols", "share", "resolution", "origin"),
 }
@@ -37,26 +33,6 @@ def _of_form(kind: str) -> shapes.Schema:
     sized = {"oneOf": ({"required": ["rows"]}, {"required": ["resolution"]})}
     without = {"not": shapes.either(*({"required": [key]} for key in others))} if others else {}
     return {"required": [kind, *needed], **without, **(sized if kind == "ros" else {})}
-
-
-class Text(StrEnum):
-    """The meaning of labels on a floor plan."""
-
-    IGNORE = "ignore"
-    WALL = "wall"
-
-
-class ImageKeys(Table):
-    about = "An image with colours that have a meaning."
-    definition = "image"
-    file = Key(
-        shapes.form(shapes.TEXT), "The path of the image.", required="for example 'file: floor.png'"
-    )
-    legend = Key(
-        shapes.form(shapes.named(shapes.matching(NAME), shapes.matching(COLOUR))),
-        "Colours (#rrggbb) that mean wall, free, or an area.",
-    )
-    text = Key(shapes.choice(Text), "How labels on the plan are treated. Default: ignore.")
 
 
 class MapKeys(Table):
@@ -75,16 +51,11 @@ class MapKeys(Table):
         ),
         "One line for each row: '#' is a wall, '.' is free.",
     )
-    image = Key(
-        shapes.form(shapes.either(shapes.TEXT, ImageKeys)), "A PNG or PGM file: dark is wall."
-    )
+    image = Key(shapes.TEXT, "A PNG or PGM file: dark is wall.")
     ros = Key(shapes.TEXT, "The YAML file of a map as ROS map_server saves it.")
     movingai = Key(shapes.TEXT, "A map of the MovingAI benchmarks.")
     rows = Key(shapes.whole(1), "Rows of regions into which the file is divided.")
     cols = Key(shapes.whole(1), "Columns of regions into which the file is divided.")
-    threshold = Key(
-        shapes.PROBABILITY, "Darker pixels are walls; 0 is black, 1 is white. Default: 0.5."
-    )
     share = Key(
         shapes.PROBABILITY, "Blocked share of a region that makes it a wall. Default: 0, any of it."
     )

@@ -10,7 +10,7 @@ from safenav.extras import install_command
 from safenav.scenario.reading.maps.grid import read_grid
 from safenav.scenario.reading.maps.keys import FORMS, OPTIONS, MapKeys, read_origin
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
+from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.fields import mapping, well_named, wrong_type
 from safenav.scenario.yaml.findings import Findings, listed
 from safenav.world.map import Frame, RegionMap
@@ -101,16 +101,12 @@ def _frame(fields: MapKeys, findings: Findings) -> Frame | None:
 
 def _read_names(fields: MapKeys, reading: Reading) -> None:
     world = reading.world
-    areas = _areas_of_legend(fields.image) if world is None else world.areas
     names: dict[str, int | None] = {}
     listed = mapping(fields.names, "'names' of map", reading)
     for key, node in listed.entries if listed else ():
         if not well_named(key, "a region", reading):
             continue
-        if key.text in areas:
-            found = f"'{clipped(key.text)}' already names an area of the legend"
-            reading.add(key, found, "use another name")
-        elif isinstance(node, Scalar) and isinstance(node.value, str):
+        if isinstance(node, Scalar) and isinstance(node.value, str):
             wrong_type(node, f"region '{key.text}'", "a number or [row, column]", reading)
             names[key.text] = None
         else:
@@ -118,11 +114,4 @@ def _read_names(fields: MapKeys, reading: Reading) -> None:
     if world is not None:
         known = {name: region for name, region in names.items() if region is not None}
         reading.world = replace(world, names=known)
-    reading.names, reading.areas = names, areas
-
-
-def _areas_of_legend(image: Node | None) -> dict[str, frozenset[int] | None]:
-    """Return the areas of an unreadable image, each None."""
-    legend = image.get("legend") if isinstance(image, Mapping) else None
-    entries = legend.entries if isinstance(legend, Mapping) else ()
-    return {value.text: None for _, value in entries if isinstance(value, Scalar)}
+    reading.names = names
