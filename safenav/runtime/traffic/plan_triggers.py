@@ -118,12 +118,28 @@ class PlanTriggers:
             distance = self._distance(floor, name)
             pursued = (robot.assignment.objective, goal, floor.stages)
             hasty = distance < FAR and self._runs_low(robot, distance)
+            hasty = hasty or (not self.state.live and self._faces_one_that_waits(robot))
             if robot.robot.objective is not self._objectives[name]:
                 self.watch.forget(name)
             each = self._to_each(floor, robot, goal, distance)
             if self.watch.look(name, pursued, each, self._clock(), hasty) and found is None:
                 found = PlanTrigger(f"{name} makes no progress towards its target", name)
         return found
+
+    def _faces_one_that_waits(self, robot: RobotState) -> bool:
+        """Return whether another robot that waits, too, stands at most two steps from a robot.
+        Plans cost charge: in a team with batteries, robots are patient."""
+        if any(each.charge is not None for each in self.state.robots.values()):
+            return False
+        world, here = self.state.scenario.map, robot.pose.region
+        near = {here, *world.neighbours(here)}
+        near |= {region for side in [*near] for region in world.neighbours(side)}
+        return any(
+            other.active
+            and other.pose.region in near
+            and self.watch.waits(other.name, self._clock())
+            for other in self.state.in_conflict(robot.robot)
+        )
 
     def _distance(self, floor: Floor, name: str) -> int:
         """Return the steps of a robot to its goal poses; FAR if it has none, or waits for a
@@ -221,6 +237,11 @@ class StarvationMonitor:
             self._waits[robot] = _Wait(pursued, nearest, tick)
             return False
         return tick - wait.since >= (self.slowest if hasty else self.patience)
+
+    def waits(self, robot: str, tick: float) -> bool:
+        """Whether a robot has made no progress for the duration of a step."""
+        wait = self._waits.get(robot)
+        return wait is not None and tick - wait.since >= self.slowest
 
     def forget(self, robot: str) -> None:
         """Discard the time that a robot had waited before the run: it was for another target."""

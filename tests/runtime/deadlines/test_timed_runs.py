@@ -75,7 +75,7 @@ def test_the_audit_accepts_random_runs_with_deadlines_and_refuses_damaged_lines(
             assert Run(broken).findings
 
 
-@pytest.mark.parametrize("seed", [9_200_165, 9_200_531, 9_001_865])
+@pytest.mark.parametrize("seed", [9_200_165, 9_200_531])
 def test_robots_that_hold_and_targets_met_before_bound_the_end_of_a_mission(
     seed: int,
 ) -> None:
