@@ -219,7 +219,7 @@ def test_motion_of_another_trace_is_refused() -> None:
         ('"type":"reserve","robot":"digit"', '"type":"reserve","robot":"d"', "d is not a robot"),
         ('"phases":[[', '"phases":[],"more":[[', "a piece of motion without parts"),
         ('"side":2.7', '"side":1e-9', "regions; expected less than 1000"),
-        ('"turning":[', '"swings":[[1,0,1e9,0,1,STILL,STILL]],"turning":[', "a piece of 1,000,000"),
+        ('"swings":[[', '"swings":[[1,0,1e9,0,1,STILL,STILL],[', "a piece of 1,000,000"),
         ('"makespan":', '"makespan":1e12,"m":', "a makespan of 1e[+]12 s"),
     ],
     ids=[

@@ -34,9 +34,11 @@ def test_motion_starts_at_departures_and_ends_at_arrivals(name: str, delayed: fl
     for depart in (r for r in trace.records if isinstance(r, records.Depart)):
         (step,) = (p for p in steps if (p.robot, p.tick) == (depart.robot, depart.tick))
         assert step.t0 >= (depart.t or 0.0) - 1e-6
-        expected = (depart.t or 0.0) + (depart.seconds or 0.0)
-        end = ends.pop((depart.robot, depart.command), expected)
-        assert step.t1 == pytest.approx(end, abs=1e-3)
+        end = ends.pop((depart.robot, depart.command), None)
+        if end is None:  # under way when the run ends: shown at the robot's own pace
+            assert step.t1 <= (depart.t or 0.0) + (depart.seconds or 0.0) + 1e-3
+        else:
+            assert step.t1 == pytest.approx(end, abs=1e-3)
     assert ends == {}
 
 

@@ -74,7 +74,7 @@ def test_pictures_name_the_needs_that_are_left(replay: Replay) -> None:
 
 
 def test_an_order_that_has_to_wait_for_its_helper_is_known(replay: Replay) -> None:
-    assert replay.statuses["pallet@71"].at(9) is ObstacleStatus.HIDDEN
+    assert replay.statuses["pallet@71"].at(9) is ObstacleStatus.ABSENT
     assert replay.statuses["pallet@71"].at(10) is ObstacleStatus.FOUND
 
 

@@ -68,7 +68,7 @@ def test_a_resumed_run_has_a_page_a_result_and_limits(tmp_path: Path, path: Path
     assert json.loads(done.stdout)["outcome"] == "tick_limit"
     assert page.read_text().startswith("<!doctype html>")
     refused = warm.safenav("resume", path, "--html", path)
-    assert refused.returncode == 2 and "would overwrite the trace" in refused.stderr
+    assert refused.returncode == 2 and "would overwrite" in refused.stderr
     assert path.read_text() == text
 
 
