@@ -349,16 +349,6 @@ class Scenario(Struct, frozen=True):
         names = {one.name, other.name}
         return one.conflicts(other) or any(names <= each.robots for each in self.never_together)
 
-    def observable_stepwise(self, robot: Robot) -> bool:
-        """Return whether ``exact`` or ``belief`` is available to a robot: it is in no
-        ``never_together``, and the robots that it observes take one step per tick."""
-        if any(robot.name in each.robots for each in self.never_together):
-            return False
-        near = self.in_conflict(robot)
-        seen = [o for o in self.robots if o in near or o.name in robot.tracks]
-        slow = any(other.model.timing > 1 for other in (robot, *seen))
-        return not slow and not (near and self.clock is settings.Clock.LIVE)
-
     def held(self, robot: str, at: Mapping[str, Collection[Region]]) -> frozenset[Region]:
         """Return the regions of ``never_together`` that a robot must not enter now, because another
         of their robots is in them. ``at``: the regions that each robot occupies."""

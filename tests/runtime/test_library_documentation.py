@@ -15,7 +15,7 @@ from children import ran
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
 PROGRAMS: list[str] = re.findall(r"^```python\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
-SHORTEST, BUILDING, SURPRISE, SYNTHESIS = PROGRAMS
+SHORTEST, BUILDING, SYNTHESIS = PROGRAMS
 
 
 @pytest.fixture
@@ -78,27 +78,13 @@ if __name__"""
 
 def test_the_page_runs_from_top_to_bottom(tmp_path: Path, environment: dict[str, str]) -> None:
     """All programs in one folder, one after the other, and the commands about their traces."""
-    from safenav.scenario.reading.loader import load_scenario
-
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
     for program in (SHORTEST, BUILDING):
         run(program, tmp_path, environment)
-    trace = SURPRISE.replace("world=Surprise()", "world=Surprise(), listeners=[TraceWriter(TRACE)]")
-    names = "from safenav import TraceWriter\nTRACE = Path('surprise.jsonl')\nclass Surprise"
-    told = run(trace.replace("class Surprise", names), tmp_path, environment)
-    last = load_scenario(tmp_path / "building.yaml").map
-    assert re.fullmatch(r"completed \d+\n", told) and int(told.split()[1]) in last.free
-    lines = (tmp_path / "surprise.jsonl").read_text(encoding="utf-8").splitlines()
-    records = [json.loads(line) for line in lines]
-    (found,) = [record for record in records if record["type"] == "discovered"]
-    assert found["obstacle"]["name"] == "barrier@45"
-    did = [(r["type"], r["robot"]) for r in records if r["type"] in ("met", "resolved")]
-    assert did == [("met", "drone"), ("met", "walker"), ("resolved", "walker")]
     run(SYNTHESIS, tmp_path, environment)
     for command in re.findall(r"`safenav ((?:check-trace|replay) \S+)`", TEXT):
         done = warm.safenav(*command.split(), cwd=tmp_path, env=environment)
         assert done.returncode == 0, done.stderr
-    assert warm.safenav("check-trace", "surprise.jsonl", cwd=tmp_path).returncode == 0
 
 
 def test_what_the_page_shows_of_a_mission_exists() -> None:

@@ -6,8 +6,8 @@ from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import TYPE
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Node, Scalar
-from safenav.scenario.yaml.shapes import Key, Table, form, many, whole
+from safenav.scenario.yaml.document import Node
+from safenav.scenario.yaml.shapes import TRUTH, Key, Table, form, many, whole
 
 MOST_TICKS = read.MOST
 TICK = whole(1, MOST_TICKS)
@@ -20,7 +20,7 @@ class ObstacleKeys(Table):
     definition = "obstacle"
     type = Key(TYPE, "An obstacle type of the catalogue.", required="for example 'type: door'")
     region = _AT
-    traversable = Key(form({"type": "boolean"}), "What resolving it reveals. Default: true.")
+    traversable = Key(TRUTH, "What resolving it reveals. Default: true.")
     from_ = Key(TICK, "The tick at which it appears. Default: the first.", name="from")
     until = Key(TICK, "The tick at which it disappears. Default: never.")
     resolve_within = LIMIT
@@ -77,7 +77,7 @@ def _read_obstacle(item: ObstacleKeys, reading: Reading) -> Obstacle | None:
     item.of = f"of {label}"
     region = item.region
     before = len(reading)
-    truth = _truth(item.traversable, kind, reading)
+    truth = _truth(item, kind, reading)
     appears, goes, limit = item.from_, item.until, item.resolve_within
     if appears is not None and goes is not None and appears >= goes:
         hint = "'from' is the tick at which it appears, 'until' that at which it disappears"
@@ -102,16 +102,13 @@ def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
     return tuple(found)
 
 
-def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bool | None:
+def _truth(item: ObstacleKeys, kind: ObstacleType | None, reading: Reading) -> bool | None:
     """Return the truth of an obstacle: traversable by default; None for a type without a truth."""
-    if node is None:
-        return True if kind is not None and kind.has_truth else None
-    if kind is not None and not kind.has_truth:
-        having = [o.name for o in reading.catalogue.obstacles.values() if o.has_truth]
-        hint = f"types that reveal a truth: {', '.join(having)}" if having else ""
-        reading.add(node, f"a {kind.name} has no 'traversable' to reveal", hint)
-        return None
-    if isinstance(node, Scalar) and isinstance(node.value, bool):
-        return node.value
-    read.wrong_type(node, "'traversable'", "true or false", reading)
+    stray = item.where(ObstacleKeys.traversable)
+    if kind is None or kind.has_truth or stray is None:
+        given = item.traversable
+        return (given is not False) if kind is not None and kind.has_truth else None
+    having = [o.name for o in reading.catalogue.obstacles.values() if o.has_truth]
+    hint = f"types that reveal a truth: {', '.join(having)}" if having else ""
+    reading.add(stray, f"a {kind.name} has no 'traversable' to reveal", hint)
     return None
