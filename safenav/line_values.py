@@ -14,7 +14,7 @@ from typing import Any
 MOST_LEVELS = 200
 """Deepest nesting of a line: a proof nests as deep as its choices."""
 MOST_ROBOTS = 1000
-MOST_REGIONS = 2**16
+MOST_REGIONS = 2**18
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""
 ROBOT = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")

@@ -111,7 +111,7 @@ HEADERS: dict[str, tuple[dict[str, object], str]] = {
     "robot": ({"robots": {"a.b": {}}}, "'a.b' cannot name a robot"),
     "robots": ({"robots": MANY}, "at most 1000"),
     "obstacle": ({"obstacles": [{"name": "quad"}]}, "'quad' cannot name an obstacle"),
-    "rows": ({"map": {"rows": 10**9, "cols": 10**9, "grid": []}}, "at most 65536"),
+    "rows": ({"map": {"rows": 10**9, "cols": 10**9, "grid": []}}, "at most 262144"),
     "grid": ({"map": {"rows": 2, "cols": 3, "grid": ["...", ".."]}}, "2 rows of 3 characters"),
     "nesting": ({"name": [[[]]], "partition": NESTED}, "nested more than"),
 }

@@ -8,6 +8,7 @@ from once import beside
 from safenav.outcome import Outcome
 from safenav.report.terminal.map import MapPicture, Marker, legend
 from safenav.report.terminal.story import Story
+from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, setting, vocabulary
 
@@ -101,7 +102,7 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
     ],
 )
 def test_a_failure_is_not_reported_as_a_lacking_capability(obstacle: str, said: str) -> None:
-    line = records.Violation(2, "quad", 8, 9, obstacle, vocabulary.OPERATOR_ACTION)
+    line = records.Violation(2, "quad", 8, 9, obstacle, OPERATOR_ACTION)
     assert [line[11:] for line in told(line)] == [said]
 
 
