@@ -12,7 +12,6 @@ from safenav.audit.continuation import NAME, continuation_problems
 from safenav.audit.judging import RULES, findings
 from safenav.audit.rules.rule import Finding
 from safenav.audit.run.situation import Situation
-from safenav.errors import ResourceLimitError
 from safenav.trace.fields import plain
 from safenav.trace.reading import Trace, read_lines, read_trace
 from safenav.trace.records import Arrive, Move, Push
@@ -38,10 +37,6 @@ class Audit:
         return not self.findings
 
 
-MOST_REGIONS = 2**16
-"""Largest map that is judged."""
-
-
 def check_trace(trace: str | Path | Iterable[str]) -> Audit:
     """Check a trace, given as a path or as its lines. Raises InputError if it is not a trace."""
     if isinstance(trace, str | Path):
@@ -52,9 +47,6 @@ def check_trace(trace: str | Path | Iterable[str]) -> Audit:
 def audit(trace: Trace, after: Trace | None = None) -> Audit:
     """Check a trace that has been read. The findings are in the order of the lines they concern.
     ``after``: the trace of the run that this one continues; the header is compared with its end."""
-    if len(trace.header.scenario.map.grid) * trace.header.scenario.map.cols > MOST_REGIONS:
-        what = f"{trace.source}: a map of more than {MOST_REGIONS:,} regions"
-        raise ResourceLimitError(f"{what}: its audit would need more than 500 MB")
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
     records = [_plain_proof(record) for record in trace.records]
     now = Situation(trace.header, records)

@@ -10,8 +10,8 @@ from msgspec import to_builtins
 
 from safenav.audit.check import Audit, audit
 from safenav.cli import options
-from safenav.errors import ExitCode
-from safenav.trace.reading import read_trace
+from safenav.errors import ExitCode, ResourceLimitError
+from safenav.trace.reading import Trace, read_trace
 from safenav.trace.words import counted
 
 EPILOG = """\b
@@ -45,13 +45,25 @@ def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_js
     with the end of the run that it continues.
     """
     first = None if after is None else read_trace(after)
-    found = audit(read_trace(trace), first)
+    found = audit(_of_bounded_size(read_trace(trace)), first)
     if as_json:
         click.echo(json.dumps({"ok": found.ok, **to_builtins(found)}, indent=2))
     else:
         _tell(found, show_all, partial)
     good = found.ok and (found.complete or partial)
     return ExitCode.OK if good else ExitCode.NEGATIVE
+
+
+MOST_REGIONS = 2**16
+"""Largest map whose trace is judged: its audit needs at most 500 MB."""
+
+
+def _of_bounded_size(trace: Trace) -> Trace:
+    world = trace.header.scenario.map
+    if world.rows * world.cols > MOST_REGIONS:
+        what = f"{trace.source}: a map of {world.rows} x {world.cols} regions"
+        raise ResourceLimitError(f"{what}; traces of at most {MOST_REGIONS:,} can be judged")
+    return trace
 
 
 def _tell(found: Audit, show_all: bool, partial: bool) -> None:

@@ -29,7 +29,7 @@ EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav synth lab.yaml
   safenav synth lab.yaml --robot walker -o out
-  safenav synth out/walker.structuredslugs -o again --measures again/walker.measures.json
+  safenav synth out/walker.structuredslugs -o again --measures walker.measures.json
 \b
 Files written for each robot R into DIR:
   R.structuredslugs  the specification, with the origin of each constraint
