@@ -172,8 +172,11 @@ def _neighbours(path: Path) -> str:
     from difflib import get_close_matches
 
     try:
-        names = {entry.stem: entry.name for entry in path.parent.iterdir() if entry.is_file()}
+        files = [entry for entry in path.parent.iterdir() if entry.is_file()]
     except OSError:
         return f"the directory {path.parent} cannot be read or does not exist"
-    close = get_close_matches(path.stem, names, n=1, cutoff=0.6)
-    return f"did you mean '{path.parent / names[close[0]]}'?" if close else "check the path"
+    # A suffix that many files have makes no two names alike.
+    alike = {*get_close_matches(path.stem, [file.stem for file in files], cutoff=0.6)}
+    names = [file.name for file in files if file.stem in alike]
+    close = get_close_matches(path.name, names, n=1, cutoff=0.6)
+    return f"did you mean '{path.parent / close[0]}'?" if close else "check the path"

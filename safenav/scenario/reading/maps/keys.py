@@ -78,7 +78,9 @@ def read_origin(
     for item in node.items:
         if isinstance(item, Scalar) and str(item.value).lower().strip("+-.") == "nan":
             hint = "write 0: map_saver writes nan or -nan where SLAM gave no valid rotation"
-            findings.add(item, f"an item of {what}: found '{item.value}', expected a number", hint)
+            findings.add(
+                item, f"an item of {what}: found the text '{item.value}', expected a number", hint
+            )
             return None
     numbers = [read.finite(item, f"an item of {what}", findings) for item in node.items]
     x, y, yaw = (*numbers, 0.0)[:3]
