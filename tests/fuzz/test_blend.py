@@ -95,7 +95,6 @@ EXCUSED = {
     "late where a step is repeated": (slow_mission, 172321, False, 19),
     "formulas that forbid a robot to stay": (formula_mission, 149415, True, 52),
     "formulas in the middle of a joint plan": (formula_mission, 171360, True, 87),
-    "a proof before something is due": (formula_mission, 174111, False, 36),
 }
 
 
