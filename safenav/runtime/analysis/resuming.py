@@ -286,7 +286,8 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
         timing=robot.timing or 1,
     )
     if robot.motion is not None:
-        model = replace(model, motion=str(robot.motion["kind"]))
+        size, speed = (_number(robot.motion.get(key)) for key in ("size", "speed"))
+        model = replace(model, motion=str(robot.motion["kind"]), size=size, speed=speed)
     objective = objective_of(robot.objective)
     if objective is None:
         raise UsageError(f"the objective of {name} is of a kind that this version does not know")
@@ -333,3 +334,7 @@ def joins_words(rest: Scenario) -> str:
     """Return the reason why a run ends when a robot joins it. ``rest``: the scenario with that
     robot."""
     return f"{rest.robots[-1].name} joins the team, and another run continues from here"
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, int | float) else None
