@@ -164,6 +164,36 @@ def test_no_robot_passes_a_door_that_does_not_open(
         assert "way-back" in run.broken
 
 
+class Swinging(Driven):
+    """The door falls shut whenever the robot has left it."""
+
+    shut = True
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario)
+        (self.door,) = scenario.obstacles
+        self.here = scenario.robots[0].start.region
+
+    def sense(self, robot: Robot, region: int) -> Obstacle | None:
+        del robot
+        return self.door if self.shut and region == self.door.region else None
+
+    def move(self, robot: Robot, pose: Pose) -> None:
+        del robot
+        self.shut = self.shut or self.here == self.door.region != pose.region
+        self.here = pose.region
+
+    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
+        del robot
+        if self.shut and self.here == self.door.region:
+            self.shut = False
+            yield self.door, None
+
+
+def test_rounds_do_not_restart_when_a_robot_opens_a_door_again_in_passing() -> None:
+    assert completed(JAMMED, world=Swinging).one("resolved")
+
+
 class Sliding(Building):
     """Some moves of the drone, by their number, end in another region than commanded."""
 

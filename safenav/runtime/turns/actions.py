@@ -229,10 +229,12 @@ class Actions(Struct):
             self.world.dropped.append((replace(event, found=tuple(early)), said))
         for obstacle, result in (pair for pair in event.found if pair not in early):
             new = obstacle.name not in self.state.failures.opened
-            known = obstacle.name in {*named, *knowledge.pending, *knowledge.sighted}
+            known = obstacle.name in named or obstacle.name in knowledge.pending
             changes = result in (ActResult.DONE, ActResult.UNTRAVERSABLE) and new
             changes = changes or (result is ActResult.FAILED and self._finds(event, obstacle))
             (told if known or changes else dropped).append((obstacle, result))
+            if result is ActResult.DONE and not (known or changes):
+                knowledge.sighted.pop(obstacle.name, None)  # it has been opened in passing again
         if dropped and self.state.live:
             words = ", ".join(f"{obstacle.name}: {result.value}" for obstacle, result in dropped)
             echo = replace(event, found=tuple(dropped))
