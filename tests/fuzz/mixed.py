@@ -310,4 +310,4 @@ def _add_motion(random: Random, model: Data, side: float) -> None:
         own["turning"] = round(random.uniform(0.2, 3), 2)
     if kind == "flyer" and random.random() < 0.5:
         own["altitude"] = round(random.uniform(0.5, 3), 1)
-    model["motion"] = {"kind": kind, **own}
+    model["motion"] = kind
