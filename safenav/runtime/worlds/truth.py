@@ -7,7 +7,6 @@ state of the team's model in which every obstacle that is there is open; nobody 
 
 from __future__ import annotations
 
-import random
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
@@ -23,7 +22,7 @@ from safenav.world.moves import Pose
 
 
 class SimulatedWorld:
-    """The scenario's own obstacles, with truths drawn from its seed: a ``BlockingWorld``.
+    """The scenario's own obstacles with their truths: a ``BlockingWorld``.
 
     ``cleared``: names of the loads that the team knows, which robots take."""
 
@@ -36,12 +35,11 @@ class SimulatedWorld:
         )
         self._state = replace(there, obstacles=opened)
         self._regions: list[Region | None] = [robot.start.region for robot in scenario.robots]
-        drawn = draw_truths(scenario)
-        self._truths = [drawn[each.source] for each in self._team.obstacles]
+        self._truths = [each.source.traversable for each in self._team.obstacles]
         self.truths: dict[str, bool | None] = {}
         """The truth of each name that came last; at first that of the one that comes first."""
-        for obstacle, truth in sorted(drawn.items(), key=lambda each: each[0].appears or 0):
-            self.truths.setdefault(obstacle.name, truth)
+        for obstacle in sorted(scenario.obstacles, key=lambda each: each.appears or 0):
+            self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
         self._parts: tuple[tuple[Obstacle, Stage], ...] = ()
         self._brought: set[int] = set()
@@ -217,16 +215,3 @@ class SimulatedWorld:
         if obstacle.ordered:
             return not self.stands(obstacle)
         return obstacle.region not in occupied and obstacle.region not in self.standing()
-
-
-def draw_truths(scenario: Scenario) -> dict[Obstacle, bool | None]:
-    """Return each obstacle's ``traversable`` in this run. Probabilities are drawn in the scenario's
-    order from its seed, so that a run can be repeated."""
-    generator = random.Random(scenario.seed)
-    truths: dict[Obstacle, bool | None] = {}
-    for obstacle in scenario.obstacles:
-        truth = obstacle.traversable
-        if isinstance(truth, float):
-            truth = generator.random() < truth
-        truths[obstacle] = truth
-    return truths
