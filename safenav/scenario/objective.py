@@ -174,8 +174,9 @@ class Patrol(TargetObjective, frozen=True):
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
-        if len(targets) == 1:
-            found = "1 target, and a patrol has two or more"
+        if len(set(targets)) == 1:
+            one = "1 target, and a patrol has two or more"
+            found = one if len(targets) == 1 else "all targets are the same"
             return found, "use 'hold' to stay in one region"
         for first, second in combinations(targets, 2):
             if first == second:

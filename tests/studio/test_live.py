@@ -78,7 +78,7 @@ def test_a_region_is_not_closed_on_a_robot_that_stands_in_it(served: Served) -> 
         ({"kind": "objective", "robot": "digit", "objective": {"hold": 5000}}, "outside the map"),
         (
             {"kind": "objective", "robot": "digit", "objective": {"patrol": [58, 58]}},
-            "both targets are the same",
+            "all targets are the same",
         ),
         ({"kind": "service", "robot": "nobody", "active": False}, "no robot"),
         ({"kind": "magic"}, "unknown change"),
