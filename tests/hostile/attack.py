@@ -3,10 +3,8 @@
 import json
 import os
 import re
-import resource
 import subprocess
 import sys
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +12,7 @@ from pathlib import Path
 from hostile.enemy import MARK, changed
 
 MOST_MB, MOST_SECONDS = 500, 20
+LAUNCHER = Path(__file__).with_name("launcher.py")
 DOCUMENTED = (0, 1, 2, 3)
 _ESCAPES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
@@ -34,21 +33,19 @@ def attack(words: Sequence[object], sandbox: Path, made: Sequence[str] = ()) -> 
     before, home = dict(changed(sandbox)), sandbox.parent / "home"
     cache = os.environ["SAFENAV_CACHE"]
     env = {"HOME": str(home), "PATH": os.environ["PATH"], "SAFENAV_CACHE": cache}
-    out, err = sandbox.parent / "out.txt", sandbox.parent / "err.txt"
+    out, err, cost = (sandbox.parent / name for name in ("out.txt", "err.txt", "cost.json"))
     with out.open("wb") as stdout, err.open("wb") as stderr:
-        begun = time.monotonic()
-        process = subprocess.Popen(
-            [*map(str, words)],
+        subprocess.run(
+            [sys.executable, "-I", "-S", LAUNCHER, cost, *map(str, words)],
             cwd=sandbox,
             env=env,
             stdin=subprocess.DEVNULL,
             stdout=stdout,
             stderr=stderr,
-            preexec_fn=_limits,
+            check=True,
         )
-        _, code, used = os.wait4(process.pid, 0)
-        process.returncode = status = os.waitstatus_to_exitcode(code)
-    seconds = min(used.ru_utime + used.ru_stime, time.monotonic() - begun)
+    used = json.loads(cost.read_text())
+    status, megabytes, seconds = used["status"], used["megabytes"], used["seconds"]
     said = out.read_text("utf-8", "replace")
     complained = err.read_text("utf-8", "replace")
     flaws = []
@@ -56,21 +53,15 @@ def attack(words: Sequence[object], sandbox: Path, made: Sequence[str] = ()) -> 
         flaws.append(f"exit code {status}: {complained[-300:]}")
     if "Traceback" in complained + said:
         flaws.append(complained[-600:])
-    if used.ru_maxrss / 1024 > MOST_MB:
-        flaws.append(f"{used.ru_maxrss // 1024} MB")
+    if megabytes > MOST_MB:
+        flaws.append(f"{megabytes:.0f} MB")
     if seconds > MOST_SECONDS:
         flaws.append(f"{seconds:.0f} s")
     new = {name for name, size in changed(sandbox) if before.get(name) != size}
     flaws += [f"it made {name}" for name in sorted(new) if not name.startswith((*made, "\0"))]
     flaws += [f"an escape sequence: {found!r}" for found in _ESCAPES.findall(said)[:1]]
     flaws += [f"a claim: {claim}" for claim in _claims(said) if MARK in claim]
-    return Attack(status, used.ru_maxrss / 1024, seconds, tuple(flaws))
-
-
-def _limits() -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
-    resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
-    os.nice(5)
+    return Attack(status, megabytes, seconds, tuple(flaws))
 
 
 def _claims(said: str) -> list[str]:

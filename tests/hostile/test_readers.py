@@ -2,12 +2,13 @@
 
 import json
 import struct
+import sys
 import zlib
 from pathlib import Path
 
 import pytest
 
-from hostile.attack import SAFENAV, attack
+from hostile.attack import MOST_MB, SAFENAV, attack
 
 LAB = """\
 safenav: 1
@@ -185,3 +186,15 @@ def test_a_small_file_does_not_become_a_huge_one(name: str, tmp_path: Path) -> N
     done = attack([*SAFENAV, *words], sandbox)
     assert done.flaws == ()
     assert done.status in ALLOWED.get(name, (2,)), (tmp_path / "err.txt").read_text()[:500]
+
+
+def test_the_peak_is_that_of_the_program_alone(tmp_path: Path) -> None:
+    """A large test process is not counted, and a large program is."""
+    for folder in ("home", "sandbox"):
+        (tmp_path / folder).mkdir()
+    own = b"x" * (200 << 20)
+    small = attack([sys.executable, "-c", ""], tmp_path / "sandbox")
+    del own
+    assert 0 < small.megabytes < 100 and small.flaws == ()
+    large = attack([sys.executable, "-c", f"b'x' * ({MOST_MB} << 20)"], tmp_path / "sandbox")
+    assert large.megabytes > MOST_MB and large.flaws == (f"{large.megabytes:.0f} MB",)
