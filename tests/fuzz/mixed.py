@@ -302,12 +302,4 @@ def _add_motion(random: Random, model: Data, side: float) -> None:
     most = min(0.6, side / 3) if kind == "walker" else min(1.2, side * 0.85)
     model["size"] = round(random.uniform(0.2, most), 2)
     model["speed"] = 0.45 if kind == "walker" else round(random.uniform(0.2, 1.5), 2)
-    own: Data = {}
-    if random.random() < 0.3:
-        own["action_seconds"] = round(random.uniform(0, 6), 1)
-    if kind == "rover" and random.random() < 0.5:
-        own["acceleration"] = round(random.uniform(0.1, 2), 2)
-        own["turning"] = round(random.uniform(0.2, 3), 2)
-    if kind == "flyer" and random.random() < 0.5:
-        own["altitude"] = round(random.uniform(0.5, 3), 1)
     model["motion"] = kind
