@@ -28,7 +28,7 @@ def test_the_built_in_catalogue(safenav: Command) -> None:
         "vision": None,
         "size": 0.6,
         "speed": 0.45,
-        "motion": {"kind": "walker"},
+        "motion": "walker",
         "timing": 1,
         "source": "built in",
     }

@@ -108,6 +108,6 @@ def test_actions_without_services_are_named(
 ) -> None:
     scenario, *_ = yard()
     stations = {name: Station(f"/{name}", act=act) for name, act in acts.items()}
-    fleet = FleetFile(TransportKind.ROS2, Network(), SimulationUse(), None, stations)
+    fleet = FleetFile(TransportKind.ROS2, Network(), SimulationUse(), stations)
     found = list(unserved(scenario, fleet))
     assert len(found) == len(told) and all(map(str.__contains__, found, told)), found

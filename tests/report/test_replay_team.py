@@ -19,7 +19,7 @@ from safenav.report.page.html import page_of
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.perception import SightCache, shading_lines, shading_of, viewers
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import Replay
+from safenav.report.replay.timeline import Replay, StoryKind
 from safenav.trace.words import regions_words
 from safenav.world.map import RegionMap
 from safenav.world.poses import bits
@@ -137,11 +137,15 @@ def test_lists_of_regions_are_abbreviated() -> None:
     assert regions_words([]) == ""
 
 
-def test_the_command_shades_for_a_robot(traces: dict[str, Path], tmp_path: Path) -> None:
+def test_the_command_shades_for_a_robot(
+    traces: dict[str, Path], meeting: Replay, tmp_path: Path
+) -> None:
     out = tmp_path / "p.svg"
+    plan = next(event.tick for event in meeting.events if event.kind is StoryKind.PLAN)
     arguments = [str(traces["meeting"]), "--svg", "plan", "--sight", "east", "-o", str(out)]
     assert CliRunner().invoke(replay_command, arguments, standalone_mode=False).exception is None
-    assert "tick 7 of 27" in out.read_text() and "what east sees" in out.read_text()
+    words = out.read_text()
+    assert f"tick {plan} of {meeting.last}" in words and "what east sees" in words
 
 
 @pytest.mark.parametrize(

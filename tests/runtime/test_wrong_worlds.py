@@ -56,7 +56,7 @@ def says(value: Any) -> Callable[..., Any]:
         ("sense", says(Obstacle(SHUT, 9)), "region 9 has a list in place of a frozenset"),
         ("sense", says(Obstacle(NOBODY, 9)), r"wrong part: .* >= 1 - at .*robots"),
         ("sense", says(Obstacle(DOOR, 9, resolve_within=-4)), "wrong part: .* >= 0"),
-        ("sense", says(Obstacle(FOG, 9, 1.5)), "wrong part: .* <= 1.0"),
+        ("sense", says(Obstacle(FOG, 9, 1.5)), r"wrong part: .*`bool \| null`.*traversable"),
         ("sense", says(Obstacle(SAME, 9)), "region 9 has no previous need for 'same'"),
         ("sense", says(Obstacle(TWO, 9)), "other numbers of robots for a 'same' need"),
         ("inputs", broken, r"World.inputs\(1\) failed: RuntimeError"),
