@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
+from safenav.scenario.room import room_words, without_room
 from safenav.solve.duties import settle
 from safenav.solve.solve import Solver
 from safenav.team.floor import EitherFloor, Floor, Joint, Stages
@@ -34,11 +35,12 @@ class Found(Struct, frozen=True):
 
 
 class Deadlock(Struct, frozen=True):
-    """No order of moves of ``robots`` completes the mission. ``states``: the joint poses that they
-    reach."""
+    """No order of moves of ``robots`` completes the mission. ``why``: what the proof does not
+    say."""
 
     robots: tuple[int, ...]
-    proof: proofs.JointSearch
+    proof: proofs.JointSearch | proofs.NoRoom
+    why: str = ""
 
 
 class Unserved(Struct, frozen=True):
@@ -51,6 +53,8 @@ def ask(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int
 ) -> Found | Deadlock | Unserved | None:
     """The answer for the whole remaining mission with all ``served`` gates resolved."""
+    if (crowded := _crowded(floor)) is not None:
+        return crowded
     answer = _search(floor, joint, frozenset(served), seed)
     if isinstance(answer, Exhausted) and _may_turn(floor, joint):
         answer = _search(_either(floor), joint, frozenset(served), seed)
@@ -75,6 +79,17 @@ def ask(
         if possible or not isinstance(_search(floor, joint, frozenset(), seed), Exhausted):
             return Unserved(tuple(g for g in served if g not in possible))
     return Deadlock(floor.robots, _stated(floor, joint, answer))
+
+
+def _crowded(floor: Floor) -> Deadlock | None:
+    """Robots that must stay in fewer regions than they are."""
+    team = floor.team
+    group = next(without_room([team.members[i].robot for i in floor.robots]), None)
+    if group is None:
+        return None
+    who = tuple(i for i in floor.robots if team.members[i].robot in group)
+    proof = proofs.NoRoom(tuple(team.members[i].name for i in who))
+    return Deadlock(who, proof, f"deadlock: {room_words(group, team.world)}")
 
 
 def _search(floor: Floor, joint: Joint, served: frozenset[int], seed: int) -> Answer:

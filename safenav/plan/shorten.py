@@ -116,7 +116,7 @@ def _earliest(
     later = [0] * (last + 2)
     for t in range(last, -1, -1):
         later[t] = later[t + 1] | taken[t]
-    final = floor.live(i, floor.allowed(i, ticks[-1].stages))
+    final = floor.final(i, ticks[-1].stages)
     cells: list[list[Mask]] = [[0] * (len(vias) + 1) for _ in ticks]
     cells[0][0] = 1 << ticks[0].poses[i]
     for t in range(last + 1):

@@ -13,7 +13,7 @@ def without_room(robots: Sequence[Robot]) -> Iterator[tuple[Robot, ...]]:
     all others of its group; at most one for each greatest set of such robots."""
     stay = [robot for robot in robots if robot.objective.settles]
     seen = list[set[str]]()
-    for first in stay:
+    for first in stay if _too_many(stay) else ():
         apart = [first]
         for robot in stay:
             if robot is not first and all(robot.conflicts(other) for other in apart):

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from safenav.scenario.objective import TargetObjective
 from safenav.team import state as now
+from safenav.team.failures import lost_type
 from safenav.team.floor import Floor, barred, floor_of, restarted
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
@@ -266,6 +267,18 @@ def will_count(team: Team, state: State, i: int) -> bool:
 
 def done(team: Team, state: State, i: int) -> bool:
     return rounds(team.members[i].objective, state.robots[i].own) >= team.rounds
+
+
+def stands(team: Team, state: State, i: int) -> bool:
+    """Whether a robot is where its own objective settles; True if that settles nowhere. One that is
+    lost may be at several places."""
+    member, robot, lost = team.members[i], state.robots[i], lost_type(team.members[i].robot)
+    if not member.pursuit.settles:
+        return True
+    pairs = zip(team.obstacles, state.obstacles, strict=True)
+    places = {o.region for o, each in pairs if each.known and o.source.type.name == lost}
+    places.add(robot.pose % team.size)
+    return robot.to is None and all(member.objective.stays(robot.own.memory, r) for r in places)
 
 
 # Acting.

@@ -201,9 +201,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return count[1] >= self.team.rounds * each
 
     def awaited(self, i: int, count: tuple[int, int]) -> Mask:
-        """The poses that a robot wants to reach next; none if it is done."""
+        """The poses that a robot wants to reach next; if it is done, those where it must end."""
         member, found = self.team.members[i], 0
-        if not self.is_done(i, count):
+        if self.is_done(i, count):
+            found = member.targets[-1] if member.pursuit.settles else 0
+        else:
             for target in bits(member.pursuit.awaited(count[0])):
                 found |= member.targets[target]
         return found
@@ -211,15 +213,20 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def completed(
         self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
     ) -> bool:
-        """Whether all is done, and everybody (``who``) can continue forever."""
+        """Whether all is done, and everybody (``who``) stands where it may end."""
         robots = self.robots if who is None else who
         if not all(self.is_done(i, joint.counts[i]) for i in robots):
             return False
         if any(joint.stages[g].need < len(self.gate(g).needs) for g in served):
             return False
-        return all(
-            self.live(i, self.allowed(i, joint.stages)) >> joint.poses[i] & 1 for i in robots
-        )
+        return all(self.final(i, joint.stages) >> joint.poses[i] & 1 for i in robots)
+
+    @cached_method
+    def final(self, i: int, stages: Stages) -> Mask:
+        """The poses where a robot may end: it can continue forever, and is at the target at which
+        its objective settles, if it does."""
+        member, live = self.team.members[i], self.live(i, self.allowed(i, stages))
+        return live & member.targets[-1] if member.pursuit.settles else live
 
     def _settled(
         self,

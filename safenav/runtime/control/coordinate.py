@@ -20,7 +20,7 @@ from safenav.solve.duties import Settlement, settle
 from safenav.solve.proof import cause_of, closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
-from safenav.team.apply import apply, done
+from safenav.team.apply import apply, done, stands
 from safenav.team.floor import driven, floor_now, stages_of
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
@@ -207,14 +207,11 @@ def _planned(team: Team, state: State, control: Control, decide: object) -> End 
             decide(now.Planned(plan))  # type: ignore[operator]
         case Unserved(gates):
             decide(now.SetAside(tuple(floor.gates[g] for g in gates)))  # type: ignore[operator]
-        case Deadlock(robots, proof):
-            names = ", ".join(team.members[i].name for i in robots)
-            return End(
-                "operator_needed",
-                f"{names}: deadlock",
-                "deadlock",
-                _whole(team, state, robots, proof),
-            )
+        case Deadlock(robots, proof, why):
+            if isinstance(proof, JointSearch):
+                why = f"{', '.join(team.members[i].name for i in robots)}: deadlock"
+                proof = _whole(team, state, robots, proof)
+            return End("operator_needed", why, "deadlock", proof)
         case None:
             return End(
                 "search_limit", "search budget exhausted while planning a joint plan; no verdict"
@@ -235,5 +232,9 @@ def _whole(team: Team, state: State, robots: tuple[int, ...], proof: JointSearch
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:
-    """Whether every robot has met its objective, and no request is being served."""
-    return not control.found.served and all(done(team, state, i) for i in range(len(team.members)))
+    """Whether every robot has met its objective, those that must stay at its last target are there
+    now, and no request is being served."""
+    robots = range(len(team.members))
+    return not control.found.served and all(
+        done(team, state, i) and stands(team, state, i) for i in robots
+    )
