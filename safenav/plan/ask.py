@@ -53,8 +53,8 @@ def ask(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int
 ) -> Found | Deadlock | Unserved | None:
     """The answer for the whole remaining mission with all ``served`` gates resolved."""
-    if (crowded := _crowded(floor)) is not None:
-        return crowded
+    if (none := _crowded(floor) or _alone(floor, joint)) is not None:
+        return none
     answer = _search(floor, joint, frozenset(served), seed)
     if isinstance(answer, Exhausted) and _may_turn(floor, joint):
         answer = _search(_either(floor), joint, frozenset(served), seed)
@@ -79,6 +79,32 @@ def ask(
         if possible or not isinstance(_search(floor, joint, frozenset(), seed), Exhausted):
             return Unserved(tuple(g for g in served if g not in possible))
     return Deadlock(floor.robots, _stated(floor, joint, answer))
+
+
+def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
+    """A robot that sealed obstacles keep from a target that it has still to meet."""
+    for i in floor.robots:
+        member, free = floor.team.members[i], floor.floors[i]
+        if free == member.floor or floor.is_done(i, joint.counts[i]):
+            continue
+        there = floor.graphs[i].closure(1 << joint.poses[i], free)
+        if not all(there & target for target in member.targets):
+            found = _proof(floor, joint, (i,))
+            if found is not None:
+                return found
+    return None
+
+
+def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | None:
+    """The proof that a few robots cannot complete the mission even without all others and open
+    obstacles, if that is soon found."""
+    few = EitherFloor(floor.team, (), floor.graphs, floor.floors, group)
+    begun = few.begun(joint.poses, joint.counts, ())
+    search = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
+    found = search.deep(begun, search.goal, 200, "farthest first", list(group))
+    if found is None or isinstance(found, Exhausted):
+        found = search.singles(FEW_STATES)
+    return Deadlock(group, _stated(few, begun, found)) if isinstance(found, Exhausted) else None
 
 
 def _crowded(floor: Floor) -> Deadlock | None:
@@ -143,17 +169,8 @@ def _few(floor: Floor, joint: Joint) -> Deadlock | None:
             if all(floor.team.members[i].rivals & {*g} for i in g)
         ]
         for group in islice(sorted(groups, key=lambda g: _spread(floor, joint, g)), FEW_GROUPS):
-            few = EitherFloor(floor.team, (), floor.graphs, floor.floors, group)
-            begun = few.begun(joint.poses, joint.counts, ())
-            answer = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
-            found = answer.deep(begun, answer.goal, 200, "farthest first", list(group))
-            found = (
-                answer.singles(FEW_STATES)
-                if found is None or isinstance(found, Exhausted)
-                else found
-            )
-            if isinstance(found, Exhausted):
-                return Deadlock(group, _stated(few, begun, found))
+            if (found := _proof(floor, joint, group)) is not None:
+                return found
     return None
 
 

@@ -63,6 +63,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.floors[i] & ~self.graphs[i].on(closed)
 
     @cached_method
+    def rivals(self, i: int) -> frozenset[int]:
+        """The rivals of a robot that take part."""
+        return self.team.members[i].rivals & {*self.robots}
+
+    @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
         """The allowed poses from which a robot can continue forever."""
         return self.graphs[i].live(self.team.members[i].aims, allowed)
@@ -189,7 +194,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         """Each step that one robot can take while the others stand still."""
         size = self.team.size
         for i in self.robots:
-            taken = {joint.poses[j] % size for j in self.team.members[i].rivals}
+            taken = {joint.poses[j] % size for j in self.rivals(i)}
             for pose in self.steps(i, joint.stages)[joint.poses[i]]:
                 if pose % size not in taken:
                     yield i, pose

@@ -26,7 +26,6 @@ from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.header import obstacle_header, scenario_header
-from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.proofs import Proof
 from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import (
@@ -45,6 +44,7 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 class Recorder:
     """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
+    ``told``: the objectives in force as last recorded;
     ``said``: the last place of each robot in the recorded plan (None: none is in force),
     ``basis``: for which plan and obstacles; ``why``: the last event of those that give a reason for
     syntheses."""
@@ -65,6 +65,7 @@ class Recorder:
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.aside: set[int] = set()
+        self.told = [member.objective for member in team.members]
         self.said: list[int] | None = None
         self.basis: object = None
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
@@ -243,6 +244,7 @@ class Recorder:
                 self._given_up(before, event.obstacle, control)
         if control.end is None or control.end.cause == "deadlock":
             self._stack(after, control)
+            self._told(after)
         for i in control.new:
             controller = control.controllers[i]
             if controller is not None:
@@ -251,6 +253,14 @@ class Recorder:
             if isinstance(event, now.Counted):
                 self.record(before, event, after)
             before = apply(self.team, before, event)
+
+    def _told(self, state: State) -> None:
+        """The objectives of planned robots that no push or pop has told."""
+        for i, robot in enumerate(state.robots):
+            if self.team.members[i].rivals and self.told[i] != robot.objective:
+                traced = objective_in_trace(robot.objective)
+                self.emit(records.Told(self.tick, self._robot(i), traced))
+        self.told = [robot.objective for robot in state.robots]
 
     def _given_up(self, state: State, k: int, control: Control) -> None:
         needs, members = self.team.obstacles[k].needs, self.team.members
@@ -295,10 +305,7 @@ class Recorder:
     def _stack(self, state: State, control: Control) -> None:
         """Pops of requests that are over, then requests with new helpers, and a push for each
         requester."""
-        told = {
-            m.name: objective_in_trace(r.objective)
-            for m, r in zip(self.team.members, state.robots, strict=True)
-        }
+        told = [robot.objective for robot in state.robots]
         for k in dict.fromkeys(entry[0] for entry in self.stack if entry[0] not in state.requests):
             for entry in [e for e in reversed(self.stack) if e[0] == k]:
                 self.stack.remove(entry)
@@ -320,11 +327,18 @@ class Recorder:
                     self.stack.append((k, who, helping))
                     self._entry(records.Push, (k, who, helping), told)
 
-    def _entry(self, kind: type, entry: Entry, told: dict[str, TracedObjective]) -> None:
+    def _entry(self, kind: type, entry: Entry, objectives: list[TargetObjective]) -> None:
         k, who, helpers = entry
         several = helpers if len(helpers) > 1 else None
+        self.told = list(objectives)
         about = (
-            told,
+            dict(
+                zip(
+                    map(self._robot, range(len(objectives))),
+                    map(objective_in_trace, objectives),
+                    strict=True,
+                )
+            ),
             self._name(k),
             None if who is None else self._robot(who),
             helpers[0] if helpers else None,
