@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations, islice
 
 from msgspec import Struct
@@ -50,14 +50,19 @@ class Unserved(Struct, frozen=True):
 
 
 def ask(
-    floor: Floor, joint: Joint, served: tuple[int, ...], seed: int
+    floor: Floor,
+    joint: Joint,
+    served: tuple[int, ...],
+    seed: int,
+    check: Callable[[], None] = lambda: None,
 ) -> Found | Deadlock | Unserved | None:
-    """The answer for the whole remaining mission with all ``served`` gates resolved."""
+    """The answer for the whole remaining mission with all ``served`` gates resolved. ``check``
+    raises if the search must end."""
     if (none := _crowded(floor) or _alone(floor, joint)) is not None:
         return none
-    answer = _search(floor, joint, frozenset(served), seed)
+    answer = _search(floor, joint, frozenset(served), seed, check)
     if isinstance(answer, Exhausted) and _may_turn(floor, joint):
-        answer = _search(_either(floor), joint, frozenset(served), seed)
+        answer = _search(_either(floor), joint, frozenset(served), seed, check)
         if isinstance(answer, list) and not isinstance(answer, Exhausted):
             first = tuple(_first(floor, answer))
             counts = list(joint.counts)
@@ -66,17 +71,17 @@ def ask(
             begun = floor.begun(joint.poses, tuple(counts), joint.stages)
             return Found(shortened(floor, [begun, *answer[1:]], frozenset(served)), first)
     if answer is None:
-        return _few(floor, joint)
+        return _few(floor, joint, check)
     if not isinstance(answer, Exhausted):
         return Found(shortened(floor, answer, frozenset(served)))
     if served:
         possible: tuple[int, ...] = ()
         for g in served:  # in order: each is served if it can be with those before it
-            if not isinstance(
-                _search(floor, joint, frozenset({*possible, g}), seed), Exhausted | None
-            ):
+            found = _search(floor, joint, frozenset({*possible, g}), seed, check)
+            if not isinstance(found, Exhausted | None):
                 possible = (*possible, g)
-        if possible or not isinstance(_search(floor, joint, frozenset(), seed), Exhausted):
+        alone = possible or _search(floor, joint, frozenset(), seed, check)
+        if not isinstance(alone, Exhausted):
             return Unserved(tuple(g for g in served if g not in possible))
     return Deadlock(floor.robots, _stated(floor, joint, answer))
 
@@ -118,9 +123,11 @@ def _crowded(floor: Floor) -> Deadlock | None:
     return Deadlock(who, proof, f"deadlock: {room_words(group, team.world)}")
 
 
-def _search(floor: Floor, joint: Joint, served: frozenset[int], seed: int) -> Answer:
+def _search(
+    floor: Floor, joint: Joint, served: frozenset[int], seed: int, check: Callable[[], None]
+) -> Answer:
     work = max(WORK, WORK_OF_A_ROBOT * len(floor.robots))
-    return Search(floor, served, _guide(floor, served), joint, seed, work).run()
+    return Search(floor, served, _guide(floor, served), joint, seed, work, check).run()
 
 
 def _guide(floor: Floor, served: frozenset[int]) -> Guide:
@@ -158,7 +165,7 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
                 yield i, here.bit_length() - 1
 
 
-def _few(floor: Floor, joint: Joint) -> Deadlock | None:
+def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
     """Two or three robots that could not complete the mission even without all others and open
     obstacles: a proof for the team, since these only restrict them."""
     sharing = [i for i in floor.robots if floor.team.members[i].rivals]
@@ -169,6 +176,7 @@ def _few(floor: Floor, joint: Joint) -> Deadlock | None:
             if all(floor.team.members[i].rivals & {*g} for i in g)
         ]
         for group in islice(sorted(groups, key=lambda g: _spread(floor, joint, g)), FEW_GROUPS):
+            check()
             if (found := _proof(floor, joint, group)) is not None:
                 return found
     return None

@@ -37,11 +37,20 @@ Answer = list[Joint] | Exhausted | None
 
 
 class Search:
-    """``work``: how many single-robot steps it may examine; about 200,000 a second."""
+    """``work``: how many single-robot steps it may examine; about 200,000 a second. ``check``
+    raises if the search must end."""
 
     def __init__(
-        self, floor: Floor, served: frozenset[int], guide: Guide, start: Joint, seed: int, work: int
+        self,
+        floor: Floor,
+        served: frozenset[int],
+        guide: Guide,
+        start: Joint,
+        seed: int,
+        work: int,
+        check: Callable[[], None] = lambda: None,
     ) -> None:
+        self._check = check
         self.floor, self.served, self.guide, self.start, self.work = (
             floor,
             served,
@@ -58,6 +67,7 @@ class Search:
         self._alive = [floor.live(i, floor.floors[i]) for i in range(len(start.poses))]
 
     def goal(self, joint: Joint) -> bool:
+        self._check()
         return self.floor.completed(joint, self.served)
 
     def run(self) -> Answer:

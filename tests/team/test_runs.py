@@ -10,7 +10,7 @@ import pytest
 from safenav.outcome import Outcome
 from safenav.runtime.control import coordinate
 from safenav.runtime.control.coordinate import End
-from safenav.runtime.run.mission import mission
+from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.team import state as now
@@ -33,7 +33,7 @@ class Watched:
             speeds = {robot.name: random.uniform(0.3, 3.0) for robot in plan.robots}
             world = LiveSimulation(plan, speeds=speeds, delayed=0.2, seed=seed)
         self.states: list[tuple[now.State, now.Event, now.State]] = []
-        self.run = run = mission(plan, world, lambda _: None)
+        self.run = run = Mission(plan, world=world)._run
         happens = run.happens
 
         def watched(event: now.Event) -> None:

@@ -7,20 +7,21 @@ dropped it (``apply``), or it is at its end and its promise is not kept.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Collection, Hashable
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.plan.ask import Deadlock, Found, Unserved, ask
+from safenav.plan.ask import Deadlock, Found, Unserved
 from safenav.plan.order import at_end, joint_now, stuck
+from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role, Roles
-from safenav.runtime.control.tasks import Answers, Controller, outdated, synthesized
+from safenav.runtime.control.tasks import Controller, outdated, synthesized
 from safenav.solve.duties import Settlement, settle
 from safenav.solve.proof import cause_of, closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
-from safenav.team.apply import apply, done, stands
+from safenav.team.apply import apply, done, initial, stands
 from safenav.team.floor import driven, floor_now, stages_of
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
@@ -28,18 +29,26 @@ from safenav.trace.proofs import JointSearch, Proof
 
 
 class End(Struct, frozen=True):
-    """Why the run ends: outcome, cause and proof; ``unrealizable``: robots without a strategy."""
+    """Why the run ends: outcome, cause and proof; ``unrealizable``: robots without a strategy;
+    ``links``: its reasons, one sentence each; ``stuck``: the robots that cannot continue."""
 
     outcome: str
     why: str
     cause: str | None = None
     proof: Proof | None = None
     unrealizable: tuple[tuple[str, str], ...] = ()
+    links: tuple[str, ...] = ()
+    stuck: tuple[str, ...] = ()
+
+    @property
+    def explanation(self) -> str:
+        return self.why
 
 
 class Control(Struct, frozen=True):
     """Intentions of the team. ``proofs``: why obstacles were given up; ``new``: the robots that
-    have just been synthesized."""
+    have just been synthesized; ``pending``: those that wait for a strategy, because of ``asked``;
+    ``thinks``: the plan is still being computed."""
 
     question: Hashable | None = None
     found: Settlement = Settlement()
@@ -48,6 +57,9 @@ class Control(Struct, frozen=True):
     proofs: dict[int, Proof] = field(default_factory=dict)
     new: tuple[int, ...] = ()
     end: End | None = None
+    pending: frozenset[int] = frozenset()
+    asked: Hashable | None = None
+    thinks: bool = False
 
 
 def coordinate(
@@ -61,11 +73,15 @@ def coordinate(
         decided.append(event)
         state = apply(team, state, event)
 
-    control, question = replace(before, new=()), _question(team, state)
+    control, question = replace(before, new=(), thinks=False), _question(team, state)
     if question != before.question:
+        if question == before.asked and not answers.ready:
+            return control, []
         given = _give_up(team, state, decide)
         try:
             control = _settled(team, state, before, given, answers)
+        except Pending as wait:
+            return replace(control, pending=wait.robots, asked=question), []
         except BudgetError:
             return replace(
                 before, question=question, end=End("search_limit", "search budget exhausted")
@@ -89,11 +105,30 @@ def coordinate(
                     decide(now.Counted(i))
         control = replace(control, question=_question(team, state))
     if control.end is None:
-        control = replace(control, end=_planned(team, state, control, decide))
+        try:
+            control = replace(control, end=_planned(team, state, control, answers, decide))
+        except Pending:
+            return replace(control, thinks=True), decided
         aside = _question(team, state) != control.question  # requests were set aside
         if aside and control.end is None:
             return _again(team, state, control, answers, decided)
     return control, decided
+
+
+def first_controllers(
+    team: Team, names: Collection[str], answers: Answers
+) -> dict[str, Controller]:
+    """The controllers with which the named robots begin."""
+    state = initial(team)
+    floor = floor_now(team, state)
+    stages, poses = stages_of(floor, state), tuple(r.next for r in state.robots)
+    found = settle(Solver(floor), poses, stages, frozenset(), {}, frozenset())
+    roles = [Role(member.objective) for member in team.members]
+    if found.proof is None:
+        roles = [*Roles(team, state, floor, stages, found).all()]
+    wanted = {i: roles[i] for i, m in enumerate(team.members) if m.name in names}
+    made = synthesized(team, state, wanted, answers)
+    return {team.members[i].name: made[i] for i in wanted}
 
 
 def _again(
@@ -140,7 +175,7 @@ def _names(team: Team, state: State) -> tuple[str, ...]:
 def _settled(
     team: Team, state: State, before: Control, given: dict[int, Proof], answers: Answers
 ) -> Control:
-    """Duties, roles and strategies: Algorithm 1, lines 10 to 14 and 20."""
+    """Duties, roles and strategies: Algorithm 1, lines 10 to 14 and 20. Raises Pending."""
     floor = floor_now(team, state)
     stages, poses = stages_of(floor, state), tuple(r.next for r in state.robots)
     helping: dict[int, tuple[int, ...]] = {}
@@ -163,14 +198,16 @@ def _settled(
         never = End("operator_needed", "a robot can never continue", cause, proof)
         return Control(None, found, before.roles, before.controllers, proofs, (), never)
     roles = Roles(team, state, floor, stages, found).all()
-    controllers, new = list(before.controllers or (None,) * len(poses)), []
+    controllers, asked = list(before.controllers or (None,) * len(poses)), dict[int, Role]()
     for i, role in enumerate(roles):
         mine = controllers[i]
         if not state.robots[i].active:
             continue
         if mine is None or (i in lone and outdated(team, state, i, role, mine)):
-            controllers[i] = synthesized(team, state, i, role, answers)
-            new.append(i)
+            asked[i] = role
+    for i, found_one in synthesized(team, state, asked, answers).items():
+        controllers[i] = found_one
+    new = [*asked]
     end: End | None = None
     if failed := [c for i in new if (c := controllers[i]) and not c.realizable]:
         specs = tuple((c.task.robot.name, c.result.spec_sha256) for c in failed)
@@ -180,8 +217,11 @@ def _settled(
     return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
 
 
-def _planned(team: Team, state: State, control: Control, decide: object) -> End | None:
-    """Give the sharing robots a plan if they need one: the end of the run if there is none."""
+def _planned(
+    team: Team, state: State, control: Control, answers: Answers, decide: object
+) -> End | None:
+    """Give the sharing robots a plan if they need one: the end of the run if there is none.
+    Raises Pending."""
     sharing = driven(team, state)
     if not sharing:
         return None
@@ -199,7 +239,7 @@ def _planned(team: Team, state: State, control: Control, decide: object) -> End 
         return None  # robots with strategies are still to resolve them
     if open_ <= helped and floor.completed(joint, frozenset(), sharing):
         return None  # nothing is left to do but for others
-    answer = ask(floor, joint, served, seed=len(state.over))
+    answer = answers.plan(floor, joint, served, seed=len(state.over))
     match answer:
         case Found(plan, first):
             for i, memory in first:

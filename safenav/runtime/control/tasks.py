@@ -1,20 +1,20 @@
-"""Strategies: a robot's specification for its role, and slugs' answer, remembered by the
-question."""
+"""Strategies: a robot's specification for its role, and slugs' answer."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
 from safenav.outcome import Verdict
+from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
 from safenav.scenario.objective import TargetObjective
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm, Weakening, forms
 from safenav.spec.objective import Memory
-from safenav.spec.specification import Specification
 from safenav.spec.task import Known, Task
 from safenav.synthesis.request import SynthesisResult
-from safenav.synthesis.slugs import Synthesizer
 from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import Form
@@ -57,31 +57,39 @@ class Controller(Struct, frozen=True, eq=False):
         return [(values["region"], values.get("heading"), n) for n, values in found]
 
 
-class Answers:
-    """Answers of the synthesizer, by the specification's text; each is verified."""
-
-    def __init__(self, synthesizer: Synthesizer) -> None:
-        self._synthesizer = synthesizer
-        self._known: dict[str, SynthesisResult] = {}
-        self.count, self.seconds = 0, 0.0
-
-    def get(self, spec: Specification) -> SynthesisResult:
-        text = spec.to_structuredslugs()
-        if text not in self._known:
-            self._known[text] = self._synthesizer.synthesize(spec)
-            self.seconds += self._known[text].seconds
-        self.count += 1
-        return self._known[text]
+Candidate = tuple[Task, ObjectiveForm]
+"""A task, and the form of its robot's objective in it."""
 
 
-def synthesized(team: Team, state: State, i: int, role: Role, answers: Answers) -> Controller:
-    """The strategy for a role: the strongest form that is realizable; if none is, the last one's
-    verdict."""
+def synthesized(
+    team: Team, state: State, roles: Mapping[int, Role], answers: Answers
+) -> dict[int, Controller]:
+    """The strategy of each robot for its role, all synthesized simultaneously: the strongest form
+    that is realizable; if none is, the last one's verdict. Raises Pending."""
+    found: dict[int, Controller] = {}
+    left = {i: candidates(team, state, i, role) for i, role in roles.items()}
+    while tried := {i: each for i in left if (each := next(left[i], None)) is not None}:
+        specs = [compile_task(task, team.world) for task, _ in tried.values()]
+        pairs = zip(tried.items(), answers.strategies(specs), strict=True)
+        waiting = set()
+        for (i, (task, rung)), result in pairs:
+            if result is None:
+                waiting.add(i)
+                continue
+            found[i] = Controller(task, roles[i].objective, rung, result, roles[i].avoid)
+            if found[i].realizable:
+                del left[i]
+        if waiting:
+            raise Pending(frozenset(waiting))
+    return found
+
+
+def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candidate]:
+    """The tasks for a role, the strongest form first."""
     member, robot = team.members[i], state.robots[i]
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
     walls = _walls(team, state, i, role.avoid)
     turn = robot.own.memory if own and role.objective.in_turn else 0
-    found = None
     for rung in forms(
         role.objective,
         robot.own.memory if role.objective.strict else turn,
@@ -91,13 +99,10 @@ def synthesized(team: Team, state: State, i: int, role: Role, answers: Answers) 
         shared=bool(member.rivals),
     ):
         memory = Memory(rung.turn if role.objective.strict else turn)
-        task = Task(member.robot, pose, rung.objective, memory, walls, forbidden=role.forbidden)
-        result = answers.get(compile_task(task, team.world))
-        found = Controller(task, role.objective, rung, result, role.avoid)
-        if found.realizable:
-            break
-    assert found is not None
-    return found
+        yield (
+            Task(member.robot, pose, rung.objective, memory, walls, forbidden=role.forbidden),
+            rung,
+        )
 
 
 def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:

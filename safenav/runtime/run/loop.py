@@ -15,10 +15,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from msgspec.structs import replace
 
+from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, End, coordinate, is_complete
-from safenav.runtime.control.tasks import Answers
 from safenav.runtime.run.decide import Proposal, closing, others, propose
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.world import World
@@ -27,33 +29,52 @@ from safenav.team.apply import apply, initial
 from safenav.team.failures import noticed
 from safenav.team.team import Team, assigned, introduced
 
+HELPED = ("operator_needed", "assumption_violated", "search_limit")
+"""Outcomes that an operator can avert."""
+
 
 class Run:
     """A run. It remembers ``state`` and ``control`` only: the facts, and the team's intentions;
-    ``team`` grows by obstacles that the scenario does not list."""
+    ``team`` grows by obstacles that the scenario does not list. ``check`` raises if it must end."""
 
-    def __init__(self, team: Team, world: World, answers: Answers, recorder: Recorder) -> None:
+    def __init__(
+        self,
+        team: Team,
+        world: World,
+        answers: Answers,
+        recorder: Recorder,
+        check: Callable[[], None] = lambda: None,
+    ) -> None:
         self.team, self.world, self.answers, self.recorder = team, world, answers, recorder
+        self.check = check
         self.state = initial(team)  # 1 to 3
         self.control = Control()
 
     def run(self) -> End:
+        self.begin()
+        while (end := self.over()) is None:  # 5
+            self.step()
+        return end
+
+    def begin(self) -> None:
         self.recorder.begins()
         self.settle()  # 4
-        while (end := self.over()) is None:  # 5
-            for event in self.world.wait(self):  # it reports, and gives turns
-                before = self.state
-                self.happens(event)
-                if isinstance(event, now.Turn):
-                    self.execute_controller(event.robot)  # 6 to 8
-                elif isinstance(event, now.Arrived | now.Goes):
-                    self.act(event.robot)  # 17, 18
-                self.count(before, event)
-                self.settle()  # 9 to 16, 19 to 21
-                if self.has_ended(event):
-                    break
-        self.recorder.ends(self.state, end, self.answers)
-        return end
+
+    def step(self) -> None:
+        """A pass: a tick, or a moment at which something happens."""
+        for event in self.world.wait(self):  # it reports, and gives turns
+            self.check()
+            before = self.state
+            self.happens(event)
+            if isinstance(event, now.Turn):
+                self.execute_controller(event.robot)  # 6 to 8
+            elif isinstance(event, now.Arrived | now.Goes):
+                self.act(event.robot)  # 17, 18
+            self.count(before, event)
+            self.settle()  # 9 to 16, 19 to 21
+            if self.has_ended(event):
+                break
+        self.answers.forget()
 
     def execute_controller(self, i: int) -> None:
         """Lines 6 to 8: a robot's turn. It acts where it stands before it leaves; its driver
@@ -149,27 +170,34 @@ class Run:
         return ended and self.control.end is not None and not self.waits()
 
     def waits(self) -> bool:
-        """Whether a change to come may still help the team, which waits for it."""
+        """Whether a change to come, or an operator, may still help the team, which waits for it."""
         end = self.control.end
-        return (
-            end is not None
-            and end.outcome == "operator_needed"
-            and self.world.coming(self) is not None
-        )
+        if end is None or end.outcome not in HELPED:
+            return False
+        return self.world.attended or self.until() is not None
+
+    def until(self) -> float | None:
+        """When a coming change of the scenario may help; None: only an operator can."""
+        end = self.control.end
+        helped = end is not None and end.outcome == "operator_needed"
+        real = self.world.attended and not self.world.commands.simulated
+        return self.world.coming(self) if helped and not real else None
 
     def over(self) -> End | None:
         """The end of the run, if it has come."""
-        state = self.state
+        state, end = self.state, self.control.end
         if is_complete(self.team, state, self.control) and not self.orders_to_come():
             return End(
                 "completed",
                 f"every robot has met its objective for {self.team.rounds} round"
                 + "s" * (self.team.rounds != 1),
             )
-        if self.control.end is not None and not self.waits():
-            return self.control.end
-        if self.control.end is not None:
-            self.recorder.waiting(self.control.end, self.world.coming(self))
+        if end is not None and not self.waits():
+            return end
+        if end is not None:
+            self.recorder.waiting(end, self.until())
+        elif self.world.still:
+            return End("time_limit", "no robot moves")
         if state.time >= self.world.limit[0]:
             return End(self.world.limit[1], f"not completed at {state.time:g}")
         return None

@@ -1,67 +1,316 @@
-"""A run of a scenario: ``python -m safenav.runtime.run.mission FILE [TRACE]``."""
+"""A mission: the run of a scenario in the actual world, in one call or one tick after the other.
+
+    result = Mission(load_scenario(path)).run()
+
+Nothing here depends on a simulation: an implementation of ``World`` can drive real robots.
+"""
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Collection, Iterable
+from contextlib import suppress
 from pathlib import Path
+from threading import get_ident
+from typing import NoReturn
 
+from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.control.coordinate import End
-from safenav.runtime.control.tasks import Answers
+from safenav.errors import SafenavError, UsageError
+from safenav.outcome import Outcome
+from safenav.runtime.control.answers import Answers
+from safenav.runtime.control.coordinate import End, first_controllers
+from safenav.runtime.control.tasks import Controller
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder
+from safenav.runtime.run.stop import Stop, Stopped
 from safenav.runtime.run.world import World
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.protocol import BlockingWorld
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Scenario
+from safenav.scenario.reading.compatibility import unsafe_live, unsafe_lockstep
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
+from safenav.synthesis.binary import Binary
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.request import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.team.team import team_of
 from safenav.trace.records import Record
-from safenav.trace.writing import as_data
+from safenav.trace.writing import Listener, as_data
 from safenav.verify.verification import first_failure
 
+WAITED = 0.05
+"""Seconds between two checks for an intervention."""
 
-def answers_for(scenario: Scenario) -> Answers:
-    limits = scenario.limits
-    return Answers(
-        Synthesizer(
-            seconds=limits.synthesis_seconds,
-            memory_mb=limits.synthesis_memory,
-            verifier=first_failure,
+
+class RunResult(Struct, frozen=True):
+    """The result of a run. ``cause`` classifies ``operator_needed``, ``links`` lists its reasons;
+    ``stuck``: the robots that cannot continue. ``makespan`` (live): the time in seconds at which
+    the last command ended. ``lost``: why deadlines could not be met, one sentence each."""
+
+    outcome: Outcome
+    explanation: str
+    cause: str | None
+    rounds: dict[str, int]
+    ticks: int
+    seconds: float
+    syntheses: int
+    synthesis_seconds: float
+    links: tuple[str, ...] = ()
+    stuck: tuple[str, ...] = ()
+    makespan: float | None = None
+    lost: tuple[str, ...] = ()
+
+
+def uninterrupted(ended: RunResult) -> RunResult:
+    """Return the result of a run; raise KeyboardInterrupt again that ended it."""
+    if ended.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    return ended
+
+
+class Mission:
+    """One run of a scenario.
+
+    ``world``: by default a simulation of the scenario's hidden obstacles, with the scenario's
+    ``clock``. A ``World`` makes the run live, a ``BlockingWorld`` lockstep. ``listeners`` receive
+    every event as it happens (a ``TraceWriter`` is one). ``progress`` receives the state of running
+    syntheses. ``attended``: a live run waits for an operator instead of ending. ``ending``: whether
+    it has ended, or is about to record its end.
+
+    Raises UsageError for a scenario whose strategies would not be correct in a live run.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        synthesizer: Synthesizer | None = None,
+        *,
+        world: protocol.World | BlockingWorld | None = None,
+        listeners: Iterable[Listener] = (),
+        progress: SynthesisListener | None = None,
+        attended: bool = False,
+    ) -> None:
+        if not isinstance(scenario, Scenario):
+            raise UsageError(f"{scenario!r} is not a Scenario: pass load_scenario(PATH)")
+        self.scenario, self.listeners = scenario, tuple(listeners)
+        self.result: RunResult | None = None
+        if world is None:
+            live = scenario.clock is Clock.LIVE
+            world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
+        truth = world.truth if isinstance(world, LiveSimulation) else world
+        truths = truth.truths if isinstance(truth, SimulatedWorld) else None
+        self._world = World(scenario, world, attended=attended)
+        live = self._world.live
+        if (found := (unsafe_live if live else unsafe_lockstep)(scenario)) is not None:
+            raise UsageError(found)
+        self._stop, team = Stop(None if live else scenario.limits.seconds), team_of(scenario)
+        synthesizer = synthesizer or default_synthesizer(scenario)
+        answers = Answers(synthesizer, self._stop.check, progress)
+        recorder = Recorder(team, truths, self._tell, live=live)
+        self._run = Run(team, self._world, answers, recorder, self._stop.check)
+        self.ending = self._started = False
+        self._thread: int | None = None
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a Mission is a running program: pickle its scenario or its result")
+
+    def run(self) -> RunResult:
+        """Run to the end. Ctrl-C ends the run with the outcome ``interrupted``, recorded.
+
+        Raises SafenavError if the synthesizer or the world fails; the trace then ends in
+        ``error``.
+        """
+        self.start()
+        while self.result is None:
+            if self._world.stands(self._run):
+                time.sleep(WAITED)  # an operator intervenes from another thread
+            self.step()
+        return self.result
+
+    def start(self) -> None:
+        """Synthesize the first controllers; a robot without one ends the run here.
+
+        Raises UsageError if the mission was started before.
+        """
+        if self._started:
+            raise UsageError("start() or run() a second time: a Mission runs once; create another")
+        self._started = True
+        self._stop.begin()
+        self._world.commands.begin()
+        self._guarded(self._run.begin)
+        self._run.answers.background = self._world.live and not self._world.commands.pauses
+
+    def step(self) -> None:
+        """One tick: every robot takes its turn, in the scenario's order. In a live run one pass:
+        it waits for events of the world, and each idle robot decides.
+
+        Raises UsageError before ``start`` and after the end.
+        """
+        if not self._started:
+            raise UsageError("step() before start(): this mission has not begun")
+        if self.result is not None:
+            raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
+        self._guarded(self._run.step)
+
+    def stop(self, why: str = "interrupted by the user") -> None:
+        """End the run, ``interrupted``, at the next opportunity: between two turns, or within a
+        search. Called in the run's own thread, by a signal handler, it gives up a running
+        computation immediately, by an exception."""
+        self._stop.asked = self._stop.asked or why
+        self.check_time_limit()
+
+    def check_time_limit(self) -> None:
+        """Abort, by an exception, a running computation if the run must end. No effect in other
+        threads."""
+        if self._run.answers.busy and get_ident() == self._thread:
+            self._stop.check()
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop of the run was requested."""
+        return bool(self._stop.asked)
+
+    def give_up(self, explanation: str = "interrupted by the user") -> RunResult:
+        """End a run that was started, with the outcome ``interrupted``: for programs that call
+        ``step`` and will not continue. A run that has ended stays as it is."""
+        if not self._started:
+            raise UsageError("give_up() before start(): this mission has not begun")
+        if self.result is None:
+            self._end(End(Outcome.INTERRUPTED, explanation))
+        assert self.result is not None
+        return self.result
+
+    def exclude_idle_time(self, seconds: float) -> None:
+        """Exclude the time in which no tick was requested from the time limit of the run."""
+        self._stop.rest(seconds)
+
+    def post(self, event: protocol.WorldEvent) -> None:
+        """Report an event of the world to a live run, from any thread."""
+        self._world.commands.post(event)
+
+    def listen(self, listener: Listener) -> None:
+        """Add a listener, from now on."""
+        self.listeners = (*self.listeners, listener)
+
+    @property
+    def tick(self) -> int:
+        """The number of the last tick; in a live run of the last pass."""
+        return self._run.recorder.tick
+
+    @property
+    def began(self) -> float:
+        """Start of a live run, in seconds on the world's clock: time 0 of its trace."""
+        return self._world.commands.zero
+
+    @property
+    def waiting(self) -> End | None:
+        """The end that the run would have without an operator; None if it does not wait for one."""
+        run = self._run
+        return run.control.end if run.waits() and run.until() is None else None
+
+    @property
+    def still(self) -> bool:
+        """Whether no robot has a command."""
+        return all(robot.idle for robot in self._run.state.robots)
+
+    @property
+    def controllers(self) -> dict[str, Controller]:
+        """The robots' present controllers."""
+        pairs = zip(self._run.team.members, self._run.control.controllers, strict=False)
+        return {member.name: each for member, each in pairs if each is not None}
+
+    def _tell(self, record: Record) -> None:
+        for listener in self.listeners:
+            listener(record)
+
+    def _guarded(self, part: Callable[[], None]) -> None:
+        """Do a part of the run; end the run if it is over, or the part raises."""
+        self._thread = get_ident()
+        try:
+            part()
+            end = self._run.over()
+        except Stopped as stopped:
+            end = stopped.end
+        except KeyboardInterrupt:
+            end = End(Outcome.INTERRUPTED, "interrupted by the user")
+        except SafenavError as error:
+            with suppress(SafenavError):  # writing the trace may be what failed
+                self._end(End(Outcome.ERROR, str(error)))
+            self.result = None
+            raise
+        except BaseException:
+            self._run.answers.close()
+            raise
+        if end is not None:
+            self._end(end)
+
+    def _end(self, end: End) -> None:
+        self.ending = True
+        run = self._run
+        run.answers.close()
+        ended = run.recorder.ends(run.state, end, run.answers, self._stop.elapsed)
+        self.result = RunResult(
+            ended.outcome,
+            ended.explanation,
+            end.cause,
+            dict(ended.rounds),
+            ended.ticks,
+            ended.seconds,
+            ended.syntheses,
+            ended.synthesis_seconds,
+            end.links or (ended.explanation,),
+            end.stuck,
+            ended.makespan,
         )
+
+
+def first_results(
+    scenario: Scenario,
+    synthesizer: Synthesizer,
+    progress: SynthesisListener | None = None,
+    names: Collection[str] | None = None,
+) -> dict[str, Controller]:
+    """Return the first controllers of the named robots (default: all), in the scenario's order,
+    without running the scenario."""
+    answers = Answers(synthesizer, progress=progress)
+    every = [robot.name for robot in scenario.robots]
+    return first_controllers(team_of(scenario), every if names is None else names, answers)
+
+
+def default_synthesizer(
+    scenario: Scenario,
+    *,
+    verify: bool = True,
+    binary: Binary | None = None,
+    cache: Cache | None = None,
+    at_once: int | None = None,
+) -> Synthesizer:
+    """The synthesizer with the scenario's settings; it verifies every strategy."""
+    limits = scenario.limits
+    return Synthesizer(
+        binary,
+        seconds=limits.synthesis_seconds,
+        memory_mb=limits.synthesis_memory,
+        cache=cache,
+        verifier=first_failure if verify else None,
+        at_once=at_once,
     )
 
 
-def mission(
-    scenario: Scenario,
-    world: protocol.World | protocol.BlockingWorld | None,
-    listener: Callable[[Record], None],
-) -> Run:
-    """Return a run that has not begun. ``world``: None for a simulation with the scenario's
-    clock; ``listener`` receives the lines of its trace."""
-    if world is None:
-        live = scenario.clock is Clock.LIVE
-        world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
-    truth = world.truth if isinstance(world, LiveSimulation) else world
-    truths = truth.truths if isinstance(truth, SimulatedWorld) else None
-    team, running = team_of(scenario), World(scenario, world)
-    recorder = Recorder(team, truths, listener, live=running.live)
-    return Run(team, running, answers_for(scenario), recorder)
-
-
 def play(
-    scenario: Scenario, *, world: protocol.World | protocol.BlockingWorld | None = None
-) -> tuple[End, list[Record], Run]:
-    """The end of a run, the lines of its trace, and the run itself."""
+    scenario: Scenario, *, world: protocol.World | BlockingWorld | None = None
+) -> tuple[RunResult, list[Record], Run]:
+    """The result of a run, the lines of its trace, and the run itself."""
     lines = list[Record]()
-    run = mission(scenario, world, lines.append)
-    return run.run(), lines, run
+    mission = Mission(scenario, world=world, listeners=[lines.append])
+    return mission.run(), lines, mission._run
 
 
 def text_of(lines: list[Record]) -> list[str]:
@@ -72,7 +321,7 @@ if __name__ == "__main__":
     scenario = load_scenario(sys.argv[1])
     if "--live" in sys.argv:
         scenario = replace(scenario, clock=Clock.LIVE)
-    end, lines, _ = play(scenario)
+    result, lines, _ = play(scenario)
     if len(sys.argv) > 2 and not sys.argv[2].startswith("--"):
         Path(sys.argv[2]).write_text("".join(text_of(lines)))
-    print(end.outcome, end.cause or "", end.why, lines[-1].tick, "ticks")
+    print(result.outcome.value, result.cause or "", result.explanation, lines[-1].tick, "ticks")

@@ -6,7 +6,6 @@ the plan.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 
 from msgspec.structs import replace
@@ -14,8 +13,10 @@ from msgspec.structs import replace
 import safenav
 from safenav.outcome import Outcome
 from safenav.plan.order import surely
+from safenav.runtime.command_times import CommandTimes
+from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, End
-from safenav.runtime.control.tasks import Answers, Controller
+from safenav.runtime.control.tasks import Controller
 from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
 from safenav.scenario.objective import TargetObjective
 from safenav.scenario.settings import Clock
@@ -70,7 +71,7 @@ class Recorder:
         self.basis: object = None
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
         self.waited: End | None = None
-        self.begun = time.monotonic()
+        self.times = CommandTimes()
 
     def begins(self) -> None:
         header = scenario_header(self.team.scenario, self.truths, live=self.live)
@@ -151,7 +152,9 @@ class Recorder:
         """Send a line, in a live run with its time."""
         if isinstance(line, records.Move):
             self.moved = self.tick
-        self._listen(replace(line, t=round(self.time, 9)) if self.live else line)
+        line = replace(line, t=round(self.time, 9)) if self.live else line
+        self.times(line)
+        self._listen(line)
 
     def _name(self, k: int) -> str:
         return self.team.obstacles[k].name
@@ -435,21 +438,24 @@ class Recorder:
                 records.Waiting(self.tick, Outcome(end.outcome), end.why, cause, end.proof, until)
             )
 
-    def ends(self, state: State, end: End, answers: Answers) -> None:
+    def ends(self, state: State, end: End, answers: Answers, seconds: float) -> records.End:
+        """Record the end of the run; ``seconds``: its wall time."""
         pairs = zip(self.team.members, state.robots, strict=True)
         self._plan_reached(state)
-        self.emit(
-            records.End(
-                self.tick,
-                Outcome(end.outcome),
-                end.why,
-                {member.name: rounds(member.objective, robot.own) for member, robot in pairs},
-                self.tick if self.live else self.moved,
-                round(time.monotonic() - self.begun, 6),
-                answers.count,
-                round(answers.seconds, 6),
-                cause=None if end.cause is None else OperatorCause(end.cause),
-                proof=end.proof,
-                unrealizable=dict(end.unrealizable) or None,
-            )
+        self._plan_ends(PlanEndReason.CHANGED)
+        ended = records.End(
+            self.tick,
+            Outcome(end.outcome),
+            end.why,
+            {member.name: rounds(member.objective, robot.own) for member, robot in pairs},
+            self.tick if self.live else self.moved,
+            round(seconds, 6),
+            answers.count,
+            round(answers.seconds, 6),
+            cause=None if end.cause is None else OperatorCause(end.cause),
+            proof=end.proof,
+            unrealizable=dict(end.unrealizable) or None,
+            **(self.times.fields(m.name for m in self.team.members) if self.live else {}),
         )
+        self.emit(ended)
+        return ended

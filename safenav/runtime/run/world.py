@@ -9,9 +9,13 @@ pass is an instant at which something ends, after which each idle robot has its 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 from typing import Protocol
 
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
+from safenav.runtime.control.answers import Answers
 from safenav.runtime.run.decide import Proposal
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter
@@ -29,6 +33,9 @@ from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
 from safenav.world.poses import bits
 
+SLOWEST = 20.0
+"""Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
+
 
 class Running(Protocol):
     """The run to which events are reported, as it is at this moment."""
@@ -37,14 +44,23 @@ class Running(Protocol):
     def team(self) -> Team: ...
     @property
     def state(self) -> State: ...
+    @property
+    def answers(self) -> Answers: ...
+    def waits(self) -> bool: ...
+    def until(self) -> float | None: ...
 
 
 class World:
-    """``moving``: whether robots in transit still act in the region that they leave; ``limit``:
+    """``attended``: an operator may help; ``still``: no robot moves, and nothing will ever happen.
+    ``moving``: whether robots in transit still act in the region that they leave; ``limit``:
     when the run ends at the latest, and with which outcome."""
 
     def __init__(
-        self, scenario: model.Scenario, world: protocol.World | protocol.BlockingWorld
+        self,
+        scenario: model.Scenario,
+        world: protocol.World | protocol.BlockingWorld,
+        *,
+        attended: bool = False,
     ) -> None:
         truth = world.truth if isinstance(world, LiveSimulation) else world
         self._truth = truth if isinstance(truth, SimulatedWorld) else None
@@ -55,8 +71,10 @@ class World:
         self.moving = not self.live
         self.limit = (float(limits.ticks), Outcome.TICK_LIMIT)
         if self.live:
-            seconds = float("inf") if limits.seconds is None else limits.seconds
-            self.limit = (seconds, Outcome.TIME_LIMIT)
+            most = limits.ticks * SLOWEST if self.commands.simulated else inf
+            self.limit = (most if limits.seconds is None else limits.seconds, Outcome.TIME_LIMIT)
+        self.attended = attended and self.live
+        self.still = False
         self._last: State | None = None
         self._asked: set[int] = set()
         self._found: dict[int, protocol.Acted | None] = {}
@@ -66,10 +84,13 @@ class World:
         when those before it have been applied."""
         commands = self.commands
         if self.live:
-            changed, self._last = run.state != self._last, run.state
-            due = self.coming(run)
-            if not changed and commands.simulated and commands.idle and due is None:
+            here = replace(run.state, time=0)
+            changed, self._last = here != self._last or run.answers.fresh(), here
+            due, idle = self.coming(run), commands.simulated and commands.idle and not changed
+            self.still = idle and due is None
+            if self.still or (idle and self.stands(run)):
                 return
+            due = min((t for t in (due, self.limit[0]) if t is not None and t < inf), default=None)
             if not commands.hear(due, changed):
                 return
         else:
@@ -127,6 +148,11 @@ class World:
         elif change.obstacle.name in run.team.numbers:
             cause = "user" if change.by_user else "scenario"
             yield now.Gone(number(run.team, run.state, change.obstacle), cause)
+
+    def stands(self, run: Running) -> bool:
+        """Whether time stands still until an operator intervenes."""
+        idle = self.commands.simulated and self.commands.idle
+        return self.attended and idle and run.waits() and run.until() is None
 
     # Commands.
 

@@ -1,0 +1,164 @@
+"""Answers to the questions of a team: strategies and joint plans, remembered by the question.
+
+Beside a running clock they are computed in threads: a question whose answer is not there yet raises
+Pending, and is asked again. One that nobody asks again is abandoned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from msgspec import Struct
+
+from safenav.errors import ResourceLimitError
+from safenav.outcome import Verdict
+from safenav.plan.ask import Deadlock, Found, Unserved, ask
+from safenav.spec.specification import Specification
+from safenav.synthesis.request import Listener, SynthesisProgress, SynthesisResult
+from safenav.synthesis.slugs import Synthesizer
+from safenav.team.floor import Floor, Joint
+from safenav.trace.words import seconds_words
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
+
+Answer = TypeVar("Answer")
+Check = Callable[[], None]
+"""Raises an exception if a search must end."""
+
+
+class Pending(Exception):  # noqa: N818 - it is not an error
+    """An answer is not available yet. ``robots``: those that wait for a strategy."""
+
+    def __init__(self, robots: frozenset[int] = frozenset()) -> None:
+        self.robots = robots
+        super().__init__()
+
+
+class Obsolete(Exception):  # noqa: N818 - it is not an error
+    """Nobody asks this question any more."""
+
+
+class Question(Struct, eq=False):
+    """A question under way. ``asked``: since the last call of ``forget``."""
+
+    future: Future[Any] | None = None
+    asked: bool = True
+    obsolete: bool = False
+
+
+class Answers:
+    """``check`` raises if the run must end; ``busy``: the run's own thread computes an answer, so
+    that an exception may end it. ``background``: whether answers come from threads. ``count`` and
+    ``seconds``: the cost of the syntheses."""
+
+    def __init__(
+        self,
+        synthesizer: Synthesizer,
+        check: Check = lambda: None,
+        progress: Listener | None = None,
+    ) -> None:
+        self._synthesizer, self._check, self._progress = synthesizer, check, progress
+        self._known: dict[str, SynthesisResult] = {}
+        self._questions: dict[Hashable, Question] = {}
+        self._pool: ThreadPoolExecutor | None = None
+        self._awaited = self.background = self.busy = False
+        self.count, self.seconds = 0, 0.0
+
+    def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
+        """The results of syntheses; None for those that are still under way. Raises
+        ResourceLimitError for one that has exhausted its limits."""
+        texts = [spec.to_structuredslugs() for spec in specs]
+        new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._known}
+        parts = [{text: new[text]} for text in new] if self.background else [new] if new else []
+        for part in parts:
+            with suppress(Pending):
+                results = self._ask(tuple(part), partial(self._synthesized, [*part.values()]))
+                for text, result in zip(part, results, strict=True):
+                    self.seconds += 0.0 if result.cached else result.seconds
+                    _refuse_limit(result)
+                    self._known[text] = result
+        found = [self._known.get(text) for text in texts]
+        self.count += len(found) - found.count(None)
+        return found
+
+    def plan(
+        self, floor: Floor, joint: Joint, served: tuple[int, ...], seed: int
+    ) -> Found | Deadlock | Unserved | None:
+        """The joint plan for the remaining mission, or the reason why there is none."""
+        key = floor.team, floor.gates, floor.floors, floor.robots, joint, served, seed
+        return self._ask(key, lambda check: ask(floor, joint, served, seed, check))
+
+    @property
+    def ready(self) -> bool:
+        """Whether no question is under way."""
+        return all(each.future is None or each.future.done() for each in self._questions.values())
+
+    def fresh(self) -> bool:
+        """Whether all answers have come since the last call."""
+        come, self._awaited = self._awaited and self.ready, not self.ready
+        return come
+
+    def forget(self) -> None:
+        """Abandon the questions that nobody has asked since the last call."""
+        for key, each in [*self._questions.items()]:
+            if not each.asked:
+                each.obsolete = True
+                del self._questions[key]
+            each.asked = False
+
+    def close(self) -> None:
+        """End the threads."""
+        for each in self._questions.values():
+            each.obsolete = True
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _ask(self, key: Hashable, compute: Callable[[Check], Answer]) -> Answer:
+        self._check()
+        if not self.background:
+            self.busy = True
+            try:
+                return compute(self._check)
+            finally:
+                self.busy = False
+        question = self._questions.get(key)
+        if question is None:
+            from concurrent.futures import ThreadPoolExecutor  # only runs with a clock need it
+
+            self._pool = self._pool or ThreadPoolExecutor(2)
+            self._questions[key] = question = Question()
+            question.future = self._pool.submit(compute, partial(self._goes_on, question))
+        question.asked = True
+        assert question.future is not None
+        if not question.future.done():
+            self._awaited = True
+            raise Pending
+        return question.future.result()  # type: ignore[no-any-return]
+
+    def _goes_on(self, question: Question) -> None:
+        """Raise an exception in the thread of a search that must end."""
+        self._check()
+        if question.obsolete:
+            raise Obsolete
+
+    def _synthesized(self, specs: Sequence[Specification], check: Check) -> list[SynthesisResult]:
+        def hear(progress: SynthesisProgress) -> None:
+            check()
+            if self._progress is not None and not self.background:
+                self._progress(progress)
+
+        return self._synthesizer.synthesize_all(specs, progress=hear)
+
+
+def _refuse_limit(result: SynthesisResult) -> None:
+    if result.verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):
+        memory = result.verdict is Verdict.OUT_OF_MEMORY
+        limit = "limits.synthesis_memory" if memory else "limits.synthesis_seconds"
+        raise ResourceLimitError(
+            f"the synthesis for {result.robot} ended by {result.verdict.value} after "
+            f"{seconds_words(result.seconds)}; raise {limit} in the scenario"
+        )
