@@ -24,12 +24,13 @@ class Duty(Struct, frozen=True):
 
 class Settlement(Struct, frozen=True):
     """``served`` gates in order; the others are walls for now. ``safe``: where each robot may go
-    (None: it was not asked). ``proof``: that some robot can never continue; the rest is void
-    then."""
+    (None: it was not asked). ``plan``: the steps of which the duties are the first. ``proof``: that
+    some robot can never continue; the rest is void then."""
 
     served: tuple[int, ...] = ()
     duties: dict[int, Duty] = field(default_factory=dict)
     safe: tuple[Mask | None, ...] = ()
+    plan: tuple[Step, ...] = ()
     proof: Refutation | None = None
 
 
@@ -60,7 +61,7 @@ def settle(
         else None
         for i in range(len(poses))
     )
-    return Settlement(tuple(served), duties, safe)
+    return Settlement(tuple(served), duties, safe, plan)
 
 
 def _present_duties(

@@ -118,16 +118,3 @@ def places(graph: PoseGraph, poses: Mask) -> tuple[tuple[int, str | None], ...]:
     return tuple(
         sorted((graph.pose(p).place for p in bits(poses)), key=lambda e: (e[0], e[1] or ""))
     )
-
-
-def cause_of(now: Sets, found: Refutation, given_up: dict[int, int]) -> str:
-    """The cause of a negative, as a trace classifies it. ``given_up``: obstacles with their next
-    needs."""
-    if not isinstance(found, Closure) or not (found.never or given_up):
-        return "unrealizable"
-    team, at = now.floor.team, {now.floor.gates[g]: now.stages[g].need for g in found.never}
-    for k, number in {**given_up, **at}.items():
-        need = team.obstacles[k].needs[number]
-        if sum(need.skills <= member.robot.capabilities for member in team.members) < need.robots:
-            return "no_capable_robot"
-    return "never_resolvable"

@@ -9,7 +9,7 @@ import pytest
 
 from safenav.outcome import Outcome
 from safenav.runtime.control import coordinate
-from safenav.runtime.control.coordinate import End
+from safenav.runtime.control.ends import End
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.truth import SimulatedWorld

@@ -15,10 +15,11 @@ from msgspec.structs import replace
 from safenav.plan.ask import Deadlock, Found, Unserved
 from safenav.plan.order import at_end, joint_now, stuck
 from safenav.runtime.control.answers import Answers, Pending
+from safenav.runtime.control.ends import End, deadlocked, hopeful, infeasible, no_strategy
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.tasks import Controller, outdated, synthesized
 from safenav.solve.duties import Settlement, settle
-from safenav.solve.proof import cause_of, closure_of, stated
+from safenav.solve.proof import closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, done, initial, stands
@@ -26,23 +27,6 @@ from safenav.team.floor import driven, floor_now, stages_of
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
-
-
-class End(Struct, frozen=True):
-    """Why the run ends: outcome, cause and proof; ``unrealizable``: robots without a strategy;
-    ``links``: its reasons, one sentence each; ``stuck``: the robots that cannot continue."""
-
-    outcome: str
-    why: str
-    cause: str | None = None
-    proof: Proof | None = None
-    unrealizable: tuple[tuple[str, str], ...] = ()
-    links: tuple[str, ...] = ()
-    stuck: tuple[str, ...] = ()
-
-    @property
-    def explanation(self) -> str:
-        return self.why
 
 
 class Control(Struct, frozen=True):
@@ -156,9 +140,8 @@ def _give_up(team: Team, state: State, decide: object) -> dict[int, Proof]:
     """Obstacles whose next need nobody can ever meet join O, with the closure as proof."""
     found: dict[int, Proof] = {}
     while True:
-        floor = floor_now(team, state)
-        sets = around(floor, tuple(r.next for r in state.robots), stages_of(floor, state))
-        closure = closure_of(sets)
+        sets = hopeful(team, state, given_up=False)
+        floor, closure = sets.floor, closure_of(sets)
         if not closure.stuck:
             return found
         proof = stated(sets, closure, _names(team, state))
@@ -188,14 +171,7 @@ def _settled(
     found = settle(Solver(floor), poses, stages, aside, helping, lone)
     proofs = {**before.proofs, **given}
     if found.proof is not None:
-        sets, gone = around(floor, poses, stages), _names(team, state)
-        cause = cause_of(
-            sets,
-            found.proof,
-            {k: o.stage.need for k, o in enumerate(state.obstacles) if o.given_up},
-        )
-        proof = stated(sets, found.proof, gone)
-        never = End("operator_needed", "a robot can never continue", cause, proof)
+        never = infeasible(team, state, around(floor, poses, stages), found.proof)
         return Control(None, found, before.roles, before.controllers, proofs, (), never)
     roles = Roles(team, state, floor, stages, found).all()
     controllers, asked = list(before.controllers or (None,) * len(poses)), dict[int, Role]()
@@ -209,11 +185,8 @@ def _settled(
         controllers[i] = found_one
     new = [*asked]
     end: End | None = None
-    if failed := [c for i in new if (c := controllers[i]) and not c.realizable]:
-        specs = tuple((c.task.robot.name, c.result.spec_sha256) for c in failed)
-        outcome = "operator_needed" if before.roles else "unrealizable"
-        why = "no strategy for " + ", ".join(name for name, _ in specs)
-        end = End(outcome, why, "unrealizable" if before.roles else None, None, specs)
+    if failed := [(i, c) for i in new if (c := controllers[i]) and not c.realizable]:
+        end = no_strategy(team, failed, begun=bool(before.roles))
     return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
 
 
@@ -249,9 +222,8 @@ def _planned(
             decide(now.SetAside(tuple(floor.gates[g] for g in gates)))  # type: ignore[operator]
         case Deadlock(robots, proof, why):
             if isinstance(proof, JointSearch):
-                why = f"{', '.join(team.members[i].name for i in robots)}: deadlock"
                 proof = _whole(team, state, robots, proof)
-            return End("operator_needed", why, "deadlock", proof)
+            return deadlocked(team, state, robots, proof, why)
         case None:
             return End(
                 "search_limit", "search budget exhausted while planning a joint plan; no verdict"

@@ -18,6 +18,7 @@ from safenav.synthesis.request import SynthesisResult
 from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import Form
+from safenav.trace.words import obstacle_words
 from safenav.world.poses import region_mask
 
 
@@ -88,7 +89,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
     """The tasks for a role, the strongest form first."""
     member, robot = team.members[i], state.robots[i]
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
-    walls = _walls(team, state, i, role.avoid)
+    walls = walls_of(team, state, i, role.avoid)
     turn = robot.own.memory if own and role.objective.in_turn else 0
     for rung in forms(
         role.objective,
@@ -114,11 +115,11 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
     if controller.task.objective.relaxed() != role.objective.relaxed():
         return True
     known = {(wall.region, wall.item) for wall in controller.task.blocked}
-    walls = {(wall.region, wall.item) for wall in _walls(team, state, i, role.must)}
+    walls = {(wall.region, wall.item) for wall in walls_of(team, state, i, role.must)}
     return not walls <= known or not role.forbidden <= controller.task.forbidden
 
 
-def _walls(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[Known, ...]:
+def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[Known, ...]:
     """The regions beyond the walls that a robot must not plan through."""
     robot = team.members[i].robot
     found = [
@@ -128,10 +129,31 @@ def _walls(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[Kno
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
         if each.state is Is.SEALED and i in obstacle.blocks:
-            why = "never resolved" if each.given_up else "untraversable"
+            why = _sealed_words(team, state, k)
             found.append(Known(obstacle.region, f"obstacles.{obstacle.name}", why))
         elif each.state is Is.OPEN and k in avoid and i in obstacle.closed_to[each.stage.need]:
             found.append(
                 Known(obstacle.region, f"obstacles.{obstacle.name}", "found, and not resolved yet")
             )
     return tuple(sorted(found, key=lambda known: known.region))
+
+
+def _sealed_words(team: Team, state: State, k: int) -> str:
+    """Why a sealed obstacle stays."""
+    if not state.obstacles[k].given_up:
+        declared = "an operator declared it permanent"
+        return "found to be untraversable" if k in state.over else declared
+    what = obstacle_words(team.obstacles[k].name, team.world.word)
+    if not enough(team, k):
+        return f"this team cannot resolve {what}"
+    ever = "" if any(each.state is Is.AWAY for each in state.obstacles) else "ever "
+    return f"no robot can {ever}resolve {what}"
+
+
+def enough(team: Team, k: int) -> bool:
+    """Whether enough robots have the actions of each need of an obstacle."""
+    skills = [member.robot.capabilities for member in team.members]
+    return all(
+        sum(need.skills <= each for each in skills) >= need.robots
+        for need in team.obstacles[k].needs
+    )

@@ -20,7 +20,8 @@ from collections.abc import Callable
 from msgspec.structs import replace
 
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import Control, End, coordinate, is_complete
+from safenav.runtime.control.coordinate import Control, coordinate, is_complete
+from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.run.decide import Proposal, closing, others, propose
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.world import World
@@ -187,20 +188,20 @@ class Run:
         """The end of the run, if it has come."""
         state, end = self.state, self.control.end
         if is_complete(self.team, state, self.control) and not self.orders_to_come():
-            return End(
-                "completed",
-                f"every robot has met its objective for {self.team.rounds} round"
-                + "s" * (self.team.rounds != 1),
-            )
+            return completed(self.team, state, self.control.found)
         if end is not None and not self.waits():
             return end
         if end is not None:
             self.recorder.waiting(end, self.until())
         elif self.world.still:
-            return End("time_limit", "no robot moves")
+            return End("time_limit", f"no robot moves; {self.left()}")
         if state.time >= self.world.limit[0]:
-            return End(self.world.limit[1], f"not completed at {state.time:g}")
+            return End(self.world.limit[1], self.left())
         return None
+
+    def left(self) -> str:
+        """Why the run is not completed yet, in words."""
+        return what_is_left(self.team, self.state, self.control.roles, live=self.world.live)
 
     def orders_to_come(self) -> bool:
         pairs = [*zip(self.team.obstacles, self.state.obstacles, strict=True)]

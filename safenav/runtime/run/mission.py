@@ -22,7 +22,8 @@ from msgspec.structs import replace
 from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import End, first_controllers
+from safenav.runtime.control.coordinate import first_controllers
+from safenav.runtime.control.ends import End
 from safenav.runtime.control.tasks import Controller
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder

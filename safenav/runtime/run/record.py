@@ -15,11 +15,14 @@ from safenav.outcome import Outcome
 from safenav.plan.order import surely
 from safenav.runtime.command_times import CommandTimes
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import Control, End
-from safenav.runtime.control.tasks import Controller
+from safenav.runtime.control.because import ASIDE, Request
+from safenav.runtime.control.coordinate import Control
+from safenav.runtime.control.ends import End, lacks_of
+from safenav.runtime.control.tasks import Controller, enough
 from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
 from safenav.scenario.objective import TargetObjective
 from safenav.scenario.settings import Clock
+from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
 from safenav.team.apply import apply, goals, rounds
 from safenav.team.floor import barred, floor_now, stages_of
@@ -205,11 +208,16 @@ class Recorder:
             self.helpers.pop(k, None)
 
     def _blocked(
-        self, k: int, reason: BlockReason, proof: Proof | None, for_now: bool | None = None
+        self,
+        k: int,
+        reason: BlockReason,
+        proof: Proof | None,
+        for_now: bool | None = None,
+        because: str | None = None,
     ) -> records.KnownObstacle:
         names = frozenset(map(self._robot, self.team.obstacles[k].blocks))
         return records.KnownObstacle(
-            self.tick, self._name(k), names, reason, proof, for_now=for_now
+            self.tick, self._name(k), names, reason, proof, because, for_now
         )
 
     def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
@@ -266,23 +274,23 @@ class Recorder:
         self.told = [robot.objective for robot in state.robots]
 
     def _given_up(self, state: State, k: int, control: Control) -> None:
-        needs, members = self.team.obstacles[k].needs, self.team.members
-        enough = all(
-            sum(need.skills <= m.robot.capabilities for m in members) >= need.robots
-            for need in needs
-        )
-        if k not in self.helpers or not enough:
-            self.emit(self._request(state, k, ()))
-        self.emit(
-            self._blocked(
-                k,
-                BlockReason.UNRESOLVABLE if enough else BlockReason.NO_CAPABLE_ROBOT,
-                control.proofs.get(k),
-            )
-        )
+        lacks = lacks_of(self.team, state)[self._name(k)]
+        because = shortfall_words(lacks, self.team.world.word, "it")
+        able = enough(self.team, k)
+        if k not in self.helpers or not able:
+            self.emit(self._request(state, k, (), control, because))
+        reason = BlockReason.UNRESOLVABLE if able else BlockReason.NO_CAPABLE_ROBOT
+        self.emit(self._blocked(k, reason, control.proofs.get(k), because=because))
         self.helpers.pop(k, None)
 
-    def _request(self, state: State, k: int, helpers: tuple[str, ...]) -> records.Request:
+    def _request(
+        self,
+        state: State,
+        k: int,
+        helpers: tuple[str, ...],
+        control: Control,
+        because: str | None = None,
+    ) -> records.Request:
         floor = floor_now(self.team, state)
         stages, g = stages_of(floor, state), floor.gates.index(k)
         need, number, bids = floor.need(g, stages), stages[g].need, {}
@@ -292,7 +300,16 @@ class Recorder:
                 1 << state.robots[i].next, graph.poses_on(need.regions), allowed
             )
             bids[self._robot(i)] = None if steps is None else steps * self.team.members[i].ticks
-        asked = state.obstacles[k].asked
+        asked, aside = state.obstacles[k].asked, state.obstacles[k].aside and k not in self.aside
+        if because is None:
+            request = Request(self.team, state, control.found, k)
+            helping = [i for i, role in enumerate(control.roles) if role.helps == k]
+            if aside:
+                because = ASIDE
+            elif helping:
+                because = request.why_others(helping, self.helpers.get(k, ()), bids)
+            else:
+                because = request.why_nobody()
         return records.Request(
             self.tick,
             self._name(k),
@@ -302,7 +319,8 @@ class Recorder:
             self.team.obstacles[k].source.resolution_regions(self.team.world, number),
             helpers=helpers if len(helpers) > 1 else None,
             need=number if len(self.team.obstacles[k].needs) > 1 else None,
-            aside=True if state.obstacles[k].aside and k not in self.aside else None,
+            because=because,
+            aside=True if aside else None,
         )
 
     def _stack(self, state: State, control: Control) -> None:
@@ -321,7 +339,7 @@ class Recorder:
             )
             known = k in self.helpers and helping in ((), self.helpers[k])
             if not known or (each.aside and k not in self.aside):
-                self.emit(self._request(state, k, helping))
+                self.emit(self._request(state, k, helping, control))
                 self.helpers[k] = helping
             self.aside = self.aside | {k} if each.aside else self.aside - {k}
             ordered: list[int | None] = [None] if self.team.obstacles[k].ordered else []
@@ -455,6 +473,7 @@ class Recorder:
             cause=None if end.cause is None else OperatorCause(end.cause),
             proof=end.proof,
             unrealizable=dict(end.unrealizable) or None,
+            refused=end.refused,
             **(self.times.fields(m.name for m in self.team.members) if self.live else {}),
         )
         self.emit(ended)

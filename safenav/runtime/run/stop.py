@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from safenav.outcome import Outcome
-from safenav.runtime.control.coordinate import End
+from safenav.runtime.control.ends import End
 
 
 class Stopped(BaseException):

@@ -1,0 +1,217 @@
+"""The ends of a run: outcome, cause, proof, and the reasons in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.runtime.control.because import left_words
+from safenav.runtime.control.roles import Role
+from safenav.runtime.control.tasks import Controller, walls_of
+from safenav.scenario.objective import Ltl, Word
+from safenav.scenario.objective_text import describe
+from safenav.solve.duties import Settlement
+from safenav.solve.proof import Closure, Refutation, closure_of, stated
+from safenav.solve.reasons import (
+    Shortfall,
+    cause_of,
+    shortfall_words,
+    shortfalls,
+    without_room,
+)
+from safenav.solve.solve import Sets, around
+from safenav.spec.objective import Memory
+from safenav.spec.task import Task
+from safenav.team.apply import done, rounds, stands
+from safenav.team.floor import barred, floor_of, gates_of, stages_of
+from safenav.team.state import Is, State
+from safenav.team.team import Team
+from safenav.trace.proofs import JointSearch, Proof
+from safenav.trace.vocabulary import OperatorCause
+from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words, some
+
+_TRAPPED = "every remaining option traps a robot needed elsewhere"
+
+
+class End(Struct, frozen=True):
+    """Why the run ends. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
+    ``links`` of its reasons, one sentence each, and the robots that are ``stuck``;
+    ``unrealizable``: robots without a strategy, each with its specification; ``refused``: deadlines
+    and charges that do not suffice, each with the least value that does (None: none does)."""
+
+    outcome: str
+    why: str
+    cause: str | None = None
+    proof: Proof | None = None
+    unrealizable: tuple[tuple[str, str], ...] = ()
+    links: tuple[str, ...] = ()
+    stuck: tuple[str, ...] = ()
+    refused: Mapping[str, int | None] | None = None
+
+    @property
+    def explanation(self) -> str:
+        return self.why
+
+
+def hopeful(team: Team, state: State, *, given_up: bool = True) -> Sets:
+    """The team as if every robot were in service; with ``given_up`` as if the obstacles that are
+    given up were still requested."""
+    again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
+    sealed = state.sealed.difference(again)
+    poses = tuple(robot.next for robot in state.robots)
+    gates = (*gates_of(state), *again)
+    floor = floor_of(team, gates, sealed, poses, None, barred(team, state))
+    return around(floor, poses, stages_of(floor, state))
+
+
+def lacks_of(team: Team, state: State) -> dict[str, Shortfall]:
+    """The shortfalls of the known obstacles that are never resolved."""
+    now = hopeful(team, state)
+    return {each.obstacle: each for each in shortfalls(now, closure_of(now))}
+
+
+def infeasible(team: Team, state: State, now: Sets, proof: Refutation) -> End:
+    """The end of a run in which, by the closure or after every choice, a robot cannot continue."""
+    word = team.world.word
+    given_up = [team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up]
+    lacks = lacks_of(team, state) if given_up else {}
+    missed = [lacks[name] for name in given_up if name in lacks]
+    closure, sentences = _first_dead_end(now, proof, word)
+    stuck: list[int] = []
+    if closure is not None:
+        stuck = [i for i, live in enumerate(closure.live) if not live]
+        sentences += [_why_stuck(team, state, i, chosen=closure is not proof) for i in stuck]
+        missed += shortfalls(now, closure)
+    links = tuple(dict.fromkeys((*sentences, *(shortfall_words(each, word) for each in missed))))
+    known = missed and closure is proof
+    cause = cause_of(missed) if known else OperatorCause.UNREALIZABLE
+    stuck_names = tuple(team.members[i].name for i in stuck)
+    said = stated(now, proof, tuple(given_up))
+    return End("operator_needed", "; ".join(links), cause.value, said, (), links, stuck_names)
+
+
+def _first_dead_end(now: Sets, proof: Refutation, word: Word) -> tuple[Closure | None, list[str]]:
+    """Follow the first option of each choice: return the final closure (None: no option is left)
+    and the reasons up to it."""
+    sentences, lossless = list[str](), True
+    while not isinstance(proof, Closure):
+        if not proof:
+            return None, sentences + ((without_room(now, word) if lossless else []) or [_TRAPPED])
+        first = proof[0]
+        lossless = lossless and first.lossless
+        if lossless:  # each robot still reaches all that it could reach
+            now = replace(now, stages=now.after(first.step).stages)
+        else:
+            sentences.append(_TRAPPED)
+        proof = first.because
+    return proof, sentences
+
+
+def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
+    """Why a robot cannot continue. ``chosen``: after an option that was chosen."""
+    robot, word = team.members[i].robot, team.world.word
+    objective = robot.objective
+    if isinstance(objective, Ltl):
+        return f"{robot.name} cannot meet its formulas with what it can reach"
+    if chosen:  # from its present pose it still could
+        return f"{robot.name} could no longer {describe(objective, word)} after that"
+    here = state.robots[i].pose % team.size
+    for k, each in enumerate(state.obstacles):
+        obstacle = team.obstacles[k].source
+        last, left = len(obstacle.needs) - 1, each.state is Is.SEALED
+        inside = obstacle.region == here and i in team.obstacles[k].blocks
+        if each.known and left and inside and obstacle.resolved_by_entering(robot, last):
+            what = obstacle_words(obstacle.name, word)
+            entered = f"it has entered {what} to resolve it, and can only go back"
+            return f"{robot.name} cannot {describe(objective, word)}: {entered}"
+    memory = Memory(state.robots[i].own.memory)
+    pose = team.members[i].graph.pose(state.robots[i].next)
+    walls = walls_of(team, state, i, frozenset(state.requests))
+    return _why_not(team, i, Task(robot, pose, objective, memory, walls))
+
+
+def no_strategy(team: Team, failed: Sequence[tuple[int, Controller]], *, begun: bool) -> End:
+    """The end of a run in which a robot has no strategy: ``unrealizable`` before the start."""
+    links = tuple(_why_not(team, i, each.task) for i, each in failed)
+    specs = tuple((each.task.robot.name, each.result.spec_sha256) for _, each in failed)
+    if not begun:
+        return End("unrealizable", "; ".join(links), None, None, specs)
+    cause, stuck = OperatorCause.UNREALIZABLE.value, tuple(name for name, _ in specs)
+    return End("operator_needed", "; ".join(links), cause, None, specs, links, stuck)
+
+
+def _why_not(team: Team, i: int, task: Task) -> str:
+    # Imported here: most runs have nothing to explain.
+    from safenav.explain.summary import explain_unrealizable
+
+    return explain_unrealizable(team.members[i].robot, task, team.world)
+
+
+def deadlocked(
+    team: Team, state: State, robots: tuple[int, ...], proof: Proof, why: str = ""
+) -> End:
+    """The end of a run in which no order of moves of these robots completes the mission. ``why``:
+    the reason in words, if it is not the search."""
+    names = tuple(team.members[i].name for i in robots)
+    if isinstance(proof, JointSearch):
+        rivals = [i for i in robots if team.members[i].rivals] or [*robots]
+        where = ", ".join(
+            f"{team.members[i].name} {'at' if state.robots[i].to is None else 'on its way to'} "
+            f"{team.world.label(state.robots[i].next % team.size)}"
+            for i in rivals
+        )
+        stay = [team.members[i].name for i in rivals if team.members[i].pursuit.settles]
+        last = f"the last target{'s' if len(stay) > 1 else ''}"
+        ends = f" with {listed(stay)} at {last}" if stay else ""
+        few = len(robots) < len(team.members)
+        alone = ", even with all other robots and open obstacles out of the way" if few else ""
+        why = (
+            f"{where}: deadlock; none of the {proof.states} reachable joint states "
+            f"completes every objective{ends}{alone}"
+        )
+    return End("operator_needed", why, "deadlock", proof, (), (why,), names)
+
+
+def completed(team: Team, state: State, found: Settlement) -> End:
+    """The end of a run in which the mission is complete, with the orders that are still open."""
+    why, undone = f"every robot has met its objective for {counted(team.rounds, 'round')}", []
+    for k, each in enumerate(state.obstacles):
+        if team.obstacles[k].ordered and each.known:
+            lacks = lacks_of(team, state).get(team.obstacles[k].name) if each.given_up else None
+            short = shortfall_words(lacks, team.world.word, "it") if lacks is not None else None
+            undone.append(left_words(team, state, found, k, short))
+    return End("completed", why + (f"; still open: {', '.join(undone)}" if undone else ""))
+
+
+def what_is_left(team: Team, state: State, roles: Sequence[Role], *, live: bool) -> str:
+    """Return the reasons why the run is not completed yet."""
+    after = seconds_words(state.time) if live else counted(round(state.time), "tick")
+    return f"not completed after {after}: {'; '.join(_left(team, state, roles))}"
+
+
+def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
+    behind: dict[int, list[str]] = {}
+    for member, robot in zip(team.members, state.robots, strict=True):
+        whole = rounds(member.objective, robot.own)
+        if whole < team.rounds:
+            behind.setdefault(whole, []).append(member.name)
+    for whole, names in behind.items():
+        who = listed(names) if len(names) <= MANY else f"{len(names)} robots"
+        has = "has" if len(names) == 1 else "have"
+        yield f"{who} {has} completed {whole} of {team.rounds} rounds"
+    away = [
+        member.name
+        for i, member in enumerate(team.members)
+        if done(team, state, i) and not stands(team, state, i)
+    ]
+    if away:
+        yield f"{some(away)} {'is' if len(away) == 1 else 'are'} not at the last target"
+    for k in state.requests:
+        what = obstacle_words(team.obstacles[k].name, team.world.word)
+        names = [team.members[i].name for i, _ in state.obstacles[k].asked]
+        wait = f"{listed(names)} {'waits' if len(names) == 1 else 'wait'}"
+        helping = [team.members[i].name for i, role in enumerate(roles) if role.helps == k]
+        help_ = listed(helping) if helping else "help"
+        yield f"{wait} for {help_} to resolve {what}" if names else f"{what} is still open"

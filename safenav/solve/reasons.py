@@ -1,0 +1,202 @@
+"""Reasons why an obstacle is never resolved: as data, and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from enum import Enum
+
+from msgspec import Struct
+
+from safenav.components import explored
+from safenav.scenario.model import OPERATOR_ACTION
+from safenav.scenario.objective import Word
+from safenav.solve.proof import Closure
+from safenav.solve.solve import Sets
+from safenav.trace.vocabulary import OperatorCause
+from safenav.trace.words import listed, obstacle_words
+from safenav.world.poses import bits
+
+
+class Hindrance(Enum):
+    """Hindrance of a robot that has the action of a need."""
+
+    NOTHING = "can reach it"
+    GATES = "obstacles are in the way"
+    INSIDE = "one robot alone cannot enter that region; 'at' of the need can name other regions"
+    WALLS = "no path leads there"
+    CUT_OFF = "no path leads to where the load is put down"
+    OUT_OF_SERVICE = "it is out of service"
+    FAILED = "too many attempts have failed"
+
+
+class Helper(Struct, frozen=True):
+    """A robot that has the action of a need. ``waits_for``: the obstacles in its way."""
+
+    name: str
+    hindrance: Hindrance
+    waits_for: tuple[str, ...] = ()
+
+
+class Shortfall(Struct, frozen=True):
+    """The unfulfilled need of an obstacle that is never resolved. ``met``: the actions of its needs
+    that are fulfilled, or will be; ``action``: that of the need that never is, by ``robots``
+    robots, ``together`` in one tick; ``done``: robots that have fulfilled their part of it;
+    ``helpers``: the other robots that have the action and those ``beside`` it: the actions of later
+    needs that the same robots must fulfil."""
+
+    obstacle: str
+    action: str
+    robots: int
+    together: bool
+    helpers: tuple[Helper, ...]
+    met: tuple[str, ...] = ()
+    done: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
+
+    @property
+    def too_few(self) -> bool:
+        """Whether fewer robots have the action than the need requires."""
+        return len(self.helpers) + len(self.done) < self.robots
+
+
+def shortfalls(now: Sets, closure: Closure) -> tuple[Shortfall, ...]:
+    """Return the shortfall of each obstacle that a closure never resolves."""
+    return tuple(_shortfall(now, closure, g) for g in closure.never)
+
+
+def _shortfall(now: Sets, closure: Closure, g: int) -> Shortfall:
+    floor, stage, gate = now.floor, closure.left[g], now.floor.gate(g)
+    need, members = gate.needs[stage.need], floor.team.members
+    chosen = range(len(members)) if stage.group is None else sorted(stage.group)
+    helpers = tuple(
+        _helper(now, closure, g, i)
+        for i in chosen
+        if need.skills <= members[i].robot.capabilities and i not in stage.done
+    )
+    return Shortfall(
+        gate.name,
+        need.action,
+        need.robots,
+        need.together,
+        helpers,
+        tuple(former.action for former in gate.needs[: stage.need]),
+        tuple(members[i].name for i in sorted(stage.done)),
+        tuple(sorted(need.skills - {need.action})),
+    )
+
+
+def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
+    floor, gate, name = now.floor, now.floor.gate(g), now.floor.team.members[i].name
+    graph, number = floor.graphs[i], closure.left[g].need
+    regions, reach = gate.needs[number].regions, closure.reach[i]
+    if i not in floor.robots:
+        return Helper(name, Hindrance.OUT_OF_SERVICE)
+    if (i, floor.gates[g]) in floor.barred:
+        return Helper(name, Hindrance.FAILED)
+    if i in gate.strays[number]:
+        return Helper(name, Hindrance.CUT_OFF)
+    there = graph.poses_on(regions)
+    if reach & there:
+        return Helper(name, Hindrance.NOTHING)
+    beyond = floor.floors[i] & ~reach
+    border = graph.regions_of(graph.forward(reach) & beyond)
+    waits_for = tuple(
+        other.name
+        for other, stage in ((floor.gate(o), closure.left[o]) for o in closure.never)
+        if i in other.closed_to[stage.need]
+        and border >> other.region & 1
+        and graph.closure(graph.poses_on(1 << other.region), beyond) & there
+    )
+    if waits_for == (gate.name,) and regions == 1 << gate.region:
+        return Helper(name, Hindrance.INSIDE, waits_for)
+    return Helper(name, Hindrance.GATES if waits_for else Hindrance.WALLS, waits_for)
+
+
+def cause_of(found: Collection[Shortfall]) -> OperatorCause:
+    """The cause of a negative: too few robots, or robots that wait for each other's help."""
+    if any(each.too_few for each in found):
+        return OperatorCause.NO_CAPABLE_ROBOT
+    waits = {
+        each.obstacle: {gate for helper in each.helpers for gate in helper.waits_for}
+        for each in found
+    }
+    if any(gate in explored(waits[gate], lambda one: [*waits.get(one, ())]) for gate in waits):
+        return OperatorCause.CYCLIC_REQUESTS
+    return OperatorCause.NEVER_RESOLVABLE
+
+
+def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
+    """``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``. ``it``:
+    the obstacle's name in the text."""
+    met = f" ('{found.met[-1]}' is fulfilled, '{found.action}' is open)" if found.met else ""
+    actions = "' and '".join((found.action, *found.beside))
+    takes = need_words(actions, found.robots, together=found.together)
+    parts = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]
+    names = [*found.done, *(helper.name for helper in found.helpers)]
+    if not names and found.action == OPERATOR_ACTION:
+        return f"{it or obstacle_words(found.obstacle, word)} needs an operator"
+    if not names:
+        return f"{parts[0]}, and no robot of this team has {_ALL.get(len(found.beside), 'all')}"
+    if found.too_few:
+        parts.append(f"this team has {number_words(len(names))}: {listed(names)}")
+    if found.done:
+        parts.append(f"{listed(found.done)} {'has' if len(found.done) == 1 else 'have'} done it")
+    hindered: dict[str, list[str]] = {}
+    for each in found.helpers:
+        hindered.setdefault(_why(each, found.obstacle, word), []).append(each.name)
+    for why, robots in hindered.items():
+        has, there = ("has", "it is") if len(robots) == 1 else ("have", "they are")
+        parts += [f"{listed(robots)} {has} it, but {why.replace('it is', there)}"] if why else []
+    if not found.too_few:
+        ready = [each.name for each in found.helpers if each.hindrance is Hindrance.NOTHING]
+        parts += [f"{listed(ready)} can reach it"] if ready else []
+    return "; ".join(parts)
+
+
+def _why(helper: Helper, obstacle: str, word: Word) -> str:
+    match helper.hindrance:
+        case Hindrance.GATES if helper.waits_for == (obstacle,):
+            return f"{obstacle_words(obstacle, word)} itself is in the way"
+        case Hindrance.GATES:
+            are = "is" if len(helper.waits_for) == 1 else "are"
+            return f"{listed(obstacle_words(o, word) for o in helper.waits_for)} {are} in the way"
+        case Hindrance.NOTHING:
+            return ""
+        case other:
+            return str(other.value)
+
+
+_ALL = {0: "it", 1: "both"}
+_NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
+
+
+def number_words(number: int) -> str:
+    return _NUMBERS.get(number, str(number))
+
+
+def need_words(action: str, robots: int, *, together: bool) -> str:
+    """``two robots with 'lift' at the same time``, ``a robot with 'push'``."""
+    if robots == 1:
+        return f"a robot with '{action}'"
+    when = " at the same time" if together else ""
+    return f"{number_words(robots)} robots with '{action}'{when}"
+
+
+def without_room(now: Sets, word: Word) -> list[str]:
+    """Return a sentence for each need to be fulfilled together for which enough robots reach the
+    resolution regions, but not a region each."""
+    floor, found = now.floor, []
+    for g in floor.open(now.stages):
+        need, regions, names = floor.need(g, now.stages), 0, []
+        for i in floor.able(g, now.stages):
+            if there := now.spots(i, need.regions):
+                regions |= floor.graphs[i].regions_of(there)
+                names.append(floor.team.members[i].name)
+        if need.together and len(names) >= floor.missing(g, now.stages):
+            places = " and ".join(word(region) for region in bits(regions))
+            takes = need_words(need.action, need.robots, together=True)
+            found.append(
+                f"{obstacle_words(floor.gate(g).name, word)} needs {takes}; {listed(names)} "
+                f"reach only {places} for it, where there is no room for all of them"
+            )
+    return found
