@@ -88,11 +88,15 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Met(i, k):
             asked = tuple(one for one in state.obstacles[k].asked if one[0] != i)
             here = state.robots[i].next % team.size
-            state = _asked(state, k, (*asked, (i, here)))
+            state = _asked(team, state, k, (*asked, (i, here)))
             return replace(state, plan=None)
         case now.Appeared(k):
             state = _obstacle(state, k, ObstacleNow())
-            return replace(_asked(state, k, ()), plan=None) if team.obstacles[k].ordered else state
+            return (
+                replace(_asked(team, state, k, ()), plan=None)
+                if team.obstacles[k].ordered
+                else state
+            )
         case now.Gone(k):
             known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
             state = _obstacle(_dropped(state, k), k, ObstacleNow(Is.OVER))
@@ -106,7 +110,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Reopened():
             for k, each in enumerate(state.obstacles):
                 if each.given_up:
-                    state = _asked(state, k, each.asked)
+                    state = _asked(team, state, k, each.asked)
                 elif each.aside:
                     state = _obstacle(state, k, replace(each, aside=False))
             return state
@@ -152,11 +156,15 @@ def _obstacle(state: State, k: int, obstacle: ObstacleNow) -> State:
     return replace(state, obstacles=(*state.obstacles[:k], obstacle, *state.obstacles[k + 1 :]))
 
 
-def _asked(state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
+def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
     """An obstacle is known and open: its request joins the stack if it is not there yet."""
     before = state.obstacles[k]
     stage = now.Stage() if before.state is Is.OVER else before.stage
-    state = _obstacle(state, k, ObstacleNow(Is.OPEN, stage, asked))
+    due = before.due
+    if k not in state.requests:
+        limit = team.scenario.limit_of(team.obstacles[k].source)
+        due = None if limit is None else int(state.time) + limit
+    state = _obstacle(state, k, ObstacleNow(Is.OPEN, stage, asked, due=due))
     return state if k in state.requests else replace(state, requests=(*state.requests, k))
 
 

@@ -322,8 +322,10 @@ def restarted(member: Member, count: Count) -> Count:
 
 
 def gates_of(state: State) -> tuple[int, ...]:
-    """The open obstacles in the order of service: the newest first, as the paper's stack has it."""
-    return state.requests[::-1]
+    """The open obstacles in the order of service: by the ticks at which they are due, then the
+    newest first, as the paper's stack has it."""
+    newest, dues = state.requests[::-1], {k: state.obstacles[k].due for k in state.requests}
+    return tuple(sorted(newest, key=lambda k: (dues[k] is None, dues[k] or 0)))
 
 
 def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -> Floor:

@@ -45,13 +45,14 @@ class Is(Enum):
 class ObstacleNow(Struct, frozen=True):
     """``asked``: robots that met it, each with the region where it waits, the last one last;
     ``given_up``: sealed because nobody can resolve it, not because it was found untraversable;
-    ``aside``: no joint plan serves it."""
+    ``aside``: no joint plan serves it; ``due``: the tick by whose end its request must be met."""
 
     state: Is = Is.HIDDEN
     stage: Stage = Stage()
     asked: tuple[tuple[int, int], ...] = ()
     given_up: bool = False
     aside: bool = False
+    due: int | None = None
 
     @property
     def known(self) -> bool:

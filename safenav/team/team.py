@@ -162,10 +162,11 @@ def introduced(team: Team, source: model.Obstacle) -> Team:
     return replace(team, obstacles=(*team.obstacles, _obstacle(source, team.scenario)))
 
 
-def assigned(team: Team, i: int, objective: TargetObjective) -> Team:
-    """Return the team in which a robot has another objective of its own."""
+def assigned(team: Team, i: int, objective: TargetObjective, within: int | None) -> Team:
+    """Return the team in which a robot has another objective of its own, each round ``within`` so
+    many ticks."""
     member = team.members[i]
-    robot = replace(member.robot, objective=objective)
+    robot = replace(member.robot, objective=objective, within=within)
     new = replace(
         member,
         robot=robot,

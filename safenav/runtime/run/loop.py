@@ -24,6 +24,7 @@ from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.run.decide import Proposal, closing, others, propose
 from safenav.runtime.run.record import Recorder
+from safenav.runtime.run.refusal import refusal_of
 from safenav.runtime.run.world import World
 from safenav.team import state as now
 from safenav.team.apply import apply, initial
@@ -60,6 +61,8 @@ class Run:
     def begin(self) -> None:
         self.recorder.begins()
         self.settle()  # 4
+        if self.control.end is None and (end := refusal_of(self.team, self.state)) is not None:
+            self.control = replace(self.control, end=end)
 
     def step(self) -> None:
         """A pass: a tick, or a moment at which something happens."""
@@ -73,6 +76,7 @@ class Run:
                 self.act(event.robot)  # 17, 18
             self.count(before, event)
             self.settle()  # 9 to 16, 19 to 21
+            self.recorder.ledger.turn_ends(self.team, self.state)
             if self.has_ended(event):
                 break
         self.answers.forget()
@@ -145,7 +149,9 @@ class Run:
         if isinstance(event, now.Introduced):
             self.team = self.recorder.team = introduced(self.team, event.source)
         elif isinstance(event, now.Assigned):
-            self.team = self.recorder.team = assigned(self.team, event.robot, event.objective)
+            self.team = self.recorder.team = assigned(
+                self.team, event.robot, event.objective, event.within
+            )
         before, self.state = self.state, apply(self.team, self.state, event)
         self.recorder.record(before, event, self.state)
         changes = isinstance(event, now.Appeared) or (
@@ -167,6 +173,8 @@ class Run:
 
     def has_ended(self, event: now.Event) -> bool:
         """Whether nothing can help after this turn, so that the other robots stand."""
+        if self.recorder.ledger.stops:
+            return True
         ended = isinstance(event, now.Turn | now.Arrived)
         return ended and self.control.end is not None and not self.waits()
 
@@ -186,7 +194,9 @@ class Run:
 
     def over(self) -> End | None:
         """The end of the run, if it has come."""
-        state, end = self.state, self.control.end
+        state, end, ledger = self.state, self.control.end, self.recorder.ledger
+        if ledger.stops:
+            return End("late", f"a deadline was missed: {' and '.join(ledger.missed or ())}")
         if is_complete(self.team, state, self.control) and not self.orders_to_come():
             return completed(self.team, state, self.control.found)
         if end is not None and not self.waits():

@@ -19,6 +19,7 @@ from safenav.runtime.control.because import ASIDE, Request
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import Controller, enough
+from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
 from safenav.scenario.objective import TargetObjective
 from safenav.scenario.settings import Clock
@@ -75,6 +76,7 @@ class Recorder:
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
         self.waited: End | None = None
         self.times = CommandTimes()
+        self.ledger = Ledger(team, self.emit)
 
     def begins(self) -> None:
         header = scenario_header(self.team.scenario, self.truths, live=self.live)
@@ -83,6 +85,8 @@ class Recorder:
 
     def record(self, before: State, event: now.Event, after: State) -> None:
         """The lines of an event."""
+        if not isinstance(event, now.Time):
+            self.ledger.happened(self.team, before, event)
         dropped = before.plan is not None and after.plan is None
         if dropped and not isinstance(event, now.Met):
             self._plan_ends(PlanEndReason.CHANGED)
@@ -90,6 +94,8 @@ class Recorder:
             case now.Time(at):
                 self._plan_reached(before)
                 self.time, self.tick = at, self.tick + 1 if self.live else int(at)
+                self.ledger.happened(self.team, before, event)
+                return
             case now.Goes(i):
                 self.moves.continued(self.tick, i, after)
             case now.Departed(i, pose, by, node):
@@ -460,6 +466,8 @@ class Recorder:
         """Record the end of the run; ``seconds``: its wall time."""
         pairs = zip(self.team.members, state.robots, strict=True)
         self._plan_reached(state)
+        if end.outcome == Outcome.COMPLETED:
+            self.ledger.completed()
         self._plan_ends(PlanEndReason.CHANGED)
         ended = records.End(
             self.tick,
@@ -473,6 +481,7 @@ class Recorder:
             cause=None if end.cause is None else OperatorCause(end.cause),
             proof=end.proof,
             unrealizable=dict(end.unrealizable) or None,
+            late=self.ledger.missed,
             refused=end.refused,
             **(self.times.fields(m.name for m in self.team.members) if self.live else {}),
         )

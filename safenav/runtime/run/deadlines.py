@@ -1,0 +1,251 @@
+"""The deadlines of a run: when each begins, and its verdict (docs/deadlines.md), a fold over
+events.
+
+Lines follow at the end of each turn for its events, and before each tick for missed deadlines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.scenario.settings import LatePolicy, switching
+from safenav.team import bound
+from safenav.team import state as now
+from safenav.team.apply import goals, on_own, rounds
+from safenav.team.state import State
+from safenav.team.team import Team
+from safenav.trace import records
+from safenav.trace.vocabulary import DeadlineVerdict
+from safenav.world.poses import Mask
+
+MISSION = "mission"
+Of = int | str
+"""What a deadline is about: an obstacle's number, or ``mission``."""
+
+
+class Clock(Struct, frozen=True):
+    """The clock of a robot's rounds. ``disturbed``: in this round the robot did not only pursue its
+    objective; ``before``: nor in the previous one. ``over``: this round is already judged, or
+    (``reported``) was reported as lost; ``done``: rounds since the last resolution."""
+
+    begun: int = 0
+    disturbed: bool = False
+    before: bool = False
+    over: bool = False
+    reported: bool = False
+    done: int = 0
+
+    @property
+    def excused(self) -> bool:
+        return self.disturbed or self.before
+
+    def restarted(self, tick: int, done: int) -> Clock:
+        return Clock(tick, before=self.disturbed, done=done)
+
+
+class Ledger:
+    """``open``: the running deadlines and when they are due; ``reported``: those recorded as lost;
+    ``late``: those that were missed; ``begun``: the ticks in which robots in transit set out;
+    ``had``: how many robots have had their turn."""
+
+    def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
+        self.emit, self.scenario = emit, team.scenario
+        self.active = team.scenario.sets_deadlines
+        self.open: dict[Of, int] = {}
+        if (by := team.scenario.until.by) is not None:
+            self.open[MISSION] = by
+        self.names: dict[Of, str] = {MISSION: MISSION}
+        self.past: set[Of] = set()
+        self.reported: set[Of] = set()
+        self.late: list[str] = []
+        self.clocks = [Clock() for _ in team.members]
+        self.begun: dict[int, int] = {}
+        self.lines: list[records.Record] = []
+        self.had = self.tick = 0
+
+    @property
+    def missed(self) -> tuple[str, ...] | None:
+        """The missed deadlines, each once; None if the scenario has none."""
+        return tuple(dict.fromkeys(self.late)) if self.active else None
+
+    @property
+    def stops(self) -> bool:
+        """Whether a missed deadline ends the run."""
+        return bool(self.late) and self.scenario.late is LatePolicy.STOP
+
+    def happened(self, team: Team, before: State, event: now.Event) -> None:
+        """Learn of an event, the first one of each tick being its ``Time``."""
+        if not self.active:
+            return
+        match event:
+            case now.Time(at):
+                self.tick, self.had = int(at), 0
+                self._overdue(team)
+            case now.Turn(i) | now.Goes(i):
+                self.had = i + 1
+                self._look(team, before)
+            case now.Departed(i):
+                self.begun[i] = self.tick
+            case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i):
+                self.had = max(self.had, i + 1)
+                self.begun.pop(i, None)
+            case now.Assigned(i):
+                self.clocks[i] = Clock(self.tick)
+            case now.Served(i, True) | now.Placed(i):
+                self.clocks[i] = self.clocks[i].restarted(self.tick, self.clocks[i].done)
+            case now.Counted(i) if on_own(team, before, i):
+                for _, whole in goals(team, before, i):
+                    self._round(team, i, whole)
+            case now.Acted():
+                for k, _ in event.truths:
+                    self._ended(k, DeadlineVerdict.KEPT)
+                if any(
+                    self.scenario.restarts_rounds(team.obstacles[k].name) for k, _ in event.truths
+                ):
+                    self.clocks = [each.restarted(self.tick, 0) for each in self.clocks]
+
+    def turn_ends(self, team: Team, state: State) -> None:
+        """Record what follows from a turn and what was before it, and from its decisions."""
+        if not self.active or (self.tick > 0 and not self.had):
+            return
+        for k in [k for k in {*self.open, *self.past} - {*state.requests} if k != MISSION]:
+            self._ended(k, DeadlineVerdict.EXCUSED)
+        self._look(team, state)
+        for line in self.lines:
+            self.emit(line)
+        self.lines = []
+        known = self.open.keys() | self.past
+        dues = {k: state.obstacles[k].due for k in state.requests if k not in known}
+        fresh = {k: due for k, due in dues.items() if due is not None}
+        timed = any(member.robot.within is not None for member in team.members)
+        if fresh or (self.had == len(team.members) and (self.open or timed)):
+            self._foresee(team, state, fresh)
+
+    def completed(self) -> None:
+        """The mission is completed in this tick."""
+        if (due := self.open.pop(MISSION, None)) is not None:
+            self.emit(records.Deadline(self.tick, MISSION, due, DeadlineVerdict.KEPT))
+
+    def _overdue(self, team: Team) -> None:
+        """The deadlines of the tick before this one."""
+        late = DeadlineVerdict.LATE
+        for of, due in [*self.open.items()]:
+            if due < self.tick:
+                del self.open[of]
+                self.past.add(of)
+                self._missed(self.names[of], due, late)
+        for i, member in enumerate(team.members):
+            clock, within = self.clocks[i], member.robot.within
+            if within is not None and not clock.over and clock.begun + within < self.tick:
+                self.clocks[i] = replace(clock, over=True)
+                verdict = DeadlineVerdict.EXCUSED if clock.excused else late
+                self._missed(member.name, clock.begun + within, verdict)
+
+    def _missed(self, of: str, due: int, verdict: DeadlineVerdict) -> None:
+        self.late += [of] if verdict is DeadlineVerdict.LATE else []
+        self.emit(records.Deadline(self.tick, of, due, verdict))
+
+    def _look(self, team: Team, state: State) -> None:
+        """Note the robots that do not pursue their own objective."""
+        for i, robot in enumerate(state.robots):
+            if not (robot.active and on_own(team, state, i)) and not self.clocks[i].disturbed:
+                self.clocks[i] = replace(self.clocks[i], disturbed=True)
+
+    def _round(self, team: Team, i: int, whole: int) -> None:
+        member, clock = team.members[i], self.clocks[i]
+        if whole <= clock.done:
+            return  # the goal completes no round
+        within, kept = member.robot.within, DeadlineVerdict.KEPT
+        if within is not None and not clock.over:
+            due = clock.begun + within
+            self.lines.append(records.Deadline(self.tick, member.name, due, kept))
+        self.clocks[i] = clock.restarted(self.tick, whole)
+
+    def _ended(self, k: Of, verdict: DeadlineVerdict) -> None:
+        self.past.discard(k)
+        self.reported.discard(k)
+        if (due := self.open.pop(k, None)) is not None:
+            self.lines.append(records.Deadline(self.tick, self.names[k], due, verdict))
+
+    def _foresee(self, team: Team, state: State, fresh: dict[int, int]) -> None:
+        """Begin the deadlines of new requests, and report all that can no longer be met."""
+        moment = bound.moment_of(team, state, self.had, self.begun)
+        times, ends = bound.earliest(moment), dict[Of, int | None]()
+        for k, turns in zip(bound.gates(team, state), times, strict=True):
+            ends[k] = bound.tick_of(turns[-1], moment.count)
+        for k, due in fresh.items():
+            self.names[k], self.open[k] = team.obstacles[k].name, due
+            verdict, soonest = DeadlineVerdict.SET, ends.get(k, self.tick)
+            self.emit(records.Deadline(self.tick, self.names[k], due, verdict, soonest))
+        if MISSION in self.open and not objectives_change(team, self.tick):
+            every = (goals_left(team, state, i, team.rounds) for i in range(len(team.members)))
+            ends[MISSION] = mission_end(moment, times, self.tick, [[each] for each in every])
+        for of, due in self.open.items():
+            if of in ends and of not in self.reported and _beyond(ends[of], due):
+                self.reported.add(of)
+                self._lost(self.names[of], due, ends[of])
+        for i, (member, clock) in enumerate(zip(team.members, self.clocks, strict=True)):
+            within, robot = member.robot.within, state.robots[i]
+            left = goals_left(team, state, i)
+            if within is None or left is None or clock.over or clock.reported or clock.excused:
+                continue
+            if not robot.active or not on_own(team, state, i):
+                continue
+            end = bound.rounds_done(moment, i, times, left)
+            soonest = None if end >= bound.NEVER else end
+            if _beyond(soonest, clock.begun + within):
+                self.clocks[i] = replace(clock, reported=True)
+                self._lost(member.name, clock.begun + within, soonest)
+
+    def _lost(self, of: str, due: int, soonest: int | None) -> None:
+        lost = DeadlineVerdict.LOST
+        self.emit(records.Deadline(self.tick, of, due, lost, earliest=soonest))
+
+
+def _beyond(soonest: int | None, due: int) -> bool:
+    return soonest is None or soonest > due
+
+
+def objectives_change(team: Team, tick: int) -> bool:
+    """Whether the scenario still gives a robot another objective, which changes the bound of the
+    mission."""
+    scenario = team.scenario
+    if any(change.objective is not None and change.at > tick for change in scenario.changes):
+        return True
+    listed = any(at > tick for at in switching(scenario.inputs))
+    return listed and any(robot.when for robot in scenario.robots)
+
+
+def goals_left(team: Team, state: State, i: int, most: int | None = None) -> list[Mask] | None:
+    """The targets that a robot must still meet in sequence for its round, or for ``most`` rounds;
+    None if it chooses their order."""
+    member, own = team.members[i], state.robots[i].own
+    if not member.objective.ordered():
+        return None
+    masks = member.targets
+    if not member.pursuit.in_turn:
+        return [masks[0]] * max((1 if most is None else most) - own.met, 0)
+    if member.pursuit.settles:
+        return [*masks[own.memory :]] if own.met < 1 else []
+    left = len(masks) - own.met % len(masks)
+    if most is not None:
+        left += (most - rounds(member.objective, own) - 1) * len(masks)
+    return [masks[(own.memory + k) % len(masks)] for k in range(max(left, 0))]
+
+
+def mission_end(
+    moment: bound.BoundMoment,
+    times: bound.Times,
+    tick: int,
+    orders: Sequence[Sequence[Sequence[Mask] | None]],
+) -> int | None:
+    """Return a tick before whose end the mission cannot be completed; None if it never can.
+    ``orders``: for each robot the possible sequences of its goals (None: it chooses)."""
+    ends = [tick]
+    for i, choices in enumerate(orders):
+        each = (bound.rounds_done(moment, i, times, goals) if goals else 0 for goals in choices)
+        ends.append(min(each, default=0))
+    return None if max(ends) >= bound.NEVER else max(ends)
