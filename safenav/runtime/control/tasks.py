@@ -9,14 +9,16 @@ from msgspec import Struct
 from safenav.outcome import Verdict
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
-from safenav.scenario.objective import TargetObjective
+from safenav.scenario.objective import TargetObjective, Word
+from safenav.scenario.objective_text import describe
 from safenav.spec.compile import compile_task
-from safenav.spec.forms import ObjectiveForm, Weakening, forms
+from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms
 from safenav.spec.objective import Memory
 from safenav.spec.task import Known, Task
 from safenav.synthesis.request import SynthesisResult
 from safenav.team.state import Is, State
 from safenav.team.team import Team
+from safenav.trace import records
 from safenav.trace.vocabulary import Form
 from safenav.trace.words import obstacle_words
 from safenav.world.poses import region_mask
@@ -24,13 +26,15 @@ from safenav.world.poses import region_mask
 
 class Controller(Struct, frozen=True, eq=False):
     """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``known``:
-    the open obstacles that it knows; ``node``: where it begins."""
+    the open obstacles that it knows; ``tried``: the stronger forms that failed; ``node``: where it
+    begins."""
 
     task: Task
     asked: TargetObjective
     rung: ObjectiveForm
     result: SynthesisResult
     known: frozenset[int]
+    tried: tuple[records.Tried, ...] = ()
 
     @property
     def realizable(self) -> bool:
@@ -41,6 +45,21 @@ class Controller(Struct, frozen=True, eq=False):
         if self.rung.objective != self.asked:
             return Form.ALTERNATION
         return Form.OTHER_MEMORY if self.rung.weakening is Weakening.TURNED else Form.LITERAL
+
+    def allows(self, word: Word) -> str | None:
+        """The shortfall of its form from the objective, with the reason; None if there is none."""
+        return concession(self.asked, self.rung, word, [])
+
+    def words(self, word: Word) -> str:
+        """The objective in the requested form, in the user's words."""
+        allows = self.allows(word)
+        return describe(self.asked, word) + (f" ({allows})" if allows else "")
+
+    def failed(self) -> tuple[records.Tried, ...]:
+        """All forms that failed, this one the last."""
+        fairness, spec = self.task.fairness.value, self.result.spec_sha256
+        one = records.Tried(self.form, fairness, spec, self.result.verdict)
+        return (*self.tried, one)
 
     @property
     def node(self) -> int | None:
@@ -77,7 +96,9 @@ def synthesized(
             if result is None:
                 waiting.add(i)
                 continue
-            found[i] = Controller(task, roles[i].objective, rung, result, roles[i].avoid)
+            tried_before = found[i].failed() if i in found else ()
+            asked, avoid = roles[i].objective, roles[i].avoid
+            found[i] = Controller(task, asked, rung, result, avoid, tried_before)
             if found[i].realizable:
                 del left[i]
         if waiting:

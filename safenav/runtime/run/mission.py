@@ -23,7 +23,7 @@ from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import first_controllers
-from safenav.runtime.control.ends import End
+from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import Controller
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder
@@ -37,6 +37,7 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.compatibility import unsafe_live, unsafe_lockstep
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
+from safenav.solve.reasons import Shortfall
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.request import Listener as SynthesisListener
@@ -215,6 +216,11 @@ class Mission:
         """The end that the run would have without an operator; None if it does not wait for one."""
         run = self._run
         return run.control.end if run.waits() and run.until() is None else None
+
+    @property
+    def lacks(self) -> tuple[Shortfall, ...]:
+        """What the known obstacles lack that are never resolved."""
+        return tuple(lacks_of(self._run.team, self._run.state).values())
 
     @property
     def still(self) -> bool:

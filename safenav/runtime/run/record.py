@@ -405,6 +405,8 @@ class Recorder:
             knowledge={},
             forbidden=tuple(pose.place for pose in poses) or None,
             form=found.form,
+            allows=found.allows(self.team.world.word),
+            tried=found.tried or None,
         )
 
     # Plans.

@@ -1,0 +1,92 @@
+"""Foresight about a scenario before any run: robots that can never continue, and the reasons.
+
+It is the closure with every hidden obstacle known and the robots at their start. An obstacle blocks
+whether or not a robot has encountered it, so a robot that cannot continue here cannot in any run.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.runtime.control.ends import hopeful, infeasible
+from safenav.scenario.model import Scenario
+from safenav.solve.proof import closure_of, refute
+from safenav.solve.reasons import Shortfall, shortfall_words, shortfalls
+from safenav.solve.solve import BudgetError, Solver
+from safenav.team import state as now
+from safenav.team.apply import apply, initial
+from safenav.team.state import State
+from safenav.team.team import Team, team_of
+from safenav.trace.words import listed
+from safenav.world.poses import bits
+
+_NEEDED = "an operator will be needed, unless the run is completed before"
+
+
+class Foresight(Struct, frozen=True):
+    """``reach``: the regions that each robot can reach once all resolvable obstacles are resolved.
+    ``stuck``: the robots that cannot meet their objective infinitely often; ``lacks``: the
+    shortfalls of obstacles that are never resolved."""
+
+    reach: dict[str, frozenset[int]]
+    stuck: tuple[str, ...]
+    lacks: tuple[Shortfall, ...]
+
+
+def foresee(scenario: Scenario) -> Foresight:
+    """Return the foresight that follows from the scenario alone. Obstacles that appear or
+    disappear, and untraversable truths, are left out: they only restrict the robots."""
+    team, state = _all_known(scenario)
+    around = hopeful(team, state)
+    closure = closure_of(around)
+    reach = {
+        member.name: frozenset(bits(graph.regions_of(poses)))
+        for member, graph, poses in zip(
+            team.members, around.floor.graphs, closure.reach, strict=True
+        )
+    }
+    pairs = zip(team.members, closure.live, strict=True)
+    stuck = tuple(member.name for member, live in pairs if not live)
+    return Foresight(reach, stuck, shortfalls(around, closure))
+
+
+def _all_known(scenario: Scenario) -> tuple[Team, State]:
+    """The team at its start, with every obstacle known and requested."""
+    team = team_of(scenario)
+    state = initial(team)
+    for k, each in enumerate(team.obstacles):
+        if each.source.appears is None and each.source.goes is None:
+            state = apply(team, state, now.Met(0, k, each.region))
+    return team, state
+
+
+def foreseen(scenario: Scenario) -> tuple[str, ...]:
+    """Warnings of objectives that no run can meet, one sentence each."""
+    found = foresee(scenario)
+    given = {change.robot for change in scenario.changes if change.objective is not None}
+    if found.stuck:
+        found = replace(found, stuck=tuple(name for name in found.stuck if name not in given))
+    elif not given:
+        return _unserved(scenario)
+    if not found.stuck or not found.lacks:
+        return ()
+    word = scenario.map.word
+    who = listed(found.stuck)
+    whose = "its objective" if len(found.stuck) == 1 else "their objectives"
+    warnings = [f"{who} cannot meet {whose} infinitely often: {_NEEDED}"]
+    lacks = [each for each in found.lacks if not each.too_few]  # another warning reports those
+    return (*warnings, *(shortfall_words(each, word) for each in lacks))
+
+
+def _unserved(scenario: Scenario) -> tuple[str, ...]:
+    """Warn of robots that have no room to act together or would trap each other, which the closure
+    does not show."""
+    team, state = _all_known(scenario)
+    around = hopeful(team, state)
+    with suppress(BudgetError):
+        if not Solver(around.floor).feasible(around):
+            return (f"{_NEEDED}: {infeasible(team, state, around, refute(around)).why}",)
+    return ()

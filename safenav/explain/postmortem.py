@@ -1,0 +1,379 @@
+"""Postmortem of a team that needs an operator: play its run, explain its end, try repairs.
+
+A repair is offered only if a run of the changed scenario was completed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.errors import SafenavError
+from safenav.explain.explanation import Repair, RepairKind
+from safenav.explain.foresight import Foresight, foresee
+from safenav.explain.map_repair import without_walls, without_words
+from safenav.explain.missing import Missing, missing_actions
+from safenav.explain.repair import nearest, offered, with_robots
+from safenav.outcome import Outcome
+from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
+from safenav.scenario.model import (
+    Need,
+    Obstacle,
+    ObstacleType,
+    ResolveAt,
+    Robot,
+    RobotModel,
+    Scenario,
+)
+from safenav.scenario.objective import Target, Word, staying, with_targets
+from safenav.scenario.objective_text import written
+from safenav.scenario.settings import Clock
+from safenav.scenario.yaml.document import flow
+from safenav.solve.reasons import Hindrance, Shortfall
+from safenav.synthesis.slugs import Synthesizer
+from safenav.team.state import Is, State
+from safenav.team.team import Team
+from safenav.trace.records import Record
+from safenav.world.map import Heading, Region
+from safenav.world.moves import Mobility, Pose
+
+SECONDS = 20.0
+"""Wall time for trying repairs, in seconds."""
+RUN_SECONDS = 5.0
+"""Wall time of one run with a repair, in seconds."""
+TRIED = 6
+"""Most candidates of one kind that are run."""
+
+
+class TeamRepair(Struct, frozen=True):
+    """A change with which a run was completed: the scenario's items and their new values, as text.
+    ``ticks``: those of that run (in a live run, its passes); ``makespan``: the seconds of a live
+    run."""
+
+    kind: RepairKind
+    change: tuple[tuple[str, str], ...]
+    ticks: int
+    makespan: float | None = None
+
+
+class Postmortem(Struct, frozen=True):
+    """The end of a run, its chain of reasons, and repairs. ``tried``: number of runs; ``missing``:
+    all actions that the team lacks, also for obstacles that the run did not reach."""
+
+    result: RunResult
+    chain: tuple[str, ...]
+    repairs: tuple[TeamRepair, ...]
+    tried: int
+    seconds: float
+    missing: tuple[Missing, ...] = ()
+
+
+def explain_run(
+    scenario: Scenario,
+    models: Mapping[str, RobotModel],
+    synthesizer: Callable[[], Synthesizer],
+    seconds: float = SECONDS,
+) -> Postmortem:
+    """Run a scenario; if it needs an operator, explain why and search for repairs. ``models``: of
+    robots that could be added."""
+    begun = time.monotonic()
+    mission = Mission(scenario, synthesizer())
+    result = uninterrupted(mission.run())
+    if result.outcome is not Outcome.OPERATOR_NEEDED:
+        return Postmortem(result, (), (), 1, time.monotonic() - begun)
+    deadline, tried = time.monotonic() + seconds, 1
+
+    def completes(changed: Scenario) -> RunResult | None:
+        """Return the result of a run that completes; None for every other end."""
+        nonlocal tried
+        tried += 1
+        ends = min(deadline, time.monotonic() + RUN_SECONDS)
+        played = Mission(changed, synthesizer())
+        stopped = False
+
+        def stop_in_time(_: Record) -> None:
+            nonlocal stopped
+            if time.monotonic() > ends:  # 'limits: seconds' of a live run counts its own clock
+                stopped = True
+                played.stop()
+
+        played.listen(stop_in_time)
+        try:
+            ended = played.run()
+        except SafenavError:
+            return None
+        if not stopped:
+            uninterrupted(ended)
+        return ended if ended.outcome is Outcome.COMPLETED else None
+
+    failed = _Failure(scenario, mission, models)
+    repairs = [
+        TeamRepair(repair.kind, repair.change, ended.ticks, ended.makespan)
+        for kind in _KINDS
+        for repair, ended in offered(kind(failed), failed.scenario, completes, TRIED, deadline)
+    ]
+    took = time.monotonic() - begun
+    return Postmortem(result, result.links, tuple(repairs), tried, took, failed.missing)
+
+
+def as_it_stands(team: Team, state: State) -> Scenario:
+    """Return the rest of a mission as a lockstep scenario: robots begin in their present poses,
+    with the known obstacles and those still hidden."""
+    pairs = zip(team.members, state.robots, strict=True)
+    robots = (replace(m.robot, start=m.graph.pose(robot.pose)) for m, robot in pairs)
+    left = zip(team.obstacles, state.obstacles, strict=True)
+    obstacles = (each.source for each, there in left if there.state is not Is.OVER)
+    return replace(
+        team.scenario,
+        clock=Clock.LOCKSTEP,
+        robots=tuple(robots),
+        obstacles=tuple(obstacles),
+        changes=(),
+    )
+
+
+class _Failure:
+    """A run that ended with ``operator_needed``, as input of the search for repairs."""
+
+    def __init__(
+        self, scenario: Scenario, mission: Mission, models: Mapping[str, RobotModel]
+    ) -> None:
+        self.scenario = scenario
+        # the team's models first
+        self.models = {robot.model.name: robot.model for robot in scenario.robots} | dict(models)
+        seen: Foresight = foresee(scenario)
+        self.reach = seen.reach
+        self.lacks = seen.lacks or mission.lacks
+        encountered = [each.obstacle for each in mission.lacks]
+        self.missing = missing_actions(scenario, seen, encountered, self.models.values())
+        self.stuck = seen.stuck or tuple(mission.result.stuck if mission.result else ())
+        self.word = scenario.map.word
+
+    def obstacle(self, lacks: Shortfall) -> Obstacle:
+        return next(o for o in self.scenario.obstacles if o.name == lacks.obstacle)
+
+    def places(self, obstacle: Obstacle, need: int) -> list[Region]:
+        """Return the regions where a need can be fulfilled, then those beside them, all without an
+        obstacle or a robot's start."""
+        world = self.scenario.map
+        there = obstacle.resolution_regions(world, need)
+        beside = [r for region in there for r in world.neighbours(region)]
+        closed = {o.region for o in self.scenario.obstacles}
+        taken = {robot.start.region for robot in self.scenario.robots}
+        return [r for r in dict.fromkeys((*there, *beside)) if r not in closed | taken]
+
+    def places_for(self, lacks: Shortfall) -> list[Region]:
+        """Return the first regions where the missing need can be fulfilled."""
+        return self.places(self.obstacle(lacks), len(lacks.met))[:3]
+
+    def changed(
+        self, kind: RepairKind, robots: Iterable[Robot], *change: tuple[str, str]
+    ) -> Repair:
+        return Repair(kind, change, with_robots(self.scenario, robots))
+
+    def without(self, wall: Region) -> Repair:
+        """Return the scenario without a wall."""
+        change = without_words([wall], self.scenario.map.label(wall))
+        return Repair(RepairKind.WALL, change, without_walls(self.scenario, [wall]))
+
+
+def _beside(failed: _Failure) -> list[Region]:
+    """The walls beside the regions that the stuck robots reach, those between the robots first."""
+    world = failed.scenario.map
+    stuck = failed.stuck or [robot.name for robot in failed.scenario.robots]
+    fields = [world.distances([failed.scenario.robot(name).start.region]) for name in stuck]
+    ranked = []
+    for wall in world.walls:
+        beside = [r for r in world.neighbours(wall) if all(r in field for field in fields)]
+        if beside:
+            ranked.append((min(max(field[r] for field in fields) for r in beside), wall))
+    return [wall for _, wall in sorted(ranked)]
+
+
+def _start(model: RobotModel, region: Region, heading: Heading | None) -> Pose:
+    return Pose(region, heading if model.mobility is Mobility.HEADING else None)
+
+
+def _starts(failed: _Failure) -> Iterator[Repair]:
+    """Yield repairs that start a robot with the action in a region where it is needed."""
+    for lacks in failed.lacks:
+        for helper in lacks.helpers:
+            if helper.hindrance not in (Hindrance.GATES, Hindrance.WALLS):
+                continue
+            robot = failed.scenario.robot(helper.name)
+            for region in failed.places_for(lacks):
+                moved = replace(robot, start=_start(robot.model, region, robot.start.heading))
+                item = f"robots.{robot.name}.start"
+                yield failed.changed(RepairKind.START, [moved], (item, failed.word(region)))
+
+
+def _capabilities(failed: _Failure) -> Iterator[Repair]:
+    """Yield repairs that give a model of the team the missing actions: all of them, else one."""
+    every = {action for each in failed.missing for action in each.actions}
+    wanted = [every, *({lacks.action} for lacks in failed.lacks)]
+    for actions in (each for number, each in enumerate(wanted) if each not in wanted[:number]):
+        for name in dict.fromkeys(robot.model.name for robot in failed.scenario.robots):
+            team = [r for r in failed.scenario.robots if r.model.name == name]
+            if actions <= team[0].capabilities:
+                continue
+            more = sorted({*team[0].capabilities, *actions})
+            model = replace(team[0].model, capabilities=frozenset(more))
+            able = [replace(robot, model=model) for robot in team]
+            change = (f"catalogue.robots.{name}.capabilities", flow(more))
+            yield failed.changed(RepairKind.CAPABILITY, able, change)
+
+
+def _robots(failed: _Failure) -> Iterator[Repair]:
+    """Yield repairs that add robots with the missing actions, which wait where they are needed: a
+    few that have all of them together, else one."""
+    more = _covering(failed)
+    for shift in range(3 if len(more) > 1 else 0):
+        used, added = set[Region](), []
+        for model, (obstacle, need) in more:
+            free = [region for region in failed.places(obstacle, need) if region not in used]
+            if free:
+                added.append((model, free[min(shift, len(free) - 1)]))
+                used.add(added[-1][1])
+        if len(added) == len(more):
+            yield _joined(failed, added)
+    for lacks in failed.lacks:
+        for model in failed.models.values():
+            if lacks.action in model.capabilities:
+                for region in failed.places_for(lacks):
+                    yield _joined(failed, [(model, region)])
+
+
+def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]:
+    """Models that together have all missing actions, the largest share first, each with a need for
+    which it is added; empty if some action has no model."""
+    left = {each: max(1, each.robots - len(each.have)) for each in failed.missing}
+    found = []
+    while left:
+        share = {name: [each for each in left if name in each.models] for name in failed.models}
+        name = max(share, key=lambda name: len(share[name]))
+        if not share[name]:
+            return []
+        first = share[name][0]
+        found.append((failed.models[name], (first.obstacles[0], first.needs[0])))
+        left = {each: count - (each in share[name]) for each, count in left.items()}
+        left = {each: count for each, count in left.items() if count}
+    return found
+
+
+def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Repair:
+    """Return the scenario with further robots, which stay where they start."""
+    robots, change = list(failed.scenario.robots), list[tuple[str, str]]()
+    for model, region in added:
+        names = {robot.name for robot in robots}
+        number = next(k for k in range(1, 1000) if f"{model.name}_{k}" not in names)
+        name, pose = f"{model.name}_{number}", _start(model, region, Heading.EAST)
+        robot = Robot(name, model, pose, staying(frozenset({region})))
+        turned = ", heading: east" if pose.heading is not None else ""
+        where = f"start: {failed.word(region)}{turned}"
+        objective = written(robot.objective, failed.word)
+        change.append(
+            (f"robots.{name}", f"{{model: {model.name}, {where}, objective: {objective}}}")
+        )
+        robots.append(robot)
+    return Repair(RepairKind.ROBOT, tuple(change), replace(failed.scenario, robots=tuple(robots)))
+
+
+def _needs(failed: _Failure) -> Iterator[Repair]:
+    """Yield repairs of an obstacle's type: it needs fewer robots, or can be resolved from adjacent
+    regions."""
+    for lacks in failed.lacks:
+        kind = failed.obstacle(lacks).type
+        number = len(lacks.met)
+        need = kind.needs[number]
+        milder = []
+        able = len(lacks.helpers) + len(lacks.done)
+        if 0 < able < need.robots and not any(each.same for each in kind.needs):
+            milder.append(replace(need, robots=able, together=need.together and able > 1))
+        if need.at is not ResolveAt.NEIGHBOURS:
+            milder.append(replace(need, at=ResolveAt.NEIGHBOURS))
+        for other in milder:
+            yield _with_need(failed, kind, number, other)
+
+
+def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) -> Repair:
+    needs = (*kind.needs[:number], need, *kind.needs[number + 1 :])
+    changed = replace(kind, action=needs[0].action, resolve_at=needs[0].at, listed=needs)
+    obstacles = tuple(
+        replace(o, type=changed) if o.type == kind else o for o in failed.scenario.obstacles
+    )
+    item = f"catalogue.obstacles.{kind.name}"
+    change = f"{item}.needs", flow([_need_keys(each, failed.word) for each in needs])
+    if not kind.listed:
+        change = f"{item}.resolve_at", ResolveAt.NEIGHBOURS.value
+    return Repair(RepairKind.NEED, (change,), replace(failed.scenario, obstacles=obstacles))
+
+
+def _need_keys(need: Need, word: Word) -> dict[str, object]:
+    """Return a need as a mapping of YAML."""
+    where = need.at.value if isinstance(need.at, ResolveAt) else [*map(word, sorted(need.at))]
+    robots = need.robots if need.robots > 1 else None
+    flags = {"together": need.together or None, "same": need.same or None}
+    return {"action": need.action, "robots": robots, "at": where, **flags}
+
+
+def _walls(failed: _Failure) -> Iterator[Repair]:
+    """Yield repairs that remove a wall between a robot's reachable regions and its target; for
+    robots that block each other, a wall beside them, to give way."""
+    world, scenario = failed.scenario.map, failed.scenario
+    if not failed.lacks:
+        yield from map(failed.without, _beside(failed))
+        return
+    wanted: list[tuple[str, Target]] = [
+        (name, target) for name in failed.stuck for target in scenario.robot(name).objective.targets
+    ]
+    for lacks in failed.lacks:
+        regions = failed.obstacle(lacks).resolution_regions(world, len(lacks.met))
+        wanted += [
+            (helper.name, frozenset(regions))
+            for helper in lacks.helpers
+            if helper.hindrance in (Hindrance.GATES, Hindrance.WALLS)
+        ]
+    closed = {obstacle.region for obstacle in scenario.obstacles}
+    tried = set[Region]()
+    for name, target in wanted:
+        reach = failed.reach[name]
+        if target & reach:
+            continue
+        around = replace(world, walls=world.walls | (closed - target))  # obstacles are walls
+        beyond = {*around.distances(target)}
+        for wall in sorted(world.walls - tried):
+            beside = set(world.neighbours(wall))
+            if beside & reach and beside & beyond - reach:
+                tried.add(wall)
+                yield failed.without(wall)
+
+
+def _targets(failed: _Failure) -> Iterator[Repair]:
+    """Yield repairs that move a target to one of the nearest regions that its robot can reach."""
+    world = failed.scenario.map
+    for name in failed.stuck:
+        robot, reach = failed.scenario.robot(name), failed.reach[name]
+        targets = list(robot.objective.targets)
+        for number, target in enumerate(targets):
+            others = set().union(*(t for k, t in enumerate(targets) if k != number))
+            if target & reach and failed.lacks:
+                continue
+            for region in nearest(min(target), reach - others - target, world)[:3]:
+                moved = [*targets[:number], frozenset({region}), *targets[number + 1 :]]
+                objective = with_targets(robot.objective, moved)
+                change = (f"robots.{name}.objective", written(objective, failed.word))
+                moving = replace(robot, objective=objective)
+                yield failed.changed(RepairKind.TARGET, [moving], change)
+
+
+_KINDS: tuple[Callable[[_Failure], Iterator[Repair]], ...] = (
+    _starts,
+    _capabilities,
+    _robots,
+    _needs,
+    _walls,
+    _targets,
+)
