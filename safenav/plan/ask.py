@@ -138,8 +138,10 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
         goals: list[Mask | None] = [None] * len(poses)
         wanted = served & {*floor.open(stages)}
         if wanted:
-            aside = frozenset(floor.open(stages)) - wanted
-            for i, duty in settle(solver, poses, stages, aside, {}, frozenset()).duties.items():
+            aside, present = frozenset(floor.open(stages)) - wanted, dict(floor.helping)
+            for i, duty in settle(
+                solver, poses, stages, aside, present, frozenset()
+            ).duties.items():
                 goals[i] = duty.goal
         return goals
 
@@ -151,7 +153,8 @@ def _may_turn(floor: Floor, joint: Joint) -> bool:
 
 
 def _either(floor: Floor) -> Floor:
-    return EitherFloor(floor.team, floor.gates, floor.graphs, floor.floors, floor.robots)
+    more = floor.robots, floor.barred, floor.helping
+    return EitherFloor(floor.team, floor.gates, floor.graphs, floor.floors, *more)
 
 
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:

@@ -33,7 +33,8 @@ class Joint(NamedTuple):
 class Floor(Struct, frozen=True, eq=False, dict=True):
     """``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``: poses of
     each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
-    take part."""
+    take part; ``barred``: robots that must not act on an obstacle; ``helping``: those that serve
+    each gate already."""
 
     team: Team
     gates: tuple[int, ...]
@@ -41,6 +42,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     floors: tuple[Mask, ...]
     robots: tuple[int, ...]
     barred: frozenset[tuple[int, int]] = frozenset()
+    helping: tuple[tuple[int, tuple[int, ...]], ...] = ()
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]

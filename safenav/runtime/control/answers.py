@@ -89,7 +89,8 @@ class Answers:
         self, floor: Floor, joint: Joint, served: tuple[int, ...], seed: int
     ) -> Found | Deadlock | Unserved | None:
         """The joint plan for the remaining mission, or the reason why there is none."""
-        key = floor.team, floor.gates, floor.floors, floor.robots, joint, served, seed
+        known = floor.team, floor.gates, floor.floors, floor.robots, floor.barred, floor.helping
+        key = *known, joint, served, seed
         return self._ask(key, lambda check: ask(floor, joint, served, seed, check))
 
     @property

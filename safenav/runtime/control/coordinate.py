@@ -212,6 +212,18 @@ def _planned(
         return None  # robots with strategies are still to resolve them
     if open_ <= helped and floor.completed(joint, frozenset(), sharing):
         return None  # nothing is left to do but for others
+    duties = control.found.duties
+    helping = {
+        duty.g: tuple(i for i in duties if duties[i].g == duty.g) for duty in duties.values()
+    }
+    floor = replace(floor, helping=tuple(helping.items())) if helping else floor
+    if state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing):
+        # The plan left all to robots with strategies, which others are chosen to do.
+        mine = {
+            (i, k) for i, role in enumerate(control.roles) for k in floor.gates if role.helps != k
+        }
+        only = frozenset(pair for pair in mine if pair[0] not in sharing)
+        floor = replace(floor, barred=floor.barred | only)
     answer = answers.plan(floor, joint, served, seed=len(state.over))
     match answer:
         case Found(plan, first):
