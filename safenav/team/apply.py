@@ -7,30 +7,42 @@ from collections.abc import Collection, Iterator, Sequence
 
 from msgspec.structs import replace
 
-from safenav.scenario.objective import TargetObjective
+from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.objective import Ltl, Objective
 from safenav.team import state as now
 from safenav.team.failures import lost_type
 from safenav.team.floor import Floor, barred, floor_of, restarted
+from safenav.team.formulas import StateGraph, pursuit_of
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
-from safenav.world.poses import bits
+from safenav.world.poses import bits, plain_graph
 
 
 def initial(team: Team) -> State:
     """Algorithm 1, lines 1 to 3: every robot at its start with its own objective; the stack is
     empty."""
-    robots = tuple(
-        RobotNow(member.graph.number(member.robot.start), member.objective, Count(_begins(member)))
-        for member in team.members
-    )
+    robots = tuple(map(_initial, team.members))
     away = ObstacleNow(Is.AWAY)
     obstacles = (ObstacleNow() if each.source.appears is None else away for each in team.obstacles)
     return State(robots, tuple(obstacles))
 
 
+def _initial(member: Member) -> RobotNow:
+    pose = member.graph.number(member.robot.start)
+    own = Count(_begins(member))
+    return RobotNow(pose, member.objective, own, values=_memory(member, pose))
+
+
+def _memory(member: Member, pose: int) -> now.Values:
+    """The memory of formulas in a state that has it."""
+    graph = member.graph
+    return tuple(sorted(graph.memory(pose).items())) if isinstance(graph, StateGraph) else ()
+
+
 def _begins(member: Member) -> int:
     """The target with which a robot begins: a strict objective with that on which it stands."""
-    return member.objective.begin(member.robot.start.region, 0)
+    own = member.objective
+    return 0 if isinstance(own, Ltl) else own.begin(member.robot.start.region, 0)
 
 
 def apply(team: Team, state: State, event: now.Event) -> State:
@@ -39,6 +51,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Time(at):
             return replace(state, time=at)
         case now.Departed(i, pose, by, node):
+            state = _stepped(team, state, i, pose, event.values)
             return _robot(state, i, to=pose, node=node, by=by)
         case now.Goes(i):
             return _robot(state, i, by="plan" if state.robots[i].by == "plan" else None)
@@ -65,7 +78,14 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             state = _robot(state, i, pose=pose, to=None, node=None, by=None, active=True)
             return replace(_forgiven(state, i), plan=None)
         case now.Assigned(i, objective):
-            return _assigned(team, state, i, objective)
+            state = _robot(state, i, mode=event.mode, base=event.mode and event.base)
+            state = _assigned(team, state, i, objective)
+            if event.base is None or event.mode is not None:
+                return state
+            _, _, own, values = event.base
+            return _robot(state, i, own=restarted(team.members[i], own), values=values)
+        case now.Looked(i, seen):
+            return _robot(state, i, known=seen)
         case now.Inputs(on):
             return replace(state, inputs=on)
         case now.Declared(k):
@@ -78,6 +98,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Introduced():
             return replace(state, obstacles=(*state.obstacles, ObstacleNow()))
         case now.Stayed(i, _, node):
+            state = _stepped(team, state, i, state.robots[i].pose, event.values)
             return state if node is None else _robot(state, i, node=node)
         case now.Acts(leader, group):
             for i in group:
@@ -122,8 +143,10 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             robot = state.robots[i]
             same = robot.objective == objective
             task = robot.task if same else Count()
+            values = robot.values if event.values is None else event.values
+            begun = {"fresh": robot.fresh or not same, "came": robot.came if same else None}
             return _robot(
-                state, i, objective=objective, task=task, node=node, fresh=robot.fresh or not same
+                state, i, objective=objective, task=task, node=node, values=values, **begun
             )
         case now.Turned(i, memory):
             return _robot(state, i, own=state.robots[i].own._replace(memory=memory))
@@ -144,12 +167,32 @@ def _forgiven(state: State, i: int) -> State:
     return replace(_robot(state, i, failed=()), attempts=left)
 
 
-def _assigned(team: Team, state: State, i: int, objective: TargetObjective) -> State:
+def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
     """``team``: the one in which the robot has its new objective already."""
-    robot = state.robots[i]
-    own = Count(objective.begin(robot.next % team.size, 0))
-    state = _robot(state, i, own=own, node=None, fresh=True)
-    return replace(state, plan=None)
+    robot, graph = state.robots[i], team.members[i].graph
+    plain = plain_graph(team.world, graph.mobility)
+    pose, to = (
+        None if p is None else graph.number(plain.pose(p % (plain.size * plain.blocks)))
+        for p in (robot.pose, robot.to)
+    )
+    own = Count(0 if isinstance(objective, Ltl) else objective.begin(robot.next % team.size, 0))
+    assert pose is not None
+    values = _memory(team.members[i], pose if to is None else to)
+    begun = {"own": own, "node": None, "fresh": True, "values": values, "came": None}
+    return replace(_robot(state, i, pose=pose, to=to, **begun), plan=None)
+
+
+def _stepped(team: Team, state: State, i: int, pose: int, values: now.Values | None) -> State:
+    """A robot begins a step or a stay: formulas count what that meets. ``values``: those of its
+    strategy there; else its memory stays, or is that of its state."""
+    robot, objective = state.robots[i], state.robots[i].objective
+    if not isinstance(objective, Ltl):
+        return state
+    if values is None:
+        heard = {name: int(name in state.inputs) for name in objective.inputs}
+        kept = dict(robot.values) | heard | dict(_memory(team.members[i], pose))
+        values = tuple(sorted(kept.items()))
+    return _robot(state, i, came=(robot.pose, robot.values), values=values)
 
 
 def _obstacle(state: State, k: int, obstacle: ObstacleNow) -> State:
@@ -215,8 +258,10 @@ def goals(team: Team, state: State, i: int) -> Iterator[tuple[int, int]]:
     then completed."""
     robot = _begun(team, state, i)
     count = robot.own if on_own(team, state, i) else robot.task
-    after, met = _count(robot.objective, count, robot.pose % team.size)
-    for goal in met if robot.to is None else ():
+    here = _reached(team, robot, i, robot.objective)
+    after, met = _count(robot.objective, count, here, robot.pose % team.size)
+    told = not isinstance(robot.objective, Ltl) or robot.objective.liveness
+    for goal in met if robot.to is None and told else ():
         yield goal, rounds(robot.objective, after if goal == met[-1] else count)
 
 
@@ -224,14 +269,31 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
     """A robot that has just got a strict objective begins with the target on which it stands, if
     any. (Robots with rivals keep to the order of their plan.)"""
     robot, member = state.robots[i], team.members[i]
-    if robot.fresh and member.objective.strict and not member.rivals and on_own(team, state, i):
-        memory = member.objective.begin(robot.pose % team.size, robot.own.memory)
+    own = member.objective
+    if robot.fresh and own.strict and not member.rivals and on_own(team, state, i):
+        assert not isinstance(own, Ltl)
+        memory = own.begin(robot.pose % team.size, robot.own.memory)
         return replace(robot, own=robot.own._replace(memory=memory))
     return robot
 
 
-def _count(objective: TargetObjective, count: Count, region: int) -> tuple[Count, tuple[int, ...]]:
-    pursuit, here = objective.pursuit, objective.reached(region)
+def _reached(team: Team, robot: RobotNow, i: int, objective: Objective) -> int:
+    """The targets on which a robot stands, or the goals of formulas that its last turn met."""
+    if not isinstance(objective, Ltl):
+        return objective.reached(robot.pose % team.size)
+    if robot.came is None:
+        return 0
+    graph, found = team.members[i].graph, guarantees_of(objective)
+    before, after = graph.pose(robot.came[0]), graph.pose(robot.pose)
+    around = before, dict(robot.came[1]), after, dict(robot.values)
+    goals = (goal for goal in range(found.goals) if found.meets_with(goal, *around))
+    return sum(1 << goal for goal in goals) if found.goals else 1
+
+
+def _count(
+    objective: Objective, count: Count, here: int, region: int
+) -> tuple[Count, tuple[int, ...]]:
+    pursuit = pursuit_of(objective)
     met = pursuit.met(count.memory, here)
     memory, more = pursuit.step(count.memory, here)
     stays = objective.stays(count.memory, region)
@@ -241,9 +303,9 @@ def _count(objective: TargetObjective, count: Count, region: int) -> tuple[Count
     return Count(memory, count.met + more, stays), told
 
 
-def rounds(objective: TargetObjective, count: Count) -> int:
+def rounds(objective: Objective, count: Count) -> int:
     """The rounds that are completed."""
-    pursuit = objective.pursuit
+    pursuit = pursuit_of(objective)
     return count.met // pursuit.targets if pursuit.in_turn and not pursuit.settles else count.met
 
 
@@ -255,13 +317,15 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
     region, mine = robot.pose % team.size, robot.objective == member.objective
     if robot.to is None:
         most = team.rounds, 1  # for one that takes no time
-        own, steps = robot.own, most[0] * len(member.targets) if mine or member.rivals else 0
+        here = _reached(team, robot, i, member.objective)
+        now_ = _reached(team, robot, i, robot.objective)
+        own, steps = robot.own, most[0] * member.pursuit.targets if mine or member.rivals else 0
         for _ in range(1 if ticks and steps else steps):
             if ticks or rounds(member.objective, own) < most[0]:
-                own = _count(member.objective, own, region)[0]
+                own = _count(member.objective, own, here, region)[0]
         task = robot.task
         if not mine and (ticks or rounds(robot.objective, task) < most[1]):
-            task = _count(robot.objective, task, region)[0]
+            task = _count(robot.objective, task, now_, region)[0]
         robot = replace(robot, own=own, task=task, fresh=False)
     return replace(state, robots=(*state.robots[:i], robot, *state.robots[i + 1 :]))
 
@@ -269,7 +333,8 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
 def will_count(team: Team, state: State, i: int) -> bool:
     """Whether a robot has still to count what it meets by staying."""
     robot, member = state.robots[i], team.members[i]
-    after = _count(member.objective, robot.own, robot.pose % team.size)[0]
+    here = _reached(team, robot, i, member.objective)
+    after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
     return robot.fresh or (after != robot.own and not done(team, state, i))
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from safenav.scenario import model
-from safenav.scenario.objective import TargetObjective
+from safenav.scenario.objective import Objective
 
 
 class Stage(NamedTuple):
@@ -60,16 +60,28 @@ class ObstacleNow(Struct, frozen=True):
         return self.state in (Is.OPEN, Is.SEEN) or self.given_up
 
 
+Values = tuple[tuple[str, int], ...]
+"""Values of the memory of formulas, and of inputs."""
+
+
+Known = int | frozenset[int]
+Base = tuple[Objective, int | None, Count, Values]
+"""An objective with the ticks of each of its rounds, and the progress with it."""
+
+
 class RobotNow(Struct, frozen=True):
     """``to``: the pose of the step under way (it reserves both regions). ``objective``: the one in
     force, with its progress ``task``; ``own``: progress with its own. ``node``: that of its
     strategy at its next pose. ``at``: its place in the joint plan; ``by``: what decided the step
     under way. ``acting``: the robot in whose action it takes part. ``active``: it is in service;
     ``failed``: the regions of the steps that failed since it arrived somewhere. ``fresh``: it has
-    not counted its objective since it got it."""
+    not counted its objective since it got it. Of formulas: ``values`` of the memory and the inputs
+    at the pose of its next decision; ``came``: its pose and these values before its last turn.
+    ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input that set
+    its own objective; ``base``: what it had before that."""
 
     pose: int
-    objective: TargetObjective
+    objective: Objective
     own: Count = Count()
     task: Count = Count()
     to: int | None = None
@@ -80,6 +92,11 @@ class RobotNow(Struct, frozen=True):
     fresh: bool = True
     active: bool = True
     failed: tuple[int, ...] = ()
+    values: Values = ()
+    came: tuple[int, Values] | None = None
+    known: tuple[tuple[int, Known], ...] = ()
+    mode: str | None = None
+    base: Base | None = None
 
     @property
     def next(self) -> int:
@@ -150,7 +167,8 @@ class Time(NamedTuple):
 
 
 class Departed(NamedTuple):
-    """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there;
+    """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there, with
+    the ``values`` of its formulas;
     ``under_way``: the step takes time; ``command``, ``seconds``: its number, and how long it is
     expected to take."""
 
@@ -161,6 +179,7 @@ class Departed(NamedTuple):
     under_way: bool = False
     command: int = 0
     seconds: float | None = None
+    values: Values | None = None
 
 
 class Arrived(NamedTuple):
@@ -206,6 +225,7 @@ class Stayed(NamedTuple):
     by: str
     node: int | None = None
     why: str | None = None
+    values: Values | None = None
 
 
 class Served(NamedTuple):
@@ -225,12 +245,22 @@ class Placed(NamedTuple):
 
 class Assigned(NamedTuple):
     """A robot has another objective of its own. ``cause``: who gave it; ``within``: the ticks until
-    its deadline."""
+    its deadline; ``mode``: the input that sets it; ``base``: what the robot had before it was set,
+    or has again."""
 
     robot: int
-    objective: TargetObjective
+    objective: Objective
     cause: str
     within: int | None = None
+    mode: str | None = None
+    base: Base | None = None
+
+
+class Looked(NamedTuple):
+    """A robot has looked around: what it knows of the robots that it tracks now."""
+
+    robot: int
+    known: tuple[tuple[int, Known], ...]
 
 
 class Inputs(NamedTuple):
@@ -331,11 +361,13 @@ class SetAside(NamedTuple):
 
 
 class Told(NamedTuple):
-    """A decision: a robot pursues an objective, from this node of its strategy on."""
+    """A decision: a robot pursues an objective, from this node of its strategy on, with these
+    ``values`` of its formulas."""
 
     robot: int
-    objective: TargetObjective
+    objective: Objective
     node: int | None = None
+    values: Values | None = None
 
 
 class Turned(NamedTuple):
@@ -364,6 +396,7 @@ Event = (
     | Placed
     | Assigned
     | Inputs
+    | Looked
     | Declared
     | Seen
     | Stayed

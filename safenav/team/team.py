@@ -12,9 +12,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.scenario import model, needs
-from safenav.scenario.objective import TargetObjective
+from safenav.scenario.objective import Objective
 from safenav.scenario.pursuit import Pursuit
 from safenav.scenario.settings import Failures
+from safenav.team.formulas import graph_of, pursuit_of, targets_of
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
 
@@ -66,8 +67,8 @@ class Member(Struct, frozen=True, eq=False):
     rivals: frozenset[int]
 
     @property
-    def objective(self) -> TargetObjective:
-        return pursued(self.robot)
+    def objective(self) -> Objective:
+        return self.robot.objective
 
     @property
     def ticks(self) -> int:
@@ -128,29 +129,23 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         return tuple(i for i, member in enumerate(self.members) if member.rivals)
 
 
-def pursued(robot: model.Robot) -> TargetObjective:
-    """Return the objective of a robot, which is about targets."""
-    assert isinstance(robot.objective, TargetObjective), "formulas have no pursuit"
-    return robot.objective
-
-
 def team_of(scenario: model.Scenario) -> Team:
     """The team of a scenario."""
     world, robots = scenario.map, scenario.robots
     members = []
     for robot in robots:
-        graph = plain_graph(world, robot.model.mobility)
         rivals = frozenset(
             k for k, other in enumerate(robots) if other is not robot and robot.conflicts(other)
         )
+        graph = graph_of(robot, world, shared=bool(rivals))
         members.append(
             Member(
                 robot.name,
                 robot,
                 graph,
                 graph.outside(robot.objective.avoid),
-                graph.on_each(robot.objective.targets),
-                pursued(robot).pursuit,
+                targets_of(robot.objective, graph),
+                pursuit_of(robot.objective),
                 rivals,
             )
         )
@@ -162,17 +157,19 @@ def introduced(team: Team, source: model.Obstacle) -> Team:
     return replace(team, obstacles=(*team.obstacles, _obstacle(source, team.scenario)))
 
 
-def assigned(team: Team, i: int, objective: TargetObjective, within: int | None) -> Team:
+def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Team:
     """Return the team in which a robot has another objective of its own, each round ``within`` so
     many ticks."""
     member = team.members[i]
     robot = replace(member.robot, objective=objective, within=within)
+    graph = graph_of(robot, team.world, shared=bool(member.rivals))
     new = replace(
         member,
         robot=robot,
-        floor=member.graph.outside(objective.avoid),
-        targets=member.graph.on_each(objective.targets),
-        pursuit=objective.pursuit,
+        graph=graph,
+        floor=graph.outside(objective.avoid),
+        targets=targets_of(objective, graph),
+        pursuit=pursuit_of(objective),
     )
     return replace(team, members=(*team.members[:i], new, *team.members[i + 1 :]))
 

@@ -123,6 +123,11 @@ class PoseGraph:
             return pose.region
         return int(pose.heading) * self.size + pose.region
 
+    def moved(self, number: int, pose: Pose) -> int:
+        """The number of another pose for a robot at ``number``."""
+        del number
+        return self.number(pose)
+
     def pose(self, number: int) -> Pose:
         heading, region = divmod(number, self.size)
         return Pose(region, Heading(heading) if self.mobility is Mobility.HEADING else None)

@@ -79,7 +79,7 @@ def coordinate(
                     node = mine.node if mine is not None and i in control.new else robot.node
                     if mine is not None and mine.form == "other_memory":
                         decide(now.Turned(i, mine.task.memory.index))
-                    decide(now.Told(i, role.objective, node))
+                    decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
             for i, robot in enumerate(state.robots):
                 if (
                     robot.fresh
@@ -97,6 +97,11 @@ def coordinate(
         if aside and control.end is None:
             return _again(team, state, control, answers, decided)
     return control, decided
+
+
+def _values(team: Team, i: int, mine: Controller | None, node: int | None) -> now.Values | None:
+    """The values with which formulas begin; None: those of the robot's state."""
+    return None if mine is None or team.members[i].rivals else mine.values(node)
 
 
 def first_controllers(
@@ -260,5 +265,6 @@ def is_complete(team: Team, state: State, control: Control) -> bool:
     now, and no request is being served."""
     robots = range(len(team.members))
     return not control.found.served and all(
-        done(team, state, i) and stands(team, state, i) for i in robots
+        done(team, state, i) and stands(team, state, i) and state.robots[i].mode is None
+        for i in robots
     )

@@ -5,17 +5,19 @@ from __future__ import annotations
 
 from msgspec import Struct
 
+from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import (
     ALTERNATING,
+    Ltl,
+    Objective,
     Target,
-    TargetObjective,
-    alternation,
+    formulas_in,
     station,
-    staying,
 )
 from safenav.solve.duties import Settlement
 from safenav.solve.solve import fits
 from safenav.team.floor import Floor, Stages
+from safenav.team.formulas import alternating, waiting
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.world.moves import Pose
@@ -27,7 +29,7 @@ class Role(Struct, frozen=True):
     treats as walls; ``must``: those of them that its present one must know. ``forbidden``: poses
     from which the team could not continue."""
 
-    objective: TargetObjective
+    objective: Objective
     helps: int | None = None
     avoid: frozenset[int] = frozenset()
     must: frozenset[int] = frozenset()
@@ -75,11 +77,12 @@ class Roles:
             self.floor.gates[duty.g],
             frozenset(bits(self.floor.graphs[i].regions_of(duty.goal))),
         )
-        own = None if duty.stays else self._own_target(i, duty.goal)
+        alone = duty.stays or isinstance(rules, Ltl)
+        own = None if alone else self._own_target(i, duty.goal)
         wanted = (duty.goal,) if own is None else (duty.goal, graph.on(own))
         present = self.state.robots[i].objective
         if duty.stays:
-            objective: TargetObjective = staying(places, rules)
+            objective: Objective = waiting(places, rules)
         elif (
             isinstance(present, ALTERNATING)
             and present != rules
@@ -88,7 +91,7 @@ class Roles:
         ):
             objective = present  # it keeps its order
         else:
-            objective = alternation((places,) if own is None else (places, own), rules)
+            objective = alternating(places, own, rules)
         return self._toward(i, wanted, objective, k)
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
@@ -109,8 +112,12 @@ class Roles:
         )
         place = self._clear(i, next(iter(self._places(i)), here))
         if place != here and self._goes_between(i, (graph.on({place}),)):
-            return self._toward(i, (graph.on({place}),), staying(frozenset({place}), rules))
-        return Role(staying(frozenset({here}), rules))
+            return self._toward(i, (graph.on({place}),), waiting(frozenset({place}), rules))
+        formulas, pose = formulas_in(rules), graph.pose(self.poses[i])
+        if formulas is not None and not guarantees_of(formulas).allows(pose, pose):
+            there = alternating(frozenset({here}), None, rules)  # it leaves, and returns
+            return self._toward(i, (graph.on({here}),), there)
+        return Role(waiting(frozenset({here}), rules))
 
     def _places(self, i: int) -> list[int]:
         asked = (dict(self.state.obstacles[k].asked) for k in reversed(self.state.requests))
@@ -133,13 +140,15 @@ class Roles:
             free = floor.floors[i] & ~walls & ~lost
             if floor.graphs[i].closure(1 << self.poses[i], free) & floor.live(i, free):
                 return Role(member.objective, None, avoid, must, self._forbidden(i, member.targets))
+        if not self.found.served and isinstance(member.objective, Ltl):
+            return Role(member.objective, None, must, must)
         return None
 
     def _toward(
         self,
         i: int,
         targets: tuple[Mask, ...],
-        objective: TargetObjective,
+        objective: Objective,
         helps: int | None = None,
     ) -> Role:
         shut = self._shut(i)
@@ -169,7 +178,7 @@ class Roles:
         if safe is None:
             return frozenset()
         lost = graph.forward(safe) & allowed & ~safe
-        if lost:
+        if lost and not isinstance(self.team.members[i].objective, Ltl):
             own = targets == self.team.members[i].targets
             lost &= self.floor.live(i, allowed) if own else graph.live(targets, allowed)
         return graph.poses(lost)

@@ -8,19 +8,23 @@ from msgspec import Struct
 
 from safenav.outcome import Verdict
 from safenav.runtime.control.answers import Answers, Pending
+from safenav.runtime.control.observing import observed, standing
 from safenav.runtime.control.roles import Role
-from safenav.scenario.objective import TargetObjective, Word
+from safenav.scenario.guarantees import values_of
+from safenav.scenario.objective import Ltl, Objective, Word
 from safenav.scenario.objective_text import describe
+from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms
 from safenav.spec.objective import Memory
 from safenav.spec.task import Known, Task
 from safenav.synthesis.request import SynthesisResult
-from safenav.team.state import Is, State
+from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import Form
 from safenav.trace.words import obstacle_words
+from safenav.world.partition import Partition
 from safenav.world.poses import region_mask
 
 
@@ -30,7 +34,7 @@ class Controller(Struct, frozen=True, eq=False):
     begins."""
 
     task: Task
-    asked: TargetObjective
+    asked: Objective
     rung: ObjectiveForm
     result: SynthesisResult
     known: frozenset[int]
@@ -63,18 +67,23 @@ class Controller(Struct, frozen=True, eq=False):
 
     @property
     def node(self) -> int | None:
-        strategy, pose = self.result.strategy, self.task.pose
-        values = {"region": pose.region} | (
-            {} if pose.heading is None else {"heading": int(pose.heading)}
-        )
-        return None if strategy is None else strategy.find_initial(values)
+        strategy = self.result.strategy
+        return None if strategy is None else strategy.find_initial(values_of(self.task.pose))
 
-    def steps(self, node: int) -> list[tuple[int, int | None, int]]:
-        """The strategy's successors: region, heading, node."""
+    def steps(self, node: int, heard: Mapping[str, int]) -> list[tuple[int, int | None, int]]:
+        """The strategy's successors for these inputs: region, heading, node."""
         strategy = self.result.strategy
         assert strategy is not None
-        found = ((n, strategy.values(n)) for n in strategy.transitions[node])
+        found = ((n, strategy.values(n)) for n in strategy.successors_for(node, heard))
         return [(values["region"], values.get("heading"), n) for n, values in found]
+
+    def values(self, node: int | None) -> Values | None:
+        """The values of formulas at a node: of their memory, and of inputs."""
+        objective, strategy = self.task.objective, self.result.strategy
+        if node is None or strategy is None or not isinstance(objective, Ltl):
+            return None
+        found = strategy.values(node)
+        return tuple(sorted((name, found[name]) for name in (*objective.memory, *objective.inputs)))
 
 
 Candidate = tuple[Task, ObjectiveForm]
@@ -110,7 +119,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
     """The tasks for a role, the strongest form first."""
     member, robot = team.members[i], state.robots[i]
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
-    walls = walls_of(team, state, i, role.avoid)
+    walls, cells = walls_of(team, state, i, role.avoid), team.scenario.partition
     turn = robot.own.memory if own and role.objective.in_turn else 0
     for rung in forms(
         role.objective,
@@ -121,8 +130,27 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
         shared=bool(member.rivals),
     ):
         memory = Memory(rung.turn if role.objective.strict else turn)
+        named: tuple[str, ...] = ()
+        if isinstance(role.objective, Ltl):
+            kept, named = dict(robot.values), role.objective.inputs
+            if role.objective.memory.keys() <= kept.keys():
+                memory = Memory(values={name: kept[name] for name in role.objective.memory})
+        inputs = (each for each in team.scenario.inputs if each.name in named)
         yield (
-            Task(member.robot, pose, rung.objective, memory, walls, forbidden=role.forbidden),
+            Task(
+                member.robot,
+                pose,
+                rung.objective,
+                memory,
+                walls,
+                tuple(observed(team, state, i)),
+                member.robot.tracking,
+                partition=None if cells is None else Partition(cells),
+                closed=standing(team, state),
+                forbidden=role.forbidden,
+                inputs=tuple((each, each.name in state.inputs) for each in inputs),
+                live=team.scenario.clock is Clock.LIVE,
+            ),
             rung,
         )
 

@@ -7,17 +7,20 @@ from typing import NamedTuple
 
 from safenav.plan.order import next_step
 from safenav.runtime.control.coordinate import Control
+from safenav.runtime.control.observing import heard
 from safenav.team.floor import occupied
-from safenav.team.state import Is, State
+from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 
 
 class Proposal(NamedTuple):
-    """A pose to go to (its own: it stays), what decides that, and the strategy's node there."""
+    """A pose to go to (its own: it stays), what decides that, and the strategy's node there,
+    with the values of its formulas."""
 
     pose: int
     by: str
     node: int | None = None
+    values: Values | None = None
 
 
 def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
@@ -38,10 +41,11 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     if controller is None or robot.node is None or not controller.realizable:
         return []
     safe, graph, found = control.found.safe[i], team.members[i].graph, []
-    for region, heading, node in controller.steps(robot.node):
+    observed = heard(team, state, i, controller.task)
+    for region, heading, node in controller.steps(robot.node, observed):
         pose = region if heading is None else heading * team.size + region
         if pose == robot.pose or safe is None or not graph.one_way or safe >> pose & 1:
-            found.append(Proposal(pose, "strategy", node))
+            found.append(Proposal(pose, "strategy", node, controller.values(node)))
     return found
 
 

@@ -22,6 +22,7 @@ from msgspec.structs import replace
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
+from safenav.runtime.control.observing import looked
 from safenav.runtime.run.decide import Proposal, closing, others, propose
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.refusal import refusal_of
@@ -70,6 +71,8 @@ class Run:
             self.check()
             before = self.state
             self.happens(event)
+            if isinstance(event, now.Turn | now.Arrived | now.Goes):
+                self.look(event.robot)
             if isinstance(event, now.Turn):
                 self.execute_controller(event.robot)  # 6 to 8
             elif isinstance(event, now.Arrived | now.Goes):
@@ -80,6 +83,15 @@ class Run:
             if self.has_ended(event):
                 break
         self.answers.forget()
+
+    def look(self, i: int) -> None:
+        """A robot looks for those that it tracks."""
+        controllers = self.control.controllers
+        controller = controllers[i] if controllers else None
+        if controller is not None:
+            seen = looked(self.team, self.state, i, controller.task)
+            if seen is not None:
+                self.happens(seen)
 
     def execute_controller(self, i: int) -> None:
         """Lines 6 to 8: a robot's turn. It acts where it stands before it leaves; its driver
@@ -123,7 +135,7 @@ class Run:
 
     def take(self, i: int, step: Proposal) -> None:
         if step.pose == self.state.robots[i].pose:
-            self.happens(now.Stayed(i, step.by, step.node))
+            self.happens(now.Stayed(i, step.by, step.node, values=step.values))
             return
         for event in self.world.start(self, i, step):
             self.happens(event)

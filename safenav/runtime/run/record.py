@@ -21,7 +21,7 @@ from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import Controller, enough
 from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
-from safenav.scenario.objective import TargetObjective
+from safenav.scenario.objective import Objective, TargetObjective
 from safenav.scenario.settings import Clock
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
@@ -354,7 +354,7 @@ class Recorder:
                     self.stack.append((k, who, helping))
                     self._entry(records.Push, (k, who, helping), told)
 
-    def _entry(self, kind: type, entry: Entry, objectives: list[TargetObjective]) -> None:
+    def _entry(self, kind: type, entry: Entry, objectives: list[Objective]) -> None:
         k, who, helpers = entry
         several = helpers if len(helpers) > 1 else None
         self.told = list(objectives)

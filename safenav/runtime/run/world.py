@@ -17,12 +17,13 @@ from msgspec.structs import replace
 from safenav.outcome import Outcome
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.run.decide import Proposal
+from safenav.runtime.run.inputs import selected, values_of
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.truth import SimulatedWorld
-from safenav.runtime.worlds.world import Change
+from safenav.runtime.worlds.world import Change, InputWorld
 from safenav.scenario import model
 from safenav.team import state as now
 from safenav.team.apply import acts_on, resolved
@@ -75,6 +76,8 @@ class World:
             self.limit = (most if limits.seconds is None else limits.seconds, Outcome.TIME_LIMIT)
         self.attended = attended and self.live
         self.still = False
+        self._inputs = truth if protocol.implements(truth, InputWorld) else None
+        self._set: frozenset[str] = frozenset()
         self._last: State | None = None
         self._asked: set[int] = set()
         self._found: dict[int, protocol.Acted | None] = {}
@@ -96,6 +99,7 @@ class World:
         else:
             commands.hear(None, True)
         yield now.Time(commands.now())
+        yield from self._heard(run)
         regions = set(bits(occupied(run.team, run.state)))
         for change in commands.changes(regions):
             yield from self._changed(run, change)
@@ -119,19 +123,29 @@ class World:
             else:
                 yield now.Turn(i, None if self.live else 1)
 
+    def _heard(self, run: Running) -> Iterator[now.Event]:
+        """The inputs of this moment, and the objectives that they select."""
+        by_user: dict[str, bool] = {}
+        on = values_of(run.team, run.state, self._inputs, by_user)
+        if on != run.state.inputs or by_user.keys() != self._set:
+            self._set = frozenset(by_user)
+            yield now.Inputs(on, tuple(by_user))
+        yield from selected(run.team, run.state)
+
     def _arrived(self, run: Running, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
         graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
+        here = before.robots[i].pose
         match ended:
             case protocol.Arrived(reason=why):
                 yield now.Arrived(i, why)
             case protocol.Elsewhere(pose=pose):
-                yield now.Elsewhere(i, graph.number(pose))
+                yield now.Elsewhere(i, graph.moved(here, pose))
             case protocol.Blocked(pose=pose, obstacle=obstacle):
-                yield now.Elsewhere(i, graph.number(pose), blocked=True)
+                yield now.Elsewhere(i, graph.moved(here, pose), blocked=True)
                 obstacle = obstacle or unknown(run.team.members[i].robot, target % run.team.size)
                 yield from met(run.team, run.state, i, obstacle, target)
             case protocol.Failed(pose=pose, reason=why, fatal=fatal):
-                failed = now.Failed(i, graph.number(pose), why, fatal)
+                failed = now.Failed(i, graph.moved(here, pose), why, fatal)
                 yield failed
                 yield from consequences(run.team, before, failed)
             case protocol.Lost(regions=regions, reason=why):
@@ -168,7 +182,8 @@ class World:
         here = graph.pose(run.state.robots[i].pose)
         ended = self.commands.start(robot, here, graph.pose(step.pose))
         command, seconds = self.commands.number(robot.name), self.commands.expected(robot)
-        yield now.Departed(i, step.pose, step.by, step.node, ended is None, command, seconds)
+        about = ended is None, command, seconds, step.values
+        yield now.Departed(i, step.pose, step.by, step.node, *about)
         if ended is not None:
             yield from self._arrived(run, i, ended)
 

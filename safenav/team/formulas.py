@@ -1,0 +1,238 @@
+"""What formulas (``ltl`` and ``always``) mean for the graph of a robot: the steps that they allow,
+and the states in which goals are met.
+
+Steps depend on the memory of the formulas. A robot with rivals follows joint plans, so its states
+are poses with their memory; a lone one follows its strategy, so those of its poses suffice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property, lru_cache
+from itertools import combinations, product
+
+from msgspec.structs import replace
+
+from safenav.cached_method import cached_method
+from safenav.errors import UsageError
+from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.model import Robot
+from safenav.scenario.objective import (
+    Ltl,
+    Objective,
+    Target,
+    alternation,
+    formulas_in,
+    staying,
+)
+from safenav.scenario.pursuit import Pursuit
+from safenav.spec.movement import one_of
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mask, PoseGraph, bits, plain_graph
+
+MOST_STATES = 4000
+"""Most states of a robot that shares its floor."""
+
+
+def pursuit_of(objective: Objective) -> Pursuit:
+    """The order in which the goals of an objective count: those of formulas in any order."""
+    if isinstance(objective, Ltl):
+        return Pursuit(max(1, len(objective.liveness)), in_turn=False, settles=False)
+    return objective.pursuit
+
+
+def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
+    """The states of a robot, and the steps that its rules allow. Raises UsageError for too many."""
+    found, mobility = formulas_in(robot.objective), robot.model.mobility
+    if found is None:
+        return plain_graph(world, mobility)
+    if not shared:
+        return _posed(found, world, mobility)
+    guarantees = guarantees_of(found)
+    if not (guarantees.remember_something or guarantees.goals_of_steps):
+        return _posed(found, world, mobility)
+    poses = len(world.free) * plain_graph(world, mobility).blocks
+    if not 0 < poses * _memories(found) <= MOST_STATES:
+        raise UsageError(
+            f"robots.{robot.name}.objective: its formulas have more than {MOST_STATES} states "
+            f"({poses} poses, each with the values of its memory), expected at most that many "
+            "for a robot that shares its floor: let them remember less, or let it avoid no robot"
+        )
+    return _remembering(found, world, mobility)
+
+
+def targets_of(objective: Objective, graph: PoseGraph) -> tuple[Mask, ...]:
+    """The states in which each goal of an objective is met."""
+    if not isinstance(objective, Ltl):
+        return graph.on_each(objective.targets)
+    if isinstance(graph, StateGraph):
+        return graph.goals
+    found = guarantees_of(objective)
+
+    def poses_of(goal: int) -> Mask:
+        return graph.where_met(lambda p, q: found.meets(goal, graph.pose(p), graph.pose(q)))
+
+    return tuple(map(poses_of, range(found.goals)))
+
+
+def waiting(places: Target, rules: Objective) -> Objective:
+    """The objective to go to a place and stay, under the rules of another objective."""
+    if not isinstance(rules, Ltl):
+        return staying(places, rules)
+    there = one_of("region", places)
+    stay = f"{there} -> region' = region"
+    return replace(rules, safety=(*rules.safety, stay), liveness=(there,))
+
+
+def alternating(places: Target, own: Target | None, rules: Objective) -> Objective:
+    """The objective to go to a place again and again, in turn with its ``own`` target, under the
+    rules of another objective."""
+    if isinstance(rules, Ltl):
+        return replace(rules, liveness=(one_of("region", places),))
+    return alternation((places,) if own is None else (places, own), rules)
+
+
+@lru_cache(maxsize=256)
+def _posed(formulas: Ltl, world: RegionMap, mobility: Mobility) -> PoseGraph:
+    """The poses, and the steps that formulas allow with some memory."""
+    graph, allows = plain_graph(world, mobility), guarantees_of(formulas).allows
+    steps = ((pose, step) for pose in bits(graph.everywhere) for step in graph.steps(pose))
+    closed = (each for each in steps if not allows(graph.pose(each[0]), graph.pose(each[1])))
+    return PoseGraph(world, mobility, frozenset(closed))
+
+
+def _memories(formulas: Ltl) -> int:
+    found = guarantees_of(formulas)
+    return len(found.memories) << len(found.goals_of_steps)
+
+
+class StateGraph(PoseGraph):
+    """A state is a pose with the memory there and the goals that the step into it has met: the
+    number of the pose plus that of the memory times the number of poses. Standing still is no
+    step."""
+
+    def __init__(
+        self,
+        formulas: Ltl,
+        world: RegionMap,
+        mobility: Mobility,
+        shut: frozenset[int] = frozenset(),
+    ) -> None:
+        super().__init__(world, mobility)
+        self._formulas, self._guarantees, self._shut = formulas, guarantees_of(formulas), shut
+        goals = self._guarantees.goals_of_steps
+        met = [frozenset(few) for n in range(len(goals) + 1) for few in combinations(goals, n)]
+        self._memories = [*product(self._guarantees.memories, met)]
+        self._span = self.size * self.blocks
+        self.blocks *= len(self._memories)
+
+    @property
+    def one_way(self) -> bool:
+        return self._guarantees.remember_something or plain_graph(self.world, self.mobility).one_way
+
+    def memory(self, state: int) -> Mapping[str, int]:
+        """The memory in a state."""
+        return self._memories[state // self._span][0]
+
+    def number(self, pose: Pose) -> int:
+        """The state of a robot that begins in a pose."""
+        here = super().number(pose)
+        begun = (
+            k for k, (old, met) in enumerate(self._memories) if not met and self._begins(old, pose)
+        )
+        return here + next(begun, 0) * self._span
+
+    def _begins(self, memory: Mapping[str, int], pose: Pose) -> bool:
+        return self._guarantees.begins(memory, pose)
+
+    def moved(self, number: int, pose: Pose) -> int:
+        k, memory = 0, self.memory(number)
+        while self._memories[k] != (memory, frozenset()):
+            k += 1
+        return super().number(pose) + k * self._span
+
+    def pose(self, number: int) -> Pose:
+        return super().pose(number % self._span)
+
+    def left_only(self, pose: int) -> PoseGraph:
+        """This graph without the steps into a pose, whatever the memory is."""
+        shut = self._shut | {pose % self._span}
+        return StateGraph(self._formulas, self.world, self.mobility, shut)
+
+    @cached_method
+    def steps(self, pose: int) -> tuple[int, ...]:
+        plain, (k, here) = plain_graph(self.world, self.mobility), divmod(pose, self._span)
+        before, (old, _) = plain.pose(here), self._memories[k]
+        return tuple(
+            to + later * self._span
+            for to in plain.steps(here)
+            if to not in self._shut
+            for later, (new, met) in enumerate(self._memories)
+            if self._guarantees.allows_with(before, old, plain.pose(to), new)
+            and met == self._met_on(before, old, plain.pose(to), new)
+        )
+
+    def forward(self, poses: Mask) -> Mask:
+        found = 0
+        for state in bits(poses):
+            for step in self.steps(state):
+                found |= 1 << step
+        return found
+
+    def backward(self, poses: Mask) -> Mask:
+        found = 0
+        for state in bits(poses):
+            found |= self._before.get(state, 0)
+        return found
+
+    @cached_property
+    def goals(self) -> tuple[Mask, ...]:
+        """For each goal the states in which it is met: by staying there, or by the step into it if
+        staying at neither end meets the goal."""
+        by_steps = (
+            sum(1 << s for s in bits(self.everywhere) if goal in self._memories[s // self._span][1])
+            for goal in range(self._guarantees.goals)
+        )
+        return tuple(one | other for one, other in zip(by_steps, self.stays, strict=True))
+
+    @cached_property
+    def stays(self) -> tuple[Mask, ...]:
+        """For each goal the states in which staying meets it."""
+        return tuple(
+            sum(
+                1 << state
+                for state in bits(self.everywhere)
+                if self._stays(goal, self.pose(state), self.memory(state))
+            )
+            for goal in range(self._guarantees.goals)
+        )
+
+    def _stays(self, goal: int, pose: Pose, memory: Mapping[str, int]) -> bool:
+        return self._guarantees.meets_with(goal, pose, memory, pose, memory)
+
+    def _met_on(
+        self, before: Pose, old: Mapping[str, int], after: Pose, new: Mapping[str, int]
+    ) -> frozenset[int]:
+        """The goals that a step meets but staying at either end does not."""
+        return frozenset(
+            goal
+            for goal in self._guarantees.goals_of_steps
+            if self._guarantees.meets_with(goal, before, old, after, new)
+            and not self._stays(goal, before, old)
+            and not self._stays(goal, after, new)
+        )
+
+    @cached_property
+    def _before(self) -> dict[int, Mask]:
+        found: dict[int, Mask] = {}
+        for state, step in self._all_steps():
+            found[step] = found.get(step, 0) | 1 << state
+        return found
+
+    def _all_steps(self) -> Iterator[tuple[int, int]]:
+        for state in bits(self.everywhere):
+            yield from ((state, step) for step in self.steps(state))
+
+
+_remembering = lru_cache(maxsize=64)(StateGraph)
