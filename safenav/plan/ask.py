@@ -13,6 +13,7 @@ from itertools import combinations, islice
 
 from msgspec import Struct
 
+from safenav.plan.charged import ChargedSearch, Charges, charged_plan
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
 from safenav.scenario.room import room_words, without_room
@@ -84,6 +85,31 @@ def ask(
         if not isinstance(alone, Exhausted):
             return Unserved(tuple(g for g in served if g not in possible))
     return Deadlock(floor.robots, _stated(floor, joint, answer))
+
+
+def ask_charged(
+    floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, charges: Charges, time: float
+) -> Found | None:
+    """A plan for which the charges suffice: forever after it, or at least until its end."""
+    wanted = frozenset(served)
+    if _crowded(floor) is not None:
+        return None
+    late = tuple(
+        c if m.energy is None or m.energy.chargers >> p & 1 else c - m.energy.battery.stay
+        for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
+    )
+    tries = [
+        (True, False, late),
+        (True, True, late),
+        (True, False, charges),
+        (False, False, charges),
+    ]
+    for lasting, full, begins in dict.fromkeys(tries):
+        start, how = joint._replace(charges=begins), (lasting, full)
+        answer = ChargedSearch(floor, wanted, _guide(floor, wanted), start, seed, how).run()
+        if answer is not None and not isinstance(answer, Exhausted):
+            return Found(charged_plan(floor, answer, time))
+    return None
 
 
 def _alone(floor: Floor, joint: Joint) -> Deadlock | None:

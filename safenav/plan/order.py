@@ -15,6 +15,7 @@ from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, driven, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
 from safenav.team.team import Team
+from safenav.world.poses import FAR
 
 _NONE: frozenset[int] = frozenset()
 
@@ -140,7 +141,50 @@ def next_step(team: Team, state: State, i: int) -> int | None:
         return None
     if over == waypoint.over and not _has_counted(team, i, robot.own, waypoint.progress):
         return None  # it stays, and counts
+    if is_charging(team, state, i, waypoint):
+        return None
     return waypoint.pose if waypoint.pose % team.size not in closed(team, state, i) else None
+
+
+def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
+    """Whether a robot waits for charge before a step, on a charger or because it has none left."""
+    energy, robot = team.members[i].energy, state.robots[i]
+    if energy is None:
+        return False
+    least: float = energy.battery.move
+    if energy.chargers >> robot.pose & 1:
+        if state.time < waypoint.tick:
+            return True
+        least = max(least, waypoint.charge)
+    return robot.charge < least
+
+
+def starving(team: Team, state: State) -> bool:
+    """Whether a robot that waits off the chargers has to go to one now, contrary to its plan."""
+    for i in driven(team, state):
+        member, robot = team.members[i], state.robots[i]
+        energy = member.energy
+        if energy is None or not energy.battery.stay or not robot.idle:
+            continue
+        if energy.chargers >> robot.pose & 1 or next_step(team, state, i) is not None:
+            continue
+        there = energy.far(floor_now(team, state).floors[i], energy.chargers)[robot.pose]
+        slack = (4 if member.rivals else 1) * max(energy.battery.stay, energy.battery.move)
+        spare = robot.charge - there * energy.battery.move
+        if there < FAR and 0 <= spare <= slack:
+            return True
+    return False
+
+
+def charges_now(team: Team, state: State) -> tuple[float, ...]:
+    """The charge of each robot, after the step under way; empty without batteries."""
+    pairs = [*zip(team.members, state.robots, strict=True)]
+    if all(member.energy is None for member, _ in pairs):
+        return ()
+    return tuple(
+        r.charge if m.energy is None or r.to is None else m.energy.stepped(r.charge)
+        for m, r in pairs
+    )
 
 
 def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
@@ -179,6 +223,10 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
         if not robot.idle or next_step(team, state, i) is not None or will_count(team, state, i):
             return False
         way = plan.ways[i][robot.at + 1 : robot.at + 2]
+        energy = team.members[i].energy
+        on = energy is not None and energy.chargers >> robot.pose & 1
+        if on and way and is_charging(team, state, i, way[0]):
+            return False
         if any(k in helped for waypoint in way for k, _ in waypoint.needs) or any(
             each.state is Is.OPEN
             and k in helped

@@ -63,7 +63,7 @@ class Search:
         alive = self._alive if len(floor.robots) > MANY else None
         self._propose = Proposals(floor, self.random, alive).propose
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
-        self._fields: dict[tuple[int, tuple[int, int], Stages], Field] = {}
+        self._fields: dict[tuple[int, Mask, Stages], Field] = {}
         self._alive = [floor.live(i, floor.floors[i]) for i in range(len(start.poses))]
 
     def goal(self, joint: Joint) -> bool:
@@ -170,9 +170,8 @@ class Search:
             return [self.start]
         while queue:
             joint = queue.popleft()
-            for i, pose in self.floor.moves(joint):
-                after = self.floor.after(joint, i, pose)
-                if after not in before:
+            for after in self._singles(joint):
+                if self._new(after, before):
                     before[after] = joint
                     if self.goal(after):
                         return _path(after, before)
@@ -195,7 +194,7 @@ class Search:
             edges += 1
             if edges > budget * 12 or self.work <= 0:
                 return None
-            if after not in before:
+            if self._new(after, before):
                 before[after] = joint
                 if goal(after):
                     return _path(after, before)
@@ -205,7 +204,7 @@ class Search:
         return Exhausted(before)
 
     def _next(self, joint: Joint, how: str, order: list[int]) -> Iterator[Joint]:
-        floor, poses, fields = self.floor, joint.poses, self.fields(joint)
+        poses, fields = joint.poses, self.fields(joint)
         if how is ONE:
             first = next((i for i in order if fields[i] is not None), None)
             fields = [field if i == first else None for i, field in enumerate(fields)]
@@ -213,18 +212,36 @@ class Search:
             order = sorted(order, key=lambda i: _distance(fields[i], poses[i]), reverse=True)
         self.work -= len(order)
         found = self._propose(joint, fields, order)
-        if found is not None and found != poses:
-            yield floor.moved(joint, found, floor.robots)
+        if found is not None and (after := self._reached(joint, found)) is not None:
+            yield after
         for i in order:
-            for pose in floor.steps(i, joint.stages)[poses[i]]:
-                if self._alive[i] >> pose & 1:
-                    self.work -= len(order)
-                    found = self._propose(joint, fields, order, (i, pose))
-                    if found is not None:
-                        yield floor.moved(joint, found, floor.robots)
-        for i, pose in floor.moves(joint):
+            for pose in self._forced(joint, i):
+                self.work -= len(order)
+                found = self._propose(joint, fields, order, (i, pose))
+                if found is not None and (after := self._reached(joint, found)) is not None:
+                    yield after
+        yield from self._singles(joint, self._alive)
+
+    def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
+        """Whether a state is to be examined."""
+        return after not in before
+
+    def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
+        """The state after all robots have gone to these poses; None if that is not possible, or
+        nothing changes."""
+        return None if poses == joint.poses else self.floor.moved(joint, poses, self.floor.robots)
+
+    def _forced(self, joint: Joint, i: int) -> Iterator[int]:
+        """The poses that a robot may be made to take."""
+        for pose in self.floor.steps(i, joint.stages)[joint.poses[i]]:
             if self._alive[i] >> pose & 1:
-                yield floor.after(joint, i, pose)
+                yield pose
+
+    def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
+        """The states after one step of one robot, to where it can continue (``alive``)."""
+        for i, pose in self.floor.moves(joint):
+            if alive is None or alive[i] >> pose & 1:
+                yield self.floor.after(joint, i, pose)
 
     def fields(self, joint: Joint) -> list[Field]:
         """For each robot the distances to what it wants now; None where it wants nothing it can
@@ -234,14 +251,21 @@ class Search:
             guided = self._guided[joint.stages] = self.guide(joint.stages, joint.poses)
         found: list[Field] = [None] * len(joint.poses)
         for i in self.floor.robots:
-            key = i, joint.counts[i], joint.stages
+            mine = guided[i]
+            own = self.floor.awaited(i, joint.counts[i]) if mine is None else mine
+            goal = self._aim(joint, i, own, own=mine is None)
+            key = i, goal, joint.stages
             if key not in self._fields:
-                goal = self.floor.awaited(i, joint.counts[i]) if guided[i] is None else guided[i]
                 allowed = self.floor.allowed(i, joint.stages)
                 self._fields[key] = self.floor.graphs[i].distances(goal, allowed) if goal else None
             field = self._fields[key]
             found[i] = field if field is not None and field[joint.poses[i]] < FAR else None
         return found
+
+    def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
+        """Where a robot goes first for a goal. ``own``: it is its next target."""
+        del joint, i, own
+        return goal
 
     def _legs(self, most: int) -> list[Joint] | None:
         """A chain of legs, each of one robot that all others let pass; backtracks at random."""

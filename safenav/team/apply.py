@@ -30,7 +30,9 @@ def initial(team: Team) -> State:
 def _initial(member: Member) -> RobotNow:
     pose = member.graph.number(member.robot.start)
     own = Count(_begins(member))
-    return RobotNow(pose, member.objective, own, values=_memory(member, pose))
+    charge = 0 if member.energy is None else member.energy.battery.start
+    values = _memory(member, pose)
+    return RobotNow(pose, member.objective, own, values=values, charge=charge)
 
 
 def _memory(member: Member, pose: int) -> now.Values:
@@ -48,7 +50,10 @@ def _begins(member: Member) -> int:
 def apply(team: Team, state: State, event: now.Event) -> State:
     """The state after an event."""
     match event:
-        case now.Time(at):
+        case now.Time(at, flows):
+            for i, robot in enumerate(state.robots if flows else ()):
+                if robot.to is None:
+                    state = _charged(team, state, i, at - state.time)
             return replace(state, time=at)
         case now.Departed(i, pose, by, node):
             state = _stepped(team, state, i, pose, event.values)
@@ -56,23 +61,31 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Goes(i):
             return _robot(state, i, by="plan" if state.robots[i].by == "plan" else None)
         case now.Arrived(i):
+            state = _moved(team, state, i)
             robot, at = state.robots[i], state.robots[i].at
             way = state.plan.ways[i] if state.plan else ()
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             ended = {"pose": robot.next, "to": None, "by": None, "failed": ()}
             return _robot(state, i, at=at + planned, **ended)
         case now.Elsewhere(i, pose):
+            state = _moved(team, state, i)
             state = _robot(state, i, pose=pose, to=None, node=None, by=None)
             return replace(state, plan=None)
         case now.Failed(i, pose):
+            state = _moved(team, state, i)
             robot = state.robots[i]
             failed = (*robot.failed, robot.next % team.size)
             state = _robot(state, i, pose=pose, to=None, node=None, by=None, failed=failed)
             return replace(state, plan=None)
         case now.Lost(i):
+            state = _moved(team, state, i)
             return replace(_robot(state, i, to=None, node=None, by=None), plan=None)
+        case now.Flat(i, k):
+            state = replace(_robot(state, i, active=False, flat=True, node=None), plan=None)
+            here = state.robots[i].pose % team.size
+            return state if k is None else _asked(team, state, k, ((i, here),))
         case now.Served(i, active):
-            state = _robot(state, i, active=active, node=None)
+            state = _robot(state, i, active=active, flat=False, node=None)
             return replace(_forgiven(state, i) if active else state, plan=None)
         case now.Placed(i, pose):
             state = _robot(state, i, pose=pose, to=None, node=None, by=None, active=True)
@@ -98,6 +111,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Introduced():
             return replace(state, obstacles=(*state.obstacles, ObstacleNow()))
         case now.Stayed(i, _, node):
+            state = _charged(team, state, i, event.ticks)
             state = _stepped(team, state, i, state.robots[i].pose, event.values)
             return state if node is None else _robot(state, i, node=node)
         case now.Acts(leader, group):
@@ -159,6 +173,21 @@ def apply(team: Team, state: State, event: now.Event) -> State:
 def _robot(state: State, i: int, **changes: object) -> State:
     robots = state.robots
     return replace(state, robots=(*robots[:i], replace(robots[i], **changes), *robots[i + 1 :]))
+
+
+def _moved(team: Team, state: State, i: int) -> State:
+    """A step uses charge when it ends, whatever its result."""
+    energy = team.members[i].energy
+    return (
+        state if energy is None else _robot(state, i, charge=energy.stepped(state.robots[i].charge))
+    )
+
+
+def _charged(team: Team, state: State, i: int, time: float) -> State:
+    energy, robot = team.members[i].energy, state.robots[i]
+    if energy is None or not time:
+        return state
+    return _robot(state, i, charge=energy.stayed(robot.charge, robot.pose, time))
 
 
 def _forgiven(state: State, i: int) -> State:
@@ -237,7 +266,10 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
         state = replace(state, over=(*state.over, k))
         if truth is False or k not in foreseen:
             state = replace(state, plan=None)
-    if event.truths:
+        empty = team.obstacles[k].battery_of
+        if empty is not None and (energy := team.members[empty].energy) is not None:
+            state = _robot(state, empty, charge=energy.battery.capacity)
+    if any(team.obstacles[k].battery_of is None for k, _ in event.truths):
         robots = (
             replace(r, own=restarted(m, r.own), task=r.task._replace(met=0))
             for r, m in zip(state.robots, team.members, strict=True)
@@ -267,10 +299,10 @@ def goals(team: Team, state: State, i: int) -> Iterator[tuple[int, int]]:
 
 def _begun(team: Team, state: State, i: int) -> RobotNow:
     """A robot that has just got a strict objective begins with the target on which it stands, if
-    any. (Robots with rivals keep to the order of their plan.)"""
+    any. (Planned ones keep to the order of their plan.)"""
     robot, member = state.robots[i], team.members[i]
     own = member.objective
-    if robot.fresh and own.strict and not member.rivals and on_own(team, state, i):
+    if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
         assert not isinstance(own, Ltl)
         memory = own.begin(robot.pose % team.size, robot.own.memory)
         return replace(robot, own=robot.own._replace(memory=memory))
@@ -319,7 +351,7 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
         most = team.rounds, 1  # for one that takes no time
         here = _reached(team, robot, i, member.objective)
         now_ = _reached(team, robot, i, robot.objective)
-        own, steps = robot.own, most[0] * member.pursuit.targets if mine or member.rivals else 0
+        own, steps = robot.own, most[0] * member.pursuit.targets if mine or member.planned else 0
         for _ in range(1 if ticks and steps else steps):
             if ticks or rounds(member.objective, own) < most[0]:
                 own = _count(member.objective, own, here, region)[0]

@@ -23,11 +23,13 @@ Stages = tuple[Stage, ...]
 
 
 class Joint(NamedTuple):
-    """A joint state of a search: all that its future depends on."""
+    """A joint state of a search: all that its future depends on. ``charges``: of all robots, in
+    searches that follow them."""
 
     poses: tuple[int, ...]
     counts: tuple[tuple[int, int], ...]
     stages: Stages
+    charges: tuple[float, ...] = ()
 
 
 class Floor(Struct, frozen=True, eq=False, dict=True):
@@ -244,8 +246,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     ) -> Joint:
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in self.robots):
-            before, stages = len(self.open(stages)), self.performed(stages, poses)
-            if len(self.open(stages)) != before:
+            before_stages, before = stages, len(self.open(stages))
+            stages = self.performed(stages, poses)
+            if len(self.open(stages)) != before and self._restarts(before_stages, stages):
                 counts = tuple(
                     restarted(m, Count(*c))[:2]
                     for m, c in zip(self.team.members, counts, strict=True)
@@ -278,6 +281,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                 changed = changed or list(counts)
                 changed[i] = count
         return Joint(poses, tuple(changed) if changed else counts, stages)
+
+    def _restarts(self, before: Stages, after: Stages) -> bool:
+        """Whether a resolution restarts rounds: that of a flat battery does not."""
+        over = {*self.open(before)} - {*self.open(after)}
+        return any(self.gate(g).battery_of is None for g in over)
 
     @property
     def either(self) -> bool:

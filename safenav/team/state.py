@@ -78,7 +78,8 @@ class RobotNow(Struct, frozen=True):
     not counted its objective since it got it. Of formulas: ``values`` of the memory and the inputs
     at the pose of its next decision; ``came``: its pose and these values before its last turn.
     ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input that set
-    its own objective; ``base``: what it had before that."""
+    its own objective; ``base``: what it had before that. ``charge``: of its
+    battery; ``flat``: that was used up, and the robot waits for another one."""
 
     pose: int
     objective: Objective
@@ -97,6 +98,8 @@ class RobotNow(Struct, frozen=True):
     known: tuple[tuple[int, Known], ...] = ()
     mode: str | None = None
     base: Base | None = None
+    charge: float = 0
+    flat: bool = False
 
     @property
     def next(self) -> int:
@@ -112,13 +115,16 @@ class Waypoint(NamedTuple):
     """A place of a plan: the pose, and what a robot waits for before it steps there: ``after``
     (robot, place): that other robot has arrived there; ``needs``: these needs of obstacles are met
     (obstacle, how many); ``progress``: its count (memory and met), if exactly the obstacles
-    ``over`` are: the plan counts immediately what staying meets."""
+    ``over`` are: the plan counts immediately what staying meets; ``charge``, ``tick``: on a charger
+    it waits for that charge, and until that tick."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
     needs: frozenset[tuple[int, int]] = frozenset()
     progress: tuple[int, int] = (0, 0)
     over: frozenset[int] = frozenset()
+    charge: float = 0
+    tick: float = 0
 
 
 class Plan(Struct, frozen=True, eq=False):
@@ -163,7 +169,10 @@ class Goes(NamedTuple):
 
 
 class Time(NamedTuple):
+    """``flows``: charges change with the time, else with each stay."""
+
     now: float
+    flows: bool = False
 
 
 class Departed(NamedTuple):
@@ -219,13 +228,23 @@ Ended = Arrived | Elsewhere | Failed | Lost
 
 
 class Stayed(NamedTuple):
-    """A robot stays for this turn. ``by`` as above; ``why``: a reason beyond that."""
+    """A robot stays for this turn, of so many ``ticks``. ``by`` as above; ``why``: a reason beyond
+    that."""
 
     robot: int
     by: str
     node: int | None = None
     why: str | None = None
     values: Values | None = None
+    ticks: int = 0
+
+
+class Flat(NamedTuple):
+    """The charge of a robot is used up; ``obstacle``: its empty battery, if the scenario has
+    such."""
+
+    robot: int
+    obstacle: int | None
 
 
 class Served(NamedTuple):
@@ -307,9 +326,11 @@ class Acted(NamedTuple):
 
 
 class Introduced(NamedTuple):
-    """Somebody has noticed an obstacle that the scenario does not list."""
+    """An obstacle that the scenario does not list: somebody has noticed it, or it is the empty
+    battery of a robot."""
 
     source: model.Obstacle
+    battery_of: int | None = None
 
 
 class Met(NamedTuple):
@@ -392,6 +413,7 @@ Event = (
     | Elsewhere
     | Failed
     | Lost
+    | Flat
     | Served
     | Placed
     | Assigned

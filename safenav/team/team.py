@@ -15,6 +15,7 @@ from safenav.scenario import model, needs
 from safenav.scenario.objective import Objective
 from safenav.scenario.pursuit import Pursuit
 from safenav.scenario.settings import Failures
+from safenav.team.battery import Energy
 from safenav.team.formulas import graph_of, pursuit_of, targets_of
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
@@ -38,7 +39,7 @@ class Need(Struct, frozen=True):
 class Obstacle(Struct, frozen=True, eq=False):
     """``closed_to``: for each need, the robots that must not enter while it is the next;
     ``strays``: those that do not take the load by it, since no path leads them to where it is put
-    down. ``truth``: what resolving it reveals (None: nothing)."""
+    down. ``battery_of``: the robot whose empty battery it is."""
 
     name: str
     region: int
@@ -47,6 +48,7 @@ class Obstacle(Struct, frozen=True, eq=False):
     closed_to: tuple[frozenset[int], ...]
     strays: tuple[frozenset[int], ...]
     source: model.Obstacle
+    battery_of: int | None = None
 
     @property
     def ordered(self) -> bool:
@@ -65,6 +67,12 @@ class Member(Struct, frozen=True, eq=False):
     targets: tuple[Mask, ...]
     pursuit: Pursuit
     rivals: frozenset[int]
+    energy: Energy | None = None
+
+    @property
+    def planned(self) -> bool:
+        """Whether joint plans drive it: it has rivals, or a battery."""
+        return bool(self.rivals) or self.energy is not None
 
     @property
     def objective(self) -> Objective:
@@ -125,8 +133,8 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def sharing(self) -> tuple[int, ...]:
-        """The robots that a joint plan drives: those with rivals."""
-        return tuple(i for i, member in enumerate(self.members) if member.rivals)
+        """The robots that a joint plan drives: those with rivals or a battery."""
+        return tuple(i for i, member in enumerate(self.members) if member.planned)
 
 
 def team_of(scenario: model.Scenario) -> Team:
@@ -147,14 +155,25 @@ def team_of(scenario: model.Scenario) -> Team:
                 targets_of(robot.objective, graph),
                 pursuit_of(robot.objective),
                 rivals,
+                energy_of(robot, graph, scenario.chargers),
             )
         )
     return Team(scenario, tuple(members), tuple(_obstacle(o, scenario) for o in scenario.obstacles))
 
 
-def introduced(team: Team, source: model.Obstacle) -> Team:
+def energy_of(robot: model.Robot, graph: PoseGraph, chargers: frozenset[int]) -> Energy | None:
+    """Return what the charge of a robot depends on; None if it has no battery."""
+    battery, objective = robot.model.battery, robot.objective
+    if battery is None:
+        return None
+    targets = graph.on_each(objective.targets)
+    return Energy(graph, graph.on(chargers), battery, targets, objective.settles)
+
+
+def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None) -> Team:
     """Return the team with one more obstacle, which the scenario does not list."""
-    return replace(team, obstacles=(*team.obstacles, _obstacle(source, team.scenario)))
+    new = replace(_obstacle(source, team.scenario), battery_of=battery_of)
+    return replace(team, obstacles=(*team.obstacles, new))
 
 
 def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Team:
@@ -170,6 +189,7 @@ def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Te
         floor=graph.outside(objective.avoid),
         targets=targets_of(objective, graph),
         pursuit=pursuit_of(objective),
+        energy=energy_of(robot, member.graph, team.scenario.chargers),
     )
     return replace(team, members=(*team.members[:i], new, *team.members[i + 1 :]))
 

@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
-from safenav.plan.ask import Deadlock, Found, Unserved, ask
+from safenav.plan.ask import Deadlock, Found, Unserved, ask, ask_charged
 from safenav.spec.specification import Specification
 from safenav.synthesis.request import Listener, SynthesisProgress, SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
@@ -86,11 +86,25 @@ class Answers:
         return found
 
     def plan(
-        self, floor: Floor, joint: Joint, served: tuple[int, ...], seed: int
+        self,
+        floor: Floor,
+        joint: Joint,
+        served: tuple[int, ...],
+        seed: int,
+        charges: tuple[float, ...] = (),
+        time: float = 0,
     ) -> Found | Deadlock | Unserved | None:
         """The joint plan for the remaining mission, or the reason why there is none."""
         known = floor.team, floor.gates, floor.floors, floor.robots, floor.barred, floor.helping
         key = *known, joint, served, seed
+        if charges:
+
+            def charged(check: Check) -> Found | None:
+                check()
+                return ask_charged(floor, joint, served, seed, charges, time)
+
+            if (found := self._ask((*key, charges, time), charged)) is not None:
+                return found
         return self._ask(key, lambda check: ask(floor, joint, served, seed, check))
 
     @property

@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock, Found, Unserved
-from safenav.plan.order import at_end, joint_now, stuck
+from safenav.plan.order import at_end, charges_now, joint_now, starving, stuck
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.ends import End, deadlocked, hopeful, infeasible, no_strategy
 from safenav.runtime.control.roles import Role, Roles
@@ -74,7 +74,7 @@ def coordinate(
             for i, role in enumerate(control.roles):
                 mine, robot = control.controllers[i], state.robots[i]
                 if role.objective != robot.objective or (
-                    i in control.new and not team.members[i].rivals
+                    i in control.new and not team.members[i].planned
                 ):
                     node = mine.node if mine is not None and i in control.new else robot.node
                     if mine is not None and mine.form == "other_memory":
@@ -84,7 +84,7 @@ def coordinate(
                 if (
                     robot.fresh
                     and robot.to is None
-                    and not (before.roles and team.members[i].rivals)
+                    and not (before.roles and team.members[i].planned)
                 ):
                     decide(now.Counted(i))
         control = replace(control, question=_question(team, state))
@@ -137,7 +137,7 @@ def _question(team: Team, state: State) -> Hashable:
 
 def _is_astray(team: Team, robot: RobotNow, i: int) -> bool:
     """Whether a robot that its strategy drives is in none of its nodes."""
-    driven = not team.members[i].rivals and robot.active
+    driven = not team.members[i].planned and robot.active
     return driven and robot.to is None and robot.node is None
 
 
@@ -206,14 +206,22 @@ def _planned(
     helped = frozenset(
         r.helps
         for r, m in zip(control.roles, team.members, strict=True)
-        if r.helps is not None and not m.rivals
+        if r.helps is not None and not m.planned
     )
-    if state.plan is not None and not at_end(state, sharing) and not stuck(team, state, helped):
+    starves = (
+        state.plan is not None and starving(team, state) and not is_complete(team, state, control)
+    )
+    if (
+        state.plan is not None
+        and not starves
+        and not at_end(state, sharing)
+        and not stuck(team, state, helped)
+    ):
         return None
     floor = floor_now(team, state)
     joint, served = joint_now(team, state, floor), control.found.served
     open_ = {floor.gates[g] for g in served}
-    if state.plan is not None and open_ and open_ <= state.plan.foreseen & helped:
+    if state.plan is not None and not starves and open_ and open_ <= state.plan.foreseen & helped:
         return None  # robots with strategies are still to resolve them
     if open_ <= helped and floor.completed(joint, frozenset(), sharing):
         return None  # nothing is left to do but for others
@@ -229,7 +237,8 @@ def _planned(
         }
         only = frozenset(pair for pair in mine if pair[0] not in sharing)
         floor = replace(floor, barred=floor.barred | only)
-    answer = answers.plan(floor, joint, served, seed=len(state.over))
+    charges = charges_now(team, state)
+    answer = answers.plan(floor, joint, served, len(state.over), charges, state.time)
     match answer:
         case Found(plan, first):
             for i, memory in first:

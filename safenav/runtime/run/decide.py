@@ -28,7 +28,7 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     stay = Proposal(state.robots[i].pose, "stay")
     if control.end is not None or not state.robots[i].active:
         return stay
-    if not team.members[i].rivals:
+    if not team.members[i].planned:
         return next(iter(_successors(team, state, control, i)), stay)
     pose = next_step(team, state, i)
     if pose is None or occupied(team, state, team.members[i].rivals) >> pose % team.size & 1:
@@ -66,7 +66,7 @@ def closing(team: Team, state: State, i: int, step: Proposal) -> int | None:
 
 def others(team: Team, state: State, control: Control, i: int, refused: Proposal) -> list[Proposal]:
     """Other successors of the strategy's node, which leave the refused region aside."""
-    if team.members[i].rivals or team.members[i].ticks > 1:
+    if team.members[i].planned or team.members[i].ticks > 1:
         return []
     found = _successors(team, state, control, i)
     region = refused.pose % team.size

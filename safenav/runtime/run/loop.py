@@ -27,6 +27,7 @@ from safenav.runtime.run.decide import Proposal, closing, others, propose
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.refusal import refusal_of
 from safenav.runtime.run.world import World
+from safenav.scenario.model import Obstacle
 from safenav.team import state as now
 from safenav.team.apply import apply, initial
 from safenav.team.failures import noticed
@@ -78,6 +79,8 @@ class Run:
             elif isinstance(event, now.Arrived | now.Goes):
                 self.act(event.robot)  # 17, 18
             self.count(before, event)
+            if isinstance(event, now.Turn | now.Ended):
+                self.drains(event.robot)
             self.settle()  # 9 to 16, 19 to 21
             self.recorder.ledger.turn_ends(self.team, self.state)
             if self.has_ended(event):
@@ -100,7 +103,7 @@ class Run:
         if not self.state.robots[i].idle:
             return
         if self.world.reaches(self, i):
-            self.happens(now.Stayed(i, "stay"))
+            self.happens(now.Stayed(i, "stay", ticks=self.world.ticks))
             self.act(i)
         else:
             step = propose(self.team, self.state, self.control, i)  # NP
@@ -135,7 +138,9 @@ class Run:
 
     def take(self, i: int, step: Proposal) -> None:
         if step.pose == self.state.robots[i].pose:
-            self.happens(now.Stayed(i, step.by, step.node, values=step.values))
+            ticks = self.world.ticks
+            stays = now.Stayed(i, step.by, step.node, values=step.values, ticks=ticks)
+            self.happens(stays)
             return
         for event in self.world.start(self, i, step):
             self.happens(event)
@@ -157,9 +162,30 @@ class Run:
             if robot.idle and (robot.fresh or robot.objective == before.robots[i].objective):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
+    def drains(self, i: int) -> None:
+        """A robot off the chargers whose charge does not suffice for a step is out of service, and
+        needs another battery."""
+        robot, energy, kind = (
+            self.state.robots[i],
+            self.team.members[i].energy,
+            self.team.scenario.flat,
+        )
+        if energy is None or not (robot.active and robot.to is None):
+            return
+        if energy.is_flat(robot.charge, robot.pose):
+            region, k = robot.pose % self.team.size, None
+            pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
+            taken = any(o.region == region and each.state in _THERE for o, each in pairs)
+            if kind is not None and not taken:
+                k = len(self.team.obstacles)
+                source = Obstacle(kind, region, appears=int(self.state.time))
+                self.world.place(source)
+                self.happens(now.Introduced(source, i))
+            self.happens(now.Flat(i, k))
+
     def happens(self, event: now.Event) -> None:
         if isinstance(event, now.Introduced):
-            self.team = self.recorder.team = introduced(self.team, event.source)
+            self.team = self.recorder.team = introduced(self.team, event.source, event.battery_of)
         elif isinstance(event, now.Assigned):
             self.team = self.recorder.team = assigned(
                 self.team, event.robot, event.objective, event.within
@@ -233,6 +259,9 @@ class Run:
             o.ordered and (each.state is now.Is.OPEN or each.given_up) for o, each in pairs
         )
         return undone and self.world.coming(self) is not None
+
+
+_THERE = (now.Is.HIDDEN, now.Is.SEEN, now.Is.OPEN, now.Is.SEALED)
 
 
 def _known(state: now.State, k: int) -> bool:

@@ -26,7 +26,7 @@ from safenav.scenario.settings import Clock
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
 from safenav.team.apply import apply, goals, rounds
-from safenav.team.floor import barred, floor_now, stages_of
+from safenav.team.floor import barred, driven, floor_now, stages_of
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -135,6 +135,12 @@ class Recorder:
                 self.emit(records.Gone(self.tick, self._name(k), ChangeCause(cause)))
                 self.helpers.pop(k, None)
                 self.why = Reason.GONE
+            case now.Flat(i, k):
+                if k is not None:
+                    self.emit(records.Appeared(self.tick, self._name(k), ChangeCause.BATTERY))
+                battery = ChangeCause.BATTERY
+                self.emit(records.Service(self.tick, self._robot(i), False, battery))
+                self.why = Reason.SERVICE
             case now.Served(i, active, cause):
                 self.emit(records.Service(self.tick, self._robot(i), active, ChangeCause(cause)))
                 self.why = Reason.SERVICE
@@ -274,7 +280,7 @@ class Recorder:
     def _told(self, state: State) -> None:
         """The objectives of planned robots that no push or pop has told."""
         for i, robot in enumerate(state.robots):
-            if self.team.members[i].rivals and self.told[i] != robot.objective:
+            if self.team.members[i].planned and self.told[i] != robot.objective:
                 traced = objective_in_trace(robot.objective)
                 self.emit(records.Told(self.tick, self._robot(i), traced))
         self.told = [robot.objective for robot in state.robots]
@@ -441,7 +447,7 @@ class Recorder:
     def _plan(self, state: State, most: list[int]) -> None:
         assert state.plan is not None
         ways, orders = {}, []
-        for i in self.team.sharing:
+        for i in driven(self.team, state):
             at, graph, way = state.robots[i].at, self.team.members[i].graph, state.plan.ways[i]
             ways[self._robot(i)] = tuple(
                 graph.pose(visit.pose).place for visit in way[at : most[i] + 1]

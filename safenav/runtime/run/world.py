@@ -54,7 +54,7 @@ class Running(Protocol):
 class World:
     """``attended``: an operator may help; ``still``: no robot moves, and nothing will ever happen.
     ``moving``: whether robots in transit still act in the region that they leave; ``limit``:
-    when the run ends at the latest, and with which outcome."""
+    when the run ends at the latest, and with which outcome; ``ticks`` of a stay (live: 0)."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class World:
             world = BlockingAdapter(world, scenario)  # type: ignore[arg-type]
         self.commands, limits = Commands(world, scenario), scenario.limits
         self.live = self.commands.live
-        self.moving = not self.live
+        self.moving, self.ticks = not self.live, 0 if self.live else 1
         self.limit = (float(limits.ticks), Outcome.TICK_LIMIT)
         if self.live:
             most = limits.ticks * SLOWEST if self.commands.simulated else inf
@@ -98,7 +98,11 @@ class World:
                 return
         else:
             commands.hear(None, True)
-        yield now.Time(commands.now())
+        yield now.Time(commands.now(), self.live)
+        for i, robot in enumerate(run.state.robots):
+            energy = run.team.members[i].energy
+            if robot.flat and energy is not None and robot.charge >= energy.battery.capacity:
+                yield now.Served(i, True, "battery")
         yield from self._heard(run)
         regions = set(bits(occupied(run.team, run.state)))
         for change in commands.changes(regions):
@@ -285,6 +289,11 @@ class World:
                     and need.skills <= team.members[j].robot.capabilities
                 }
         return tuple(sorted(group))
+
+    def place(self, obstacle: model.Obstacle) -> None:
+        """Put the empty battery of a robot into a simulated world."""
+        if self._truth is not None:
+            self._truth.place(obstacle)
 
     def coming(self, run: Running) -> float | None:
         """When the scenario changes something next, within its limits."""

@@ -149,6 +149,14 @@ class SimulatedWorld:
         self._truths.append(truth)
         self.truths[obstacle.name] = truth
 
+    def place(self, obstacle: Obstacle) -> None:
+        """Let an obstacle that blocks no robot appear now, also where a robot stands."""
+        self._team = introduced(self._team, obstacle)
+        there = (*self._state.obstacles, ObstacleNow(Is.OPEN))
+        self._state = replace(self._state, obstacles=there)
+        self._truths.append(None)
+        self.truths[obstacle.name] = None
+
     def remove(self, name: str) -> bool:
         """Remove an obstacle immediately; return whether it was unresolved."""
         found = False

@@ -1,0 +1,183 @@
+"""Batteries, the one resource: what steps and stays use, from where a robot can go on, and where it
+goes first.
+
+More charge is never worse, so one number for each pose and next target states what suffices, and
+searches keep the highest charges of a state only.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from heapq import heappop, heappush
+
+from msgspec import Struct
+
+from safenav.cached_method import cached_method
+from safenav.scenario.model import Battery
+from safenav.world.poses import FAR, Mask, PoseGraph, bits
+
+NEVER = 1 << 30
+DECIMALS = 6
+
+
+class Energy(Struct, frozen=True, eq=False, dict=True):
+    """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: it stays at the
+    last one."""
+
+    graph: PoseGraph
+    chargers: Mask
+    battery: Battery
+    targets: tuple[Mask, ...]
+    settles: bool
+
+    def stepped(self, charge: float) -> float:
+        return round(max(0, charge - self.battery.move), DECIMALS)
+
+    def stayed(self, charge: float, pose: int, time: float) -> float:
+        rate = self.battery.charge if self.chargers >> pose & 1 else -self.battery.stay
+        return round(min(self.battery.capacity, max(0, charge + rate * time)), DECIMALS)
+
+    def is_flat(self, charge: float, pose: int) -> bool:
+        """Whether it can take no step, and gets no charge."""
+        return charge < self.battery.move and not self.chargers >> pose & 1
+
+    # The least charge from which it can go on.
+
+    def turn(self, number: int) -> int:
+        last = len(self.targets) - 1
+        return min(number, last) if self.settles else number % (last + 1)
+
+    @cached_method
+    def needs(self, allowed: Mask) -> tuple[dict[int, float], ...]:
+        """For each next target the least charge of each pose with which it can meet all targets
+        forever: the greatest fixpoint. Poses without one are left out."""
+        found: list[dict[int, float]] = [dict.fromkeys(bits(allowed), 0) for _ in self.targets]
+        grown = True
+        while grown:
+            grown = False
+            for k, before in enumerate(found):
+                new = self._leg(allowed, self.targets[k], found[self.turn(k + 1)])
+                new = {p: max(c, before[p]) for p, c in new.items() if p in before}
+                if new != before:
+                    found[k], grown = new, True
+        return tuple(found)
+
+    def need(self, allowed: Mask, pose: int, turn: int) -> float:
+        return self.needs(allowed)[turn].get(pose, NEVER)
+
+    @cached_method
+    def suffices(self, allowed: Mask, turn: int, goals: int) -> dict[int, float]:
+        """The least charge of each pose with which it can meet so many goals, alone."""
+        then: Mapping[int, float] = dict.fromkeys(bits(allowed), 0)
+        for k in range(goals - 1, -1, -1):
+            then = self._leg(allowed, self.targets[self.turn(turn + k)], then)
+        return dict(then)
+
+    def _leg(
+        self, allowed: Mask, goal: Mask, then: Mapping[int, float], *, direct: bool = False
+    ) -> dict[int, float]:
+        """The least charge of each pose with which it gets to a goal with the charge ``then``, with
+        stops at chargers or ``direct``."""
+        battery, before = self.battery, self._before(allowed)
+        best, queue = dict[int, float](), list[tuple[float, int]]()
+
+        def offer(pose: int, charge: float) -> None:
+            if charge > battery.capacity:
+                return
+            if not direct and self.chargers >> pose & 1:
+                charge = 0
+            if charge < best.get(pose, NEVER):
+                best[pose] = charge
+                heappush(queue, (charge, pose))
+
+        for pose in bits(goal & allowed):
+            if pose in then:
+                for former in before[pose]:
+                    offer(former, then[pose] + battery.move)
+                on = self.chargers >> pose & 1
+                offer(pose, then[pose] if on else max(then[pose] + battery.stay, battery.move))
+        while queue:
+            charge, pose = heappop(queue)
+            if charge == best[pose]:
+                for former in before[pose]:
+                    offer(former, charge + battery.move)
+        return best
+
+    @cached_method
+    def _before(self, allowed: Mask) -> dict[int, list[int]]:
+        found: dict[int, list[int]] = {pose: [] for pose in bits(allowed)}
+        for pose in found:
+            for step in self.graph.steps(pose):
+                if step in found:
+                    found[step].append(pose)
+        return found
+
+    # Where it goes first.
+
+    @cached_method
+    def _direct(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, float]:
+        """What it takes to reach a goal without a stop, and (``lasting``) to go on from there to
+        target ``turn``."""
+        then = self.needs(allowed)[turn] if lasting else dict.fromkeys(bits(allowed), 0)
+        return self._leg(allowed, goal, then, direct=True)
+
+    @cached_method
+    def _levels(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, int]:
+        """The chargers from which it gets to the goal, with the number of stops on the way."""
+        direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
+        places = [*bits(self.chargers & allowed)]
+        found = {c: 0 for c in places if direct.get(c, NEVER) <= full}
+        queue = deque(found)
+        while queue:
+            at = queue.popleft()
+            for c in places:
+                if c not in found and self.far(allowed, 1 << at)[c] * self.battery.move <= full:
+                    found[c] = found[at] + 1
+                    queue.append(c)
+        return found
+
+    @cached_method
+    def far(self, allowed: Mask, goal: Mask) -> Sequence[int]:
+        return self.graph.distances(goal, allowed)
+
+    def aim(
+        self, allowed: Mask, goal: Mask, turn: int, at: tuple[int, float], how: tuple[bool, bool]
+    ) -> Mask:
+        """The goal; or, if its charge does not suffice, the chargers with the fewest stops before
+        it that are in reach, or the one where it is. Target ``turn`` comes after the goal. ``at``:
+        pose and charge; ``how``: the charge must be ``lasting``, and it leaves chargers ``full``
+        only."""
+        (pose, charge), (lasting, full), battery = at, how, self.battery
+        on = self.chargers >> pose & 1
+        if goal >> pose & 1:
+            return goal
+        charging = full and on and charge < battery.capacity
+        direct = self._direct(allowed, goal, turn, lasting).get(pose, NEVER)
+        if direct <= charge and not charging:
+            return goal
+        if battery.stay and self.far(allowed, goal)[pose] >= FAR:
+            return self.home(allowed) or goal  # it waits for a resolution
+        levels, reach = self._levels(allowed, goal, turn, lasting), dict[int, Mask]()
+        mine = levels.get(pose, NEVER) if on else NEVER
+        for c, level in levels.items() if not charging else ():
+            if level < mine and self.far(allowed, 1 << c)[pose] * battery.move <= charge:
+                reach[level] = reach.get(level, 0) | 1 << c
+        if reach:
+            return reach[min(reach)]
+        if on and mine < NEVER and charge < battery.capacity:
+            return 1 << pose
+        return self.aim(allowed, goal, turn, at, (False, full)) if lasting else goal
+
+    def home(self, allowed: Mask) -> Mask:
+        """Where it waits: on a charger, if standing elsewhere uses charge."""
+        return self.chargers & allowed if self.battery.stay else 0
+
+
+def dominated(charges: Sequence[float], known: list[tuple[float, ...]]) -> bool:
+    """Whether some known charges are at least as high everywhere; keeps only the highest."""
+    if any(all(a >= b for a, b in zip(one, charges, strict=True)) for one in known):
+        return True
+    known[:] = [one for one in known if not all(b >= a for a, b in zip(one, charges, strict=True))]
+    known.append(tuple(charges))
+    return False
