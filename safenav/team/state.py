@@ -276,10 +276,12 @@ class Assigned(NamedTuple):
 
 
 class Looked(NamedTuple):
-    """A robot has looked around: what it knows of the robots that it tracks now."""
+    """A robot has looked around: what it knows of the robots that it tracks now, and the regions
+    where each may be."""
 
     robot: int
     known: tuple[tuple[int, Known], ...]
+    places: tuple[frozenset[int], ...]
 
 
 class Inputs(NamedTuple):

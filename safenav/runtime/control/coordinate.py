@@ -32,7 +32,8 @@ from safenav.trace.proofs import JointSearch, Proof
 class Control(Struct, frozen=True):
     """Intentions of the team. ``proofs``: why obstacles were given up; ``new``: the robots that
     have just been synthesized; ``pending``: those that wait for a strategy, because of ``asked``;
-    ``thinks``: the plan is still being computed."""
+    ``thinks``: the plan is still being computed. ``vain``: obstacles that a robot was to resolve
+    for which it has no strategy, by these ``failed`` syntheses."""
 
     question: Hashable | None = None
     found: Settlement = Settlement()
@@ -44,6 +45,8 @@ class Control(Struct, frozen=True):
     pending: frozenset[int] = frozenset()
     asked: Hashable | None = None
     thinks: bool = False
+    failed: tuple[Controller, ...] = ()
+    vain: tuple[int, ...] = ()
 
 
 def coordinate(
@@ -57,7 +60,8 @@ def coordinate(
         decided.append(event)
         state = apply(team, state, event)
 
-    control, question = replace(before, new=(), thinks=False), _question(team, state)
+    control = replace(before, new=(), thinks=False, failed=(), vain=())
+    question = _question(team, state)
     if question != before.question:
         if question == before.asked and not answers.ready:
             return control, []
@@ -70,6 +74,11 @@ def coordinate(
             return replace(
                 before, question=question, end=End("search_limit", "search budget exhausted")
             ), decided
+        if control.vain:
+            decide(now.SetAside(control.vain))
+            failed, control = control.failed, replace(control, failed=(), vain=())
+            control, decided = _again(team, state, control, answers, decided)
+            return replace(control, failed=failed + control.failed), decided
         if control.end is None:
             for i, role in enumerate(control.roles):
                 mine, robot = control.controllers[i], state.robots[i]
@@ -175,10 +184,14 @@ def _settled(
     lone = frozenset(range(len(poses))).difference(team.sharing)
     found = settle(Solver(floor), poses, stages, aside, helping, lone)
     proofs = {**before.proofs, **given}
+    never: End | None = None
     if found.proof is not None:
         never = infeasible(team, state, around(floor, poses, stages), found.proof)
+    if never is not None and before.roles:
         return Control(None, found, before.roles, before.controllers, proofs, (), never)
-    roles = Roles(team, state, floor, stages, found).all()
+    roles = tuple(Role(member.objective) for member in team.members)
+    if never is None:
+        roles = Roles(team, state, floor, stages, found).all()
     controllers, asked = list(before.controllers or (None,) * len(poses)), dict[int, Role]()
     for i, role in enumerate(roles):
         mine = controllers[i]
@@ -189,9 +202,13 @@ def _settled(
     for i, found_one in synthesized(team, state, asked, answers).items():
         controllers[i] = found_one
     new = [*asked]
-    end: End | None = None
+    end = never
     if failed := [(i, c) for i in new if (c := controllers[i]) and not c.realizable]:
         end = no_strategy(team, failed, begun=bool(before.roles))
+        vain = tuple(sorted({k for i, _ in failed if (k := roles[i].helps) is not None}))
+        if vain:  # formulas remember what the decision does not know
+            kept = replace(before, question=None, failed=tuple(c for _, c in failed))
+            return replace(kept, vain=vain)
     return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
 
 

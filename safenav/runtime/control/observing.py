@@ -44,7 +44,7 @@ def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
 
 
 def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
-    """What a robot knows after it has looked around; None if that is nothing new."""
+    """What a robot knows after it has looked around; None if it tracks nobody so."""
     if task.tracking is not Tracking.BELIEF or not task.observed:
         return None
     watch, before = watch_for(task, team.world), dict(state.robots[i].known)
@@ -54,7 +54,8 @@ def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
         j = names.index(other.name)
         there, known = state.robots[j].pose % team.size, before.get(j, known_of(other))
         found.append((j, after_look(watch, own, there, known)))
-    return now.Looked(i, tuple(found))
+    places = tuple(frozenset(watch.possible(known)) for _, known in found)
+    return now.Looked(i, tuple(found), places)
 
 
 def after_look(watch: Tracker, own: Region, other: Region, known: Knowledge) -> Knowledge:

@@ -18,10 +18,11 @@ from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.because import ASIDE, Request
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End, lacks_of
-from safenav.runtime.control.tasks import Controller, enough
+from safenav.runtime.control.tasks import enough
 from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
-from safenav.scenario.objective import Objective, TargetObjective
+from safenav.runtime.run.synthesis_line import synthesis_line
+from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Clock
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
@@ -50,6 +51,7 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 class Recorder:
     """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
     ``told``: the objectives in force as last recorded;
+    ``looked``: beliefs to be recorded after the move of their robot;
     ``said``: the last place of each robot in the recorded plan (None: none is in force),
     ``basis``: for which plan and obstacles; ``why``: the last event of those that give a reason for
     syntheses."""
@@ -71,6 +73,7 @@ class Recorder:
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.aside: set[int] = set()
         self.told = [member.objective for member in team.members]
+        self.looked: list[records.Belief] = []
         self.said: list[int] | None = None
         self.basis: object = None
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
@@ -150,6 +153,17 @@ class Recorder:
                 name = self._robot(i)
                 self.emit(records.NewObjective(self.tick, name, traced, own, changed, within))
                 self.why = Reason.OBJECTIVE
+            case now.Looked(i, known, places):
+                told = dict(before.robots[i].known)
+                pairs = zip(known, places, strict=True)
+                self.looked = [
+                    records.Belief(
+                        self.tick, self._robot(i), self._robot(j), isinstance(what, int), regions
+                    )
+                    for (j, what), regions in pairs
+                    if told.get(j) != what
+                ]
+                return
             case now.Inputs(on, by_user):
                 values = {each.name: each.name in on for each in self.team.scenario.inputs}
                 self.emit(records.Inputs(self.tick, values, by_user or None))
@@ -162,6 +176,13 @@ class Recorder:
                 region = before.robots[i].pose % self.team.size
                 for goal, whole in goals(self.team, before, i):
                     self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
+
+        moved = now.Departed | now.Stayed | now.Goes | now.Arrived
+        at_once = isinstance(event, now.Departed) and not (self.live or event.under_way)
+        if self.looked and isinstance(event, moved) and not at_once:
+            looked, self.looked = self.looked, []
+            for line in looked:
+                self.emit(line)
 
     def emit(self, line: records.Record) -> None:
         """Send a line, in a live run with its time."""
@@ -268,10 +289,13 @@ class Recorder:
         if control.end is None or control.end.cause == "deadlock":
             self._stack(after, control)
             self._told(after)
+        why = self.why if self.tick else Reason.INITIAL
+        for failed in control.failed:
+            self.emit(synthesis_line(self.tick, why, failed, self.team.world))
         for i in control.new:
             controller = control.controllers[i]
             if controller is not None:
-                self.emit(self._synthesis(i, controller))
+                self.emit(synthesis_line(self.tick, why, controller, self.team.world))
         for event in decided:
             if isinstance(event, now.Counted):
                 self.record(before, event, after)
@@ -377,43 +401,6 @@ class Recorder:
             helpers[0] if helpers else None,
         )
         self.emit(kind(self.tick, len(self.stack), *about, helpers=several))
-
-    def _synthesis(self, i: int, found: Controller) -> records.Synthesis:
-        task, result, objective = found.task, found.result, found.task.objective
-        memory = (
-            {objective.turn: objective.begin(task.pose.region, task.memory.index)}
-            if isinstance(objective, TargetObjective) and objective.remembers
-            else None
-        )
-        poses = sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0))
-        hashes = result.spec_sha256, result.strategy_sha256
-        return records.Synthesis(
-            self.tick,
-            self._robot(i),
-            self.why if self.tick else Reason.INITIAL,
-            result.verdict,
-            round(result.seconds, 6),
-            result.states,
-            result.cached,
-            result.verified,
-            *hashes,
-            objective_in_trace(found.asked),
-            node=found.node,
-            region=task.pose.region,
-            heading=task.pose.facing,
-            memory=memory,
-            closed=tuple((known.region, known.item) for known in task.blocked),
-            moving=(),
-            tracked=(),
-            tracking=task.tracking.value,
-            fairness=task.fairness.value,
-            others_targets={},
-            knowledge={},
-            forbidden=tuple(pose.place for pose in poses) or None,
-            form=found.form,
-            allows=found.allows(self.team.world.word),
-            tried=found.tried or None,
-        )
 
     # Plans.
 

@@ -25,6 +25,7 @@ from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.runtime.worlds.world import Change, InputWorld
 from safenav.scenario import model
+from safenav.scenario.settings import switching
 from safenav.team import state as now
 from safenav.team.apply import acts_on, resolved
 from safenav.team.failures import consequences, met, noticed, number, unknown
@@ -298,8 +299,9 @@ class World:
     def coming(self, run: Running) -> float | None:
         """When the scenario changes something next, within its limits."""
         most = run.team.scenario.limits.ticks
-        times = (time for time in self.commands.times() if run.state.time < time <= most)
-        return min(times, default=None)
+        listed = switching(run.team.scenario.inputs) if self._truth is not None else []
+        times = (*self.commands.times(), *map(float, listed))
+        return min((time for time in times if run.state.time < time <= most), default=None)
 
 
 def _introduced(run: Running, obstacle: model.Obstacle) -> Iterator[now.Event]:

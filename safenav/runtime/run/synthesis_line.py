@@ -1,0 +1,74 @@
+"""The trace line of a synthesis: its result, and all that its specification was made from."""
+
+from __future__ import annotations
+
+from safenav.runtime.control.tasks import Controller
+from safenav.scenario.model import Tracking
+from safenav.scenario.objective import Ltl
+from safenav.spec.compile import assumption_names
+from safenav.spec.other_robots.belief import models
+from safenav.spec.task import Task
+from safenav.trace import records
+from safenav.trace.told_objective import objective_in_trace
+from safenav.trace.vocabulary import Reason
+from safenav.world.map import RegionMap
+
+
+def synthesis_line(
+    tick: int, reason: Reason, found: Controller, world: RegionMap
+) -> records.Synthesis:
+    """The line of a synthesis."""
+    task, result = found.task, found.result
+    poses = sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0))
+    hashes = result.spec_sha256, result.strategy_sha256
+    believes = task.tracking is Tracking.BELIEF and bool(task.observed)
+    return records.Synthesis(
+        tick,
+        task.robot.name,
+        reason,
+        result.verdict,
+        round(result.seconds, 6),
+        result.states,
+        result.cached,
+        result.verified,
+        *hashes,
+        objective_in_trace(found.asked),
+        tuple(assumption_names(task, world)),
+        node=found.node,
+        region=task.pose.region,
+        heading=task.pose.facing,
+        memory=_memory(task),
+        inputs={each.name: on for each, on in task.inputs} or None,
+        again={each.name: each.again for each, _ in task.inputs if each.again} or None,
+        closed=tuple((known.region, known.item) for known in task.blocked),
+        moving=(),
+        tracked=tuple(other.name for other in task.observed),
+        tracking=task.tracking.value,
+        fairness=task.fairness.value,
+        others_targets={},
+        knowledge={
+            other.name: other.region if other.belief is None else tuple(sorted(other.belief))
+            for other in task.observed
+        },
+        beliefs={
+            model.other.name: tuple(tuple(sorted(belief)) for belief in model.beliefs)
+            for model in models(task, world)
+        }
+        if believes
+        else None,
+        sight_closed=tuple(sorted(task.closed)) if believes else None,
+        forbidden=tuple(pose.place for pose in poses) or None,
+        form=found.form,
+        allows=found.allows(world.word),
+        tried=found.tried or None,
+    )
+
+
+def _memory(task: Task) -> dict[str, int] | None:
+    """The memory variables, and their values at the start."""
+    objective = task.objective
+    if isinstance(objective, Ltl):
+        return dict(task.memory.values)
+    if not objective.remembers:
+        return None
+    return {objective.turn: objective.begin(task.pose.region, task.memory.index)}
