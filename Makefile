@@ -58,7 +58,7 @@ install: $(VENV)/.installed
 # needs no tools of developers; in a full environment there is nothing to add. For developers, a
 # warning of the optimizing compiler is an error, unless they say WERROR=OFF. The pip that Python 3.11
 # brings takes twice the time of a new one to choose packages; where there is none, it does as well.
-INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*)
+INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/*)
 $(VENV)/.runs: EXTRAS := motion,studio
 $(VENV)/.runs: WERROR := OFF
 $(VENV)/.installed: EXTRAS := dev

@@ -4,10 +4,9 @@
 
 #include "expect.hpp"
 #include "game/solver.hpp"
+#include "read/diagnostics.hpp"
 #include "read/reader.hpp"
-#include "read/source.hpp"
-#include "strategy/output/json_sink.hpp"
-#include "strategy/output/text_sink.hpp"
+#include "strategy/sink.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -2,8 +2,7 @@
 // is broken: each is broken here, in its own process.
 
 #include "bdd/bdd.hpp"
-#include "bdd/references.hpp"
-#include "bdd/sifting.hpp"
+#include "bdd/reordering.hpp"
 #include "expect.hpp"
 
 #include <csignal>

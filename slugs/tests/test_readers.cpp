@@ -1,13 +1,17 @@
-// The frame of a specification: sections, declarations, ranges, order, and the
-// two languages.
+// Formulas, the readers of both languages, and the translation: what translate() prints is
+// slugsin for the same game.
 
+#include "core/formula.hpp"
 #include "expect.hpp"
+#include "read/declarations.hpp"
+#include "read/slugsin.hpp"
 #include "reading.hpp"
 
-#include "read/declarations.hpp"
-
 #include <atomic>
+#include <cstdint>
+#include <random>
 #include <string>
+#include <vector>
 
 using namespace slugs;
 
@@ -168,6 +172,125 @@ void test_declarations_look_at_the_limits() {
 
 } // namespace
 
+namespace {
+
+constexpr std::uint32_t variables = 1000;
+
+FormulaId pair(FormulaPool &pool, std::uint32_t i) {
+  const FormulaId now = pool.variable(i % variables, false);
+  return pool.conjunction(now, pool.variable(i / variables, true));
+}
+
+void equal_formulas_are_one() {
+  FormulaPool pool;
+  const FormulaId a = pool.variable(0, false), b = pool.variable(1, true);
+  EXPECT(pool.variable(0, true) != a);
+  EXPECT_EQ(pool.conjunction(a, b), pool.conjunction(b, a));
+  EXPECT_EQ(pool.conjunction(a, pool.conjunction(a, b)), pool.conjunction(a, b));
+  EXPECT_EQ(pool.negation(pool.negation(pool.exclusive_or(a, b))), pool.exclusive_or(a, b));
+  EXPECT_EQ(pool.disjunction(a, pool.constant(true)), pool.constant(true));
+}
+
+// Operators beyond what is remembered; variables are always.
+void a_very_large_pool_remembers_what_is_recent() {
+  constexpr std::uint32_t count = 900000;
+  FormulaPool pool;
+  std::vector<FormulaId> first;
+  for (std::uint32_t i = 0; i < count; ++i)
+    first.push_back(pair(pool, i));
+  EXPECT(pair(pool, 0) != first[0]);
+  EXPECT_EQ(pair(pool, count - 1), first[count - 1]);
+  EXPECT_EQ(pool.variable(0, false), pool[first[0]].left);
+  bool operands_first = true, as_made = true;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const FormulaNode &node = pool[first[i]];
+    operands_first = operands_first && node.left < first[i] && node.right < first[i];
+    const FormulaNode &x = pool[node.left], &y = pool[node.right];
+    const FormulaNode &now = x.right ? y : x, &next = x.right ? x : y;
+    as_made = as_made && !now.right && now.left == i % variables && next.left == i / variables;
+  }
+  EXPECT(operands_first);
+  EXPECT(as_made);
+}
+
+} // namespace
+
+namespace {
+
+const char *const header = "[OUTPUT]\nb\nspeed:3...7\n[INPUT]\na\nx:0...5\n";
+
+// A random infix formula over inputs and outputs, now and next.
+std::string formula(std::mt19937 &random, int depth) {
+  static const char *const atoms[] = {
+      "a", "b'", "x = 3", "x' <= speed", "speed' + x >= 8", "speed' != x + 2", "a'", "TRUE"};
+  static const char *const operators[] = {" & ", " | ", " ^ ", " -> ", " <-> "};
+  if (depth == 0 || random() % 5 == 0)
+    return atoms[random() % 8];
+  const std::string left = formula(random, depth - 1);
+  const std::string op = operators[random() % 5];
+  return (random() % 3 == 0 ? "!(" : "(") + left + op + formula(random, depth - 1) + ")";
+}
+
+void test_round_trip() {
+  std::mt19937 random(11);
+  for (int round = 0; round < 60; ++round) {
+    std::string text = header;
+    for (const char *section : {"SYS_TRANS", "SYS_LIVENESS", "ENV_LIVENESS"}) {
+      text += std::string("[") + section + "]\n";
+      for (unsigned lines = random() % 4; lines > 0; --lines)
+        text += formula(random, 4) + "\n";
+    }
+    const Specification original = reading::read(text);
+    std::ostringstream printed;
+    translate(original, printed);
+    EXPECT(language_of(Source("printed", printed.str())) == Language::Slugsin);
+    const Specification copy = reading::read(printed.str());
+
+    EXPECT_EQ(copy.variables.size(), original.variables.size());
+    for (std::size_t i = 0; i < original.variables.size(); ++i) {
+      EXPECT_EQ(copy.variables[i].name, original.variables[i].name);
+      EXPECT(copy.variables[i].owner == original.variables[i].owner);
+    }
+    for (std::size_t section = 0; section < section_count; ++section) {
+      EXPECT_EQ(copy.constraints[section].size(), original.constraints[section].size());
+      for (std::size_t k = 0; k < original.constraints[section].size(); ++k) {
+        const FormulaId printed_id = copy.constraints[section][k].formula;
+        const FormulaId id = original.constraints[section][k].formula;
+        for (int sample = 0; sample < 40; ++sample) {
+          const std::uint64_t now = random(), next = random();
+          EXPECT_EQ(reading::holds(copy, printed_id, now, next), reading::holds(original, id, now, next));
+        }
+      }
+    }
+  }
+}
+
+void test_shared_formulas_are_written_once() {
+  // Twenty levels, each using the one below twice: 2^20 times as a tree.
+  std::string line = "$ 21 ^ a b";
+  for (int i = 0; i < 20; ++i)
+    line += " & | ? " + std::to_string(i) + " a ^ ? " + std::to_string(i) + " b";
+  const Specification s = reading::read("[OUTPUT]\na\nb\n[SYS_INIT]\n" + line + "\n");
+  std::ostringstream printed;
+  translate(s, printed);
+  EXPECT(printed.str().size() < 2000);
+  const Specification copy = reading::read(printed.str());
+  for (unsigned v = 0; v < 4; ++v)
+    EXPECT_EQ(reading::holds(copy, reading::only(copy, Section::SysInit), v),
+              reading::holds(s, reading::only(s, Section::SysInit), v));
+}
+
+// An integer of one value has no bits, so a specification may become empty.
+void test_what_says_nothing_is_read_again() {
+  for (const std::string lines : {"", "[SYS_LIVENESS]\none = 4\n"}) {
+    std::ostringstream printed;
+    translate(reading::read("[OUTPUT]\none:4...4\n" + lines), printed);
+    EXPECT_EQ(reading::read(printed.str()).variables.size(), std::size_t{0});
+  }
+}
+
+} // namespace
+
 int main() {
   return expect::run([] {
     test_slugsin_keeps_the_order_of_the_file();
@@ -179,5 +302,10 @@ int main() {
     test_buffers_nest_and_may_use_earlier_entries();
     test_what_each_section_may_use();
     test_declarations_look_at_the_limits();
+    equal_formulas_are_one();
+    a_very_large_pool_remembers_what_is_recent();
+    test_round_trip();
+    test_shared_formulas_are_written_once();
+    test_what_says_nothing_is_read_again();
   });
 }

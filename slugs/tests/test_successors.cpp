@@ -2,7 +2,7 @@
 // states of one, two and three words, any order of variables, and inputs and
 // outputs mixed in the declarations.
 
-#include "strategy/states/successors.hpp"
+#include "strategy/successors.hpp"
 
 #include "expect.hpp"
 

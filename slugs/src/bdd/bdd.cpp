@@ -1,12 +1,21 @@
-// Handles, garbage collection, and execution of operations on handles.
+// Handles, garbage collection, inspection, and functions stored outside of the store.
 
 #include "bdd/bdd.hpp"
 
 #include "bdd/reordering.hpp"
+#include "bdd/unique_table.hpp"
+#include "core/hash.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+#include <vector>
 
 namespace slugs {
+
+// Handles, garbage collection, and execution of operations on handles.
 
 void Bdd::link() {
   if (!store_)
@@ -150,6 +159,167 @@ Bdd BddStore::to_current(const Bdd &f) {
 Bdd BddStore::simplify(const Bdd &f, const Bdd &care) {
   assert(!care.is_false());
   return run([&] { return operations_.simplify(f.edge(), care.edge()); });
+}
+
+// Evaluation, satisfying valuations, support and size of functions.
+
+bool BddStore::evaluate(Edge f, const std::vector<bool> &value_of_var) const {
+  while (f > 1)
+    f = value_of_var[operations_.var_of(f)] ? operations_.high_of(f) : operations_.low_of(f);
+  return f == bdd_true;
+}
+
+std::vector<bool> BddStore::some_valuation(const Bdd &f) const {
+  assert(!f.is_false());
+  std::vector<bool> result(2 * std::size_t{bits()}, false);
+  for (Edge e = f.edge(); e > 1;) {
+    const bool value = operations_.low_of(e) == bdd_false;
+    result[operations_.var_of(e)] = value;
+    e = value ? operations_.high_of(e) : operations_.low_of(e);
+  }
+  return result;
+}
+
+double BddStore::count(const Bdd &f, const std::vector<Var> &over) const {
+  // Compute the fraction of satisfying valuations and scale it, which needs no levels.
+  // An edge and its complement are visited separately, since 1 - x loses precision.
+  std::unordered_map<Edge, double> fraction{{bdd_false, 0.0}, {bdd_true, 1.0}};
+  const auto visit = [&](const auto &self, Edge e) -> double {
+    const auto known = fraction.find(e);
+    if (known != fraction.end())
+      return known->second;
+    const double low = self(self, operations_.low_of(e));
+    const double high = self(self, operations_.high_of(e));
+    return fraction[e] = (low + high) / 2;
+  };
+  return std::ldexp(visit(visit, f.edge()), static_cast<int>(over.size()));
+}
+
+std::vector<Var> BddStore::support(const Bdd &f) {
+  UniqueTable &table = operations_.table();
+  table.clear_marks();
+  std::vector<std::uint8_t> seen(table.levels(), 0);
+  const auto visit = [&](const auto &self, Edge e) -> void {
+    const std::uint32_t n = e >> 1;
+    if (!n || table.marked(n))
+      return;
+    table.set_mark(n);
+    seen[table.var_of(e)] = 1;
+    self(self, table.low_of(e));
+    self(self, table.high_of(e));
+  };
+  visit(visit, f.edge());
+  std::vector<Var> result;
+  for (Var v = 0; v < seen.size(); ++v)
+    if (seen[v])
+      result.push_back(v);
+  return result;
+}
+
+std::size_t BddStore::size(const Bdd &f) {
+  UniqueTable &table = operations_.table();
+  table.clear_marks();
+  table.mark(f.edge());
+  return table.count_marks();
+}
+
+// Copying a diagram out of the store and rebuilding it.
+
+FrozenBdd::FrozenBdd(BddStore &store, const Bdd &f) : nodes_(store.account()) {
+  const Operations &edges = store.edges();
+  std::vector<Node> list;
+  EdgeTable<std::uint32_t> places(store.account()); // positions in `list`, from 1, by node
+  const auto visit = [&](const auto &self, Edge e) -> Edge {
+    if (edges.is_terminal(e))
+      return e;
+    const Edge regular = e & ~1u;
+    if (const std::uint32_t *known = places.find(regular >> 1))
+      return *known << 1 | (e & 1);
+    const Edge low = self(self, edges.low_of(regular));
+    const Edge high = self(self, edges.high_of(regular));
+    list.push_back({edges.var_of(regular), low, high});
+    const auto place = static_cast<std::uint32_t>(list.size());
+    places.add(regular >> 1, place);
+    return place << 1 | (e & 1);
+  };
+  root_ = visit(visit, f.edge());
+  nodes_.resize(list.size());
+  for (std::size_t i = 0; i < list.size(); ++i)
+    nodes_[i] = list[i];
+}
+
+Bdd FrozenBdd::thaw(BddStore &store) const {
+  store.collect_or_reorder_if_due();
+  std::vector<Edge> built(nodes_.size() + 1, bdd_false);
+  const auto edge = [&](Edge e) { return built[e >> 1] ^ (e & 1); };
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    built[i + 1] = store.edges().branch(nodes_[i].var, edge(nodes_[i].low), edge(nodes_[i].high));
+  return Bdd(store, edge(root_));
+}
+
+// Invariants of the unique table between operations.  Debug builds check them after
+// each reordering.
+
+namespace {
+
+[[noreturn]] void fail(const std::string &what) { throw std::logic_error("BDD store: " + what); }
+
+} // namespace
+
+void UniqueTable::assert_consistent() const {
+  std::size_t live = 0;
+  for (std::uint32_t n = 1; n < used_; ++n) {
+    const Node &node = nodes_[n];
+    if (node.var == free_var)
+      continue;
+    ++live;
+    if (node.low & 1)
+      fail("low edge is complemented");
+    if (node.low == node.high)
+      fail("redundant node");
+    for (const Edge child : {node.low, node.high}) {
+      if (nodes_[child >> 1].var == free_var)
+        fail("edge to a free node");
+      if (level(child) <= level_of_var_[node.var])
+        fail("edge does not go down");
+    }
+    std::size_t found = 0;
+    for (std::uint32_t m = buckets_[bucket(node.var, node.low, node.high)]; m; m = nodes_[m].chain)
+      if (nodes_[m].var == node.var && nodes_[m].low == node.low && nodes_[m].high == node.high)
+        found += m == n ? 1 : 2;
+    if (found != 1)
+      fail("node is missing from the unique table, or not unique");
+  }
+  if (live != live_)
+    fail("wrong count of nodes");
+  std::size_t chained = 0;
+  for (std::size_t b = 0; b < buckets_.size(); ++b)
+    for (std::uint32_t n = buckets_[b]; n; n = nodes_[n].chain)
+      ++chained;
+  if (chained != live_)
+    fail("stray node in the unique table");
+  std::size_t freed = 0;
+  for (std::uint32_t n = free_list_; n; n = nodes_[n].chain) {
+    ++freed;
+    if (nodes_[n].var != free_var)
+      fail("used node in the free list");
+  }
+  if (freed + live_ + 1 != used_)
+    fail("node lost");
+  for (std::uint32_t l = 0; l < var_at_level_.size(); ++l)
+    if (level_of_var_[var_at_level_[l]] != l)
+      fail("order and its inverse disagree");
+  for (std::uint32_t position = 0; position < bits(); ++position)
+    if (var_at_level_[2 * position] + 1 != var_at_level_[2 * position + 1] || var_at_level_[2 * position] % 2)
+      fail("a pair is torn");
+}
+
+void BddStore::assert_consistent() const {
+  const UniqueTable &table = operations_.table();
+  table.assert_consistent();
+  for (const Bdd *h = handles_; h; h = h->after_)
+    if (!table.alive(h->edge_))
+      fail("handle to a free node");
 }
 
 } // namespace slugs

@@ -2,21 +2,21 @@
 //
 // Differences from general packages such as CUDD:
 //
-// - Variables come in pairs, current and next, see unique_table.hpp.
+// - Variables come in pairs, current and next, see bdd/unique_table.hpp.
 // - A set of quantified variables is an index, not a cube.
 // - There are no reference counts.  Handles (Bdd) form a linked list; garbage
 //   collection frees nodes that no handle reaches, between operations only.
 // - Reordering works in place: an edge keeps its function.  Any operation on
-//   handles may reorder first, see reordering.hpp.
+//   handles may reorder first, see bdd/reordering.hpp.
 //
 // Code that traverses diagrams node by node uses the operations on edges
 // (operations.hpp).  Only this folder accesses the unique table (unique_table.hpp).
 
 #pragma once
 
-#include "bdd/edge.hpp"
 #include "bdd/operations.hpp"
-#include "core/counted_array.hpp"
+#include "bdd/unique_table.hpp"
+#include "core/budget.hpp"
 
 #include <cassert>
 #include <cstdint>
@@ -174,5 +174,27 @@ inline Bdd Bdd::operator^(const Bdd &other) const {
   assert(store_ && store_ == other.store_);
   return store_->exclusive_or(*this, other);
 }
+
+// A function stored outside of the BDD store.
+//
+// The fixpoints keep one set of states per round and goal for the strategy.  In the
+// store these sets would outweigh the relations: every collection would mark them,
+// and sifting would optimize the order for them.  As lists of nodes they can be
+// rebuilt in any later order.
+
+class FrozenBdd {
+public:
+  FrozenBdd(BddStore &store, const Bdd &f);
+  Bdd thaw(BddStore &store) const;
+  std::size_t size() const { return nodes_.size(); }
+
+private:
+  struct Node {
+    Var var;
+    Edge low, high; // edges whose node indices are positions in nodes_, from 1; 0: constant
+  };
+  CountedArray<Node> nodes_; // children before parents
+  Edge root_ = bdd_false;
+};
 
 } // namespace slugs

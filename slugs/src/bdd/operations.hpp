@@ -5,8 +5,6 @@
 
 #pragma once
 
-#include "bdd/edge.hpp"
-#include "bdd/operation_cache.hpp"
 #include "bdd/unique_table.hpp"
 
 #include <cstdint>

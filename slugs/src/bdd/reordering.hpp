@@ -1,3 +1,69 @@
+// Reordering: the mechanism (sifting) and the policy.
+
+#pragma once
+
+#include "bdd/bdd.hpp"
+#include "bdd/unique_table.hpp"
+#include "core/budget.hpp"
+
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace slugs {
+
+// Reference counts of nodes, including references of handles.  They exist only
+// during sifting, which frees a node with its last reference.
+
+class References {
+public:
+  explicit References(MemoryAccount &account) : counts_(account) {}
+
+  // Extend the table to this many nodes; new nodes have no references.
+  void resize_for(std::size_t nodes) {
+    if (nodes > counts_.size())
+      counts_.resize(nodes);
+  }
+  void add(Edge e) { ++counts_[e >> 1]; }
+  // Remove one reference and return whether none is left.
+  bool remove(Edge e) {
+    assert(counts_[e >> 1] > 0); // else a reference was not counted, or removed twice
+    return --counts_[e >> 1] == 0;
+  }
+  bool has_any(Edge e) const { return counts_[e >> 1] > 0; }
+
+private:
+  CountedArray<std::uint32_t> counts_; // indexed by node
+};
+
+// In-place sifting (Rudell 1993) of variable pairs: the mechanism.  The policy is in
+// reordering.hpp.
+
+// Log of sifting, for undoing it: each moved pair with its former position, in the
+// order of the moves.
+struct SiftedPair {
+  std::uint32_t bit;
+  std::uint32_t from;
+};
+using SiftingLog = std::vector<SiftedPair>;
+
+inline constexpr std::uint64_t unlimited_sifting = static_cast<std::uint64_t>(-1);
+
+// If one of these functions throws LimitReached, the store may only be destroyed.
+// If memory for the reference counts is short, they have no effect.
+
+// Move each pair to its best position, largest first, and append the moves to the log.
+// Stop moving a pair when the diagrams exceed `growth` times their best size.  Stop
+// entirely after `budget` visited nodes; the count restarts whenever the size has
+// halved.
+void sift(BddStore &store, SiftingLog &log, double growth = 1.2, std::uint64_t budget = unlimited_sifting);
+// Sift as above, but minimize all nodes, including garbage; then collect the garbage.
+void sift_all(BddStore &store, SiftingLog &log, double growth, std::uint64_t budget);
+// Undo the logged moves in reverse; no order is visited that sifting did not visit.
+void undo_sifting(BddStore &store, const SiftingLog &log);
+
 // Reordering policy: when to sift, and at what cost.
 //
 // As with garbage collection, any operation on handles may reorder first, or abort,
@@ -16,16 +82,6 @@
 // - Fixpoints repeat the same step.  The aim is then a cheap step, not small diagrams,
 //   which sometimes make the step more expensive.  So the step is measured before and
 //   after sifting, and the former order is restored if the step became more expensive.
-
-#pragma once
-
-#include "bdd/bdd.hpp"
-#include "bdd/sifting.hpp"
-
-#include <cstddef>
-#include <functional>
-
-namespace slugs {
 
 class Reordering {
 public:

@@ -6,9 +6,7 @@
 // Reference counts exist only during sifting, which needs the exact size after each
 // exchange.
 
-#include "bdd/sifting.hpp"
-
-#include "bdd/references.hpp"
+#include "bdd/reordering.hpp"
 
 #include <algorithm>
 #include <cassert>

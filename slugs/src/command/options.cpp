@@ -1,15 +1,20 @@
-// The table and its readers, see command/options.hpp.
+// The table of options, its parser and the help.
 
 #include "command/options.hpp"
 
-#include "core/version.hpp"
-#include "read/messages/spelling.hpp"
+#include "read/diagnostics.hpp"
 
 #include <charconv>
 #include <cmath>
 #include <ostream>
 
+#ifndef SLUGS_VERSION
+#error "the build defines SLUGS_VERSION"
+#endif
+
 namespace slugs {
+
+const char *const version = SLUGS_VERSION;
 
 namespace {
 

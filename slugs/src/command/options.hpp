@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "core/error.hpp"
+#include "core/budget.hpp"
 
 #include <cstddef>
 #include <iosfwd>
@@ -44,5 +44,9 @@ private:
 Options parse_options(const std::vector<std::string> &arguments);
 
 void print_help(std::ostream &out);
+
+// The version of the program, defined by the CMake project.
+
+extern const char *const version;
 
 } // namespace slugs

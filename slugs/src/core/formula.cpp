@@ -1,4 +1,4 @@
-// The hash-consed pool behind core/formula.hpp.
+// The hash-consed pool.
 
 #include "core/formula.hpp"
 

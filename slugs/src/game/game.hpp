@@ -1,23 +1,78 @@
-// The two-player game of a specification, as BDDs.
-//
-// From a state s the environment picks next inputs x' with ENV_TRANS(s, x'),
-// then the system sees x' and picks next outputs y' with SYS_TRANS(s, x', y').
-// Liveness conditions refer to transitions (s, s').
+// The game as BDDs: translation of formulas, relational products, steps, reachable states.
 
 #pragma once
 
 #include "bdd/bdd.hpp"
 #include "bdd/reordering.hpp"
+#include "core/budget.hpp"
+#include "core/formula.hpp"
 #include "core/specification.hpp"
-#include "game/analysis/conjuncts.hpp"
-#include "game/analysis/independent_parts.hpp"
-#include "game/product.hpp"
-#include "game/translation.hpp"
+#include "game/analysis.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 namespace slugs {
+
+// Translation of formulas to BDDs.
+//
+// Formulas may be deep, so operators are translated in the order of their ids, operands
+// first, without recursion.  Intermediate results are dropped after their last use, since
+// collections and reorderings would have to process them.
+
+class Translation {
+public:
+  // Variable v of the formulas corresponds to current_var(v) and next_var(v) of the store.
+  Translation(BddStore &store, const FormulaPool &formulas);
+
+  Bdd operator()(FormulaId formula);
+
+private:
+  bool is_operator(FormulaId id) const { return formulas_[id].op >= Op::Not; }
+  Bdd take(FormulaId id);
+  void keep(FormulaId id, const Bdd &value);
+  void bring_into_order(std::vector<FormulaId> &needed);
+
+  BddStore &store_;
+  const FormulaPool &formulas_;
+  BudgetPacer pacer_;
+  // Operators of the formula in translation, indexed by id:
+  std::vector<std::uint32_t> uses_;  // remaining uses
+  std::vector<std::uint32_t> place_; // index into values_
+  std::vector<Bdd> values_;
+  std::vector<std::uint32_t> free_places_;
+};
+
+// Relational product of a set with several relations: exists V. f & r_1 & ... & r_n.
+//
+// The relations are conjoined in turn, and each variable is quantified as soon as no
+// later relation reads it ("early quantification": Burch, Clarke and Long 1991).  So
+// an intermediate result relates current and next values of one relation at most,
+// which is decisive if the relations are independent.
+
+class Product {
+public:
+  // `relations`: in the order of their conjunction.
+  Product(BddStore &store, const std::vector<Bdd> &relations, const std::vector<Var> &quantified);
+  Bdd operator()(const Bdd &f) const;
+
+private:
+  struct Factor {
+    Bdd relation;
+    VarSet dropped; // quantified variables that no later relation reads
+  };
+
+  BddStore &store_;
+  VarSet unread_; // quantified variables that no relation reads
+  std::vector<Factor> factors_;
+};
+
+// The two-player game of a specification, as BDDs.
+//
+// From a state s the environment picks next inputs x' with ENV_TRANS(s, x'),
+// then the system sees x' and picks next outputs y' with SYS_TRANS(s, x', y').
+// Liveness conditions refer to transitions (s, s').
 
 struct Game {
   Game(const Specification &specification, const std::vector<std::uint32_t> &order, const Budget &budget);
@@ -101,5 +156,12 @@ private:
   std::optional<Parts> parts_;
   std::optional<VarSet> unread_; // the variables returned by unread_variables(), if any
 };
+
+// Reachable states.
+
+// Return the states reachable from ENV_INIT & SYS_INIT under the safety constraints of
+// both players, and all equivalent states (see Game::with_equivalent).  No play leaves this
+// set either, and its diagrams are far smaller if variables only record past events.
+Bdd reachable_states(Game &game);
 
 } // namespace slugs

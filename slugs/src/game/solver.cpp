@@ -3,11 +3,9 @@
 
 #include "game/solver.hpp"
 
-#include "game/analysis/order.hpp"
+#include "game/analysis.hpp"
 #include "game/fixpoint.hpp"
 #include "game/game.hpp"
-#include "game/reach.hpp"
-#include "strategy/counter_extraction.hpp"
 #include "strategy/extraction.hpp"
 
 #include <new>

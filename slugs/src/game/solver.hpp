@@ -8,7 +8,7 @@
 
 #include "core/budget.hpp"
 #include "core/specification.hpp"
-#include "strategy/output/sink.hpp"
+#include "strategy/sink.hpp"
 
 #include <cstddef>
 #include <cstdint>

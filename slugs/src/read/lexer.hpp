@@ -8,7 +8,7 @@
 #pragma once
 
 #include "core/budget.hpp"
-#include "read/source.hpp"
+#include "read/diagnostics.hpp"
 
 #include <cstdint>
 #include <string>
@@ -101,5 +101,23 @@ std::string describe(const Lexeme &lexeme);
 
 inline bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 inline bool continues_name(char c) { return starts_name(c) || is_digit(c) || c == '@' || c == '.'; }
+
+// Words of LTL and other languages, and what to write here instead.
+//
+// They apply only if no variable of that name is declared.
+
+struct ForeignWord {
+  enum Kind { Operator, Constant, Any };
+  const char *text;
+  Kind kind;
+  Token meaning; // how to read on; for a unary temporal operator Unknown: skip it
+  bool temporal;
+  const char *hint;
+
+  std::string message() const;
+};
+
+// The entry for `word` if its kind is `kind` (Any: whatever its kind).
+const ForeignWord *foreign_word(std::string_view word, ForeignWord::Kind kind);
 
 } // namespace slugs

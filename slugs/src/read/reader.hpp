@@ -1,12 +1,33 @@
-// From text to a Specification, in either input language.
+// From text to a specification.
 
 #pragma once
 
 #include "core/budget.hpp"
 #include "core/specification.hpp"
-#include "read/messages/diagnostics.hpp"
+#include "read/diagnostics.hpp"
+
+#include <array>
+#include <vector>
 
 namespace slugs {
+
+// The common frame of both languages: lines under section headings.
+
+struct Declaration {
+  Owner owner;
+  int line;
+};
+
+// Line numbers, in the order of the file.  Blank lines, comments and lines
+// whose section is unknown are left out.
+struct Sections {
+  std::vector<Declaration> declarations;
+  std::array<std::vector<int>, section_count> constraints;
+};
+
+Sections read_sections(const Source &source, Diagnostics &diagnostics);
+
+// From text to a Specification, in either input language.
 
 enum class Language { Slugsin, Structured };
 

@@ -4,7 +4,7 @@
 
 #include "game/fixpoint.hpp"
 #include "game/game.hpp"
-#include "strategy/states/state_cofactor.hpp"
+#include "strategy/states.hpp"
 
 #include <memory>
 #include <vector>

@@ -1,0 +1,76 @@
+// The layout equals that of SLUGS byte for byte, so that results can be compared by
+// checksum.
+
+#include "strategy/sink.hpp"
+
+namespace slugs {
+
+JsonStrategy::JsonStrategy(const Specification &specification, std::ostream &out)
+    : specification_(specification), out_(out) {}
+
+void JsonStrategy::begin() {
+  out_ << "{\"version\": 0,\n \"slugs\": \"0.0.1\",\n\n \"variables\": [";
+  std::string_view separator = "";
+  for (const Variable &variable : specification_.variables) {
+    out_ << separator << '"';
+    for (const char c : variable.name) {
+      if (c == '"' || c == '\\')
+        out_ << '\\';
+      out_ << c;
+    }
+    out_ << '"';
+    separator = ", ";
+  }
+  out_ << "],\n\n \"nodes\": {\n";
+}
+
+void JsonStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<bool> &state,
+                        const std::vector<std::uint64_t> &successors) {
+  any_nodes_ = true;
+  out_ << (id ? ",\n\n\"" : "\"") << id << "\": {\n\t\"rank\": " << rank << ",\n\t\"state\": [";
+  for (std::size_t k = 0; k < state.size(); ++k)
+    out_ << (k ? ", " : "") << (state[k] ? '1' : '0');
+  out_ << "],\n\t\"trans\": [";
+  for (std::size_t k = 0; k < successors.size(); ++k) {
+    if (k)
+      out_ << ", ";
+    out_ << successors[k];
+    out_.flush_if_full();
+  }
+  out_ << "]\n}";
+  out_.flush_if_full();
+}
+
+void JsonStrategy::end() {
+  out_ << (any_nodes_ ? "\n\n}}\n" : "}}\n");
+  out_.flush();
+}
+
+// The layout equals that of SLUGS byte for byte.
+
+TextStrategy::TextStrategy(const Specification &specification, std::ostream &out) : out_(out) {
+  for (const Variable &variable : specification.variables)
+    names_.push_back(variable.name + ':');
+}
+
+void TextStrategy::begin() {}
+
+void TextStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<bool> &state,
+                        const std::vector<std::uint64_t> &successors) {
+  out_ << "State " << id << " with rank " << rank << " -> <";
+  for (std::size_t k = 0; k < state.size(); ++k)
+    out_ << (k ? ", " : "") << names_[k] << (state[k] ? '1' : '0');
+  out_ << ">\n\tWith successors : ";
+  for (std::size_t k = 0; k < successors.size(); ++k) {
+    if (k)
+      out_ << ", ";
+    out_ << successors[k];
+    out_.flush_if_full();
+  }
+  out_ << '\n';
+  out_.flush_if_full();
+}
+
+void TextStrategy::end() { out_.flush(); }
+
+} // namespace slugs
