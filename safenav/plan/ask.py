@@ -234,4 +234,10 @@ def _stated(floor: Floor, joint: Joint, reached: Exhausted) -> proofs.JointSearc
         proofs.JointGoal(floor.team.rounds),
         len(found),
         hashlib.sha256(text.encode()).hexdigest(),
+        {
+            name: dict(memory)
+            for name, i in zip(names, floor.robots, strict=True)
+            if (memory := floor.team.members[i].graph.memory(joint.poses[i]))
+        }
+        or None,
     )

@@ -12,7 +12,7 @@ from safenav.scenario.objective import Ltl, Objective
 from safenav.team import state as now
 from safenav.team.failures import lost_type
 from safenav.team.floor import Floor, barred, floor_of, restarted
-from safenav.team.formulas import StateGraph, pursuit_of
+from safenav.team.formulas import pursuit_of
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
 from safenav.world.poses import bits, plain_graph
@@ -37,8 +37,7 @@ def _initial(member: Member) -> RobotNow:
 
 def _memory(member: Member, pose: int) -> now.Values:
     """The memory of formulas in a state that has it."""
-    graph = member.graph
-    return tuple(sorted(graph.memory(pose).items())) if isinstance(graph, StateGraph) else ()
+    return tuple(sorted(member.graph.memory(pose).items()))
 
 
 def _begins(member: Member) -> int:
@@ -285,16 +284,37 @@ def on_own(team: Team, state: State, i: int) -> bool:
     return state.robots[i].objective == team.members[i].objective
 
 
-def goals(team: Team, state: State, i: int) -> Iterator[tuple[int, int]]:
+def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Iterator[tuple[int, int]]:
     """The targets that a robot's objective in force counts where it stands, each with the rounds
     then completed."""
-    robot = _begun(team, state, i)
-    count = robot.own if on_own(team, state, i) else robot.task
-    here = _reached(team, robot, i, robot.objective)
-    after, met = _count(robot.objective, count, here, robot.pose % team.size)
-    told = not isinstance(robot.objective, Ltl) or robot.objective.liveness
-    for goal in met if robot.to is None and told else ():
-        yield goal, rounds(robot.objective, after if goal == met[-1] else count)
+    robot, mine = _begun(team, state, i), on_own(team, state, i)
+    if robot.to is not None or (isinstance(robot.objective, Ltl) and not robot.objective.liveness):
+        return
+    count, most = (robot.own, team.rounds) if mine else (robot.task, 1)
+    for before, after, met in _counts(team, robot, i, robot.objective, count, most, ticks):
+        for goal in met:
+            yield goal, rounds(robot.objective, after if goal == met[-1] else before)
+
+
+def _counts(
+    team: Team,
+    robot: RobotNow,
+    i: int,
+    objective: Objective,
+    count: Count,
+    most: int,
+    ticks: int | None,
+) -> Iterator[tuple[Count, Count, tuple[int, ...]]]:
+    """Each count of what a robot meets where it stands, before and after it, with the targets: one,
+    or if that takes no time all up to ``most`` rounds. Formulas count one step each time."""
+    here, region = _reached(team, robot, i, objective), robot.pose % team.size
+    once = ticks or isinstance(objective, Ltl)
+    for _ in range(1 if once else most * pursuit_of(objective).targets):
+        if not ticks and rounds(objective, count) >= most:
+            return
+        after, met = _count(objective, count, here, region)
+        yield count, after, met
+        count = after
 
 
 def _begun(team: Team, state: State, i: int) -> RobotNow:
@@ -346,18 +366,14 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
     own objective on a duty, too: plans rely on it. (A resolution, which ends the duty, restarts
     rounds.)"""
     robot, member = _begun(team, state, i), team.members[i]
-    region, mine = robot.pose % team.size, robot.objective == member.objective
+    mine, own, task = robot.objective == member.objective, robot.own, robot.task
     if robot.to is None:
-        most = team.rounds, 1  # for one that takes no time
-        here = _reached(team, robot, i, member.objective)
-        now_ = _reached(team, robot, i, robot.objective)
-        own, steps = robot.own, most[0] * member.pursuit.targets if mine or member.planned else 0
-        for _ in range(1 if ticks and steps else steps):
-            if ticks or rounds(member.objective, own) < most[0]:
-                own = _count(member.objective, own, here, region)[0]
-        task = robot.task
-        if not mine and (ticks or rounds(robot.objective, task) < most[1]):
-            task = _count(robot.objective, task, now_, region)[0]
+        if mine or member.planned:
+            for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
+                own = step[1]
+        if not mine:
+            for step in _counts(team, robot, i, robot.objective, task, 1, ticks):
+                task = step[1]
         robot = replace(robot, own=own, task=task, fresh=False)
     return replace(state, robots=(*state.robots[:i], robot, *state.robots[i + 1 :]))
 

@@ -131,9 +131,8 @@ class StateGraph(PoseGraph):
     def one_way(self) -> bool:
         return self._guarantees.remember_something or plain_graph(self.world, self.mobility).one_way
 
-    def memory(self, state: int) -> Mapping[str, int]:
-        """The memory in a state."""
-        return self._memories[state // self._span][0]
+    def memory(self, number: int) -> Mapping[str, int]:
+        return self._memories[number // self._span][0]
 
     def number(self, pose: Pose) -> int:
         """The state of a robot that begins in a pose."""

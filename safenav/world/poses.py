@@ -7,7 +7,7 @@ and live sets of a 32 x 32 map take a fraction of a millisecond. Results are cac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cached_property, lru_cache
 
 from safenav.cached_method import cached_method
@@ -122,6 +122,11 @@ class PoseGraph:
         if self.mobility is Mobility.FREE or pose.heading is None:
             return pose.region
         return int(pose.heading) * self.size + pose.region
+
+    def memory(self, number: int) -> Mapping[str, int]:
+        """What rules of steps remember at a number."""
+        del number
+        return {}
 
     def moved(self, number: int, pose: Pose) -> int:
         """The number of another pose for a robot at ``number``."""

@@ -141,7 +141,8 @@ def _question(team: Team, state: State) -> Hashable:
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
     out = tuple((i, robot.pose) for i, robot in enumerate(state.robots) if not robot.active)
     astray = tuple(i for i, robot in enumerate(state.robots) if _is_astray(team, robot, i))
-    return state.requests, obstacles, state.over, state.attempts, out, astray
+    own = tuple(member.objective for member in team.members)
+    return state.requests, obstacles, state.over, state.attempts, out, astray, own
 
 
 def _is_astray(team: Team, robot: RobotNow, i: int) -> bool:

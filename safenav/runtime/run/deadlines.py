@@ -96,8 +96,8 @@ class Ledger:
                 self.clocks[i] = Clock(self.tick)
             case now.Served(i, True) | now.Placed(i):
                 self.clocks[i] = self.clocks[i].restarted(self.tick, self.clocks[i].done)
-            case now.Counted(i) if on_own(team, before, i):
-                for _, whole in goals(team, before, i):
+            case now.Counted(i, ticks) if on_own(team, before, i):
+                for _, whole in goals(team, before, i, ticks):
                     self._round(team, i, whole)
             case now.Acted():
                 for k, _ in event.truths:

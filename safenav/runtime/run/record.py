@@ -50,7 +50,8 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 class Recorder:
     """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
-    ``told``: the objectives in force as last recorded;
+    ``told``: the objectives in force as last recorded,
+    ``own``: those of robots themselves;
     ``looked``: beliefs to be recorded after the move of their robot;
     ``said``: the last place of each robot in the recorded plan (None: none is in force),
     ``basis``: for which plan and obstacles; ``why``: the last event of those that give a reason for
@@ -73,6 +74,7 @@ class Recorder:
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.aside: set[int] = set()
         self.told = [member.objective for member in team.members]
+        self.own = [*self.told]
         self.looked: list[records.Belief] = []
         self.said: list[int] | None = None
         self.basis: object = None
@@ -149,7 +151,7 @@ class Recorder:
                 self.why = Reason.SERVICE
             case now.Assigned(i, objective, cause, within):
                 traced, changed = objective_in_trace(objective), ChangeCause(cause)
-                own = before.robots[i].objective == objective
+                own, self.own[i] = before.robots[i].objective == self.own[i], objective
                 name = self._robot(i)
                 self.emit(records.NewObjective(self.tick, name, traced, own, changed, within))
                 self.why = Reason.OBJECTIVE
@@ -172,9 +174,9 @@ class Recorder:
                     self.emit(records.Reopened(self.tick, self._name(k)))
                     self.helpers.pop(k, None)
                 self.waited = None
-            case now.Counted(i):
+            case now.Counted(i, ticks):
                 region = before.robots[i].pose % self.team.size
-                for goal, whole in goals(self.team, before, i):
+                for goal, whole in goals(self.team, before, i, ticks):
                     self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
 
         moved = now.Departed | now.Stayed | now.Goes | now.Arrived
