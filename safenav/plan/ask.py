@@ -197,12 +197,12 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
 def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
     """Two or three robots that could not complete the mission even without all others and open
     obstacles: a proof for the team, since these only restrict them."""
-    sharing = [i for i in floor.robots if floor.team.members[i].rivals]
+    sharing = [i for i in floor.robots if floor.team.members[i].partners]
     for size in (2, 3) if len(sharing) > 3 else ():
         groups = [
             g
             for g in combinations(sharing, size)
-            if all(floor.team.members[i].rivals & {*g} for i in g)
+            if all(floor.team.members[i].partners & {*g} for i in g)
         ]
         for group in islice(sorted(groups, key=lambda g: _spread(floor, joint, g)), FEW_GROUPS):
             check()

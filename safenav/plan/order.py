@@ -14,7 +14,7 @@ from itertools import pairwise
 from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, driven, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
-from safenav.team.team import Team
+from safenav.team.team import Team, Zone
 from safenav.world.poses import FAR
 
 _NONE: frozenset[int] = frozenset()
@@ -32,7 +32,8 @@ def linear(floor: Floor, first: Joint, moves: Sequence[tuple[int, ...]]) -> list
             waiting = []
             for i in left:
                 region, rivals = poses[i] % size, members[i].rivals
-                if any(j in rivals for j in there[region]):
+                shut = floor.shut(i, found[-1].poses) >> region & 1
+                if shut or any(j in rivals for j in there[region]):
                     waiting.append(i)
                     continue
                 there[found[-1].poses[i] % size].remove(i)
@@ -58,6 +59,7 @@ def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
     owed: dict[int, set[tuple[int, int]]] = {i: set() for i in robots}  # before it leaves its place
     for i in robots:
         stays[states[0].poses[i] % size].append(present[i])
+    zones = [_Zone(floor, zone, states[0]) for zone in floor.team.zones]
     for before, joint in pairwise(states):
         i = _mover(before, joint)
         region, rivals, over = (
@@ -66,6 +68,9 @@ def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
             _over(floor, before),
         )
         latest = _latest(stays[region], rivals, crowds[i])
+        for zone in zones:
+            for j, left in zone.entered(i, before.poses[i] % size, region, len(ways[i])).items():
+                latest[j] = max(left, latest.get(j, left))
         waits = owed[i] | (_whole(floor, over) if joint.counts[i] != before.counts[i] else set())
         owed[i] = set()
         present[i][1], present[i] = len(ways[i]), [i, 0]
@@ -81,6 +86,30 @@ def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
     return Plan(
         tuple(tuple(ways.get(i, ())) for i in range(len(states[0].poses))), frozenset(floor.gates)
     )
+
+
+class _Zone:
+    """The stays of robots in a zone: each robot, and its place after it."""
+
+    def __init__(self, floor: Floor, zone: Zone, first: Joint) -> None:
+        self.robots, self.regions = zone
+        there = ((i, first.poses[i] % floor.team.size) for i in floor.robots)
+        self.stays = [
+            [i, 0] for i, region in there if i in self.robots and self.regions >> region & 1
+        ]
+
+    def entered(self, i: int, before: int, region: int, place: int) -> dict[int, int]:
+        """Note a step; return the others that were there, each with its place after that, if it
+        leads into the zone."""
+        was, comes = self.regions >> before & 1, self.regions >> region & 1
+        if i not in self.robots or was == comes:
+            return {}
+        if was:
+            next(stay for stay in reversed(self.stays) if stay[0] == i)[1] = place
+            return {}
+        found = {j: left for j, left in self.stays if j != i}
+        self.stays.append([i, 0])
+        return found
 
 
 def _latest(

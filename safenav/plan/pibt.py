@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from random import Random
 
 from safenav.team.floor import Floor, Joint
+from safenav.world.poses import Mask
 
 Field = Sequence[int] | None
 """For each pose the steps to a robot's goal poses; None: it wants nothing, and may be pushed."""
@@ -19,6 +20,7 @@ class Proposals:
         self._alive = alive
         self._floor, self._random, self._size = floor, random, floor.team.size
         self._rivals = [member.rivals for member in floor.team.members]
+        self._zones = [member.zones for member in floor.team.members]
 
     def propose(
         self,
@@ -58,6 +60,12 @@ class Proposals:
         region, rivals, after = pose % self._size, self._rivals[i], self._next
         if any(j in rivals for j in self._entered.get(region, ())):
             return False
+        if any(
+            self._full(others, regions)
+            for others, regions in self._zones[i]
+            if regions >> region & 1
+        ):
+            return False
         pushed = []
         if region != self._joint.poses[i] % self._size:
             for j in self._now.get(region, ()):
@@ -74,6 +82,14 @@ class Proposals:
             if after[j] % self._size == region:
                 return False
         return True
+
+    def _full(self, others: frozenset[int], regions: Mask) -> bool:
+        """Whether some others are in a zone, before or after this step."""
+        poses, size = self._joint.poses, self._size
+        return any(
+            regions >> poses[j] % size & 1 or regions >> self._next.get(j, poses[j]) % size & 1
+            for j in others
+        )
 
     def _ranked(self, i: int) -> list[int]:
         """A robot's possible next poses, the nearest to its goals first; free ones before taken

@@ -145,10 +145,13 @@ class Search:
         for i in robots[: max(1, len(robots) // 2)]:
             steps = self.floor.steps(i, joint.stages)[poses[i]]
             rivals = self.floor.team.members[i].rivals
+            shut = self.floor.shut(i, poses)
             free = [
                 p
                 for p in steps
-                if self._alive[i] >> p & 1 and not any(j in rivals for j in at.get(p % size, ()))
+                if self._alive[i] >> p & 1
+                and not shut >> p % size & 1
+                and not any(j in rivals for j in at.get(p % size, ()))
             ]
             if free:
                 at[poses[i] % size].remove(i)

@@ -113,6 +113,8 @@ def _earliest(
         taken = [
             graph.poses_on(region_mask(ways[j][t] % size for j in rivals)) for t in range(last + 1)
         ]
+    for t in range(last + 1 if floor.team.members[i].zones else 0):
+        taken[t] |= graph.poses_on(floor.shut(i, [way[t] for way in ways]))
     later = [0] * (last + 2)
     for t in range(last, -1, -1):
         later[t] = later[t + 1] | taken[t]

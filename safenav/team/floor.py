@@ -71,6 +71,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         """The rivals of a robot that take part."""
         return self.team.members[i].rivals & {*self.robots}
 
+    def shut(self, i: int, poses: Sequence[int]) -> Mask:
+        """The regions that a robot must not enter, since others are in its zones."""
+        member, size = self.team.members[i], self.team.size
+        return member.shut([1 << pose % size for pose in poses]) if member.zones else 0
+
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
         """The allowed poses from which a robot can continue forever."""
@@ -198,9 +203,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         """Each step that one robot can take while the others stand still."""
         size = self.team.size
         for i in self.robots:
-            taken = {joint.poses[j] % size for j in self.rivals(i)}
+            taken, shut = {joint.poses[j] % size for j in self.rivals(i)}, self.shut(i, joint.poses)
             for pose in self.steps(i, joint.stages)[joint.poses[i]]:
-                if pose % size not in taken:
+                if pose % size not in taken and not shut >> pose % size & 1:
                     yield i, pose
 
     def is_done(self, i: int, count: tuple[int, int]) -> bool:
@@ -390,7 +395,10 @@ def _floor(
         graph = member.graph
         closed = [team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks]
         closed += [pose % team.size for j, pose in out if j in member.rivals]
-        floor = member.floor & ~graph.on(closed)
+        at = [0] * len(team.members)
+        for j, pose in out:
+            at[j] = 1 << pose % team.size
+        floor = member.floor & ~graph.on(closed) & ~graph.poses_on(member.shut(at))
         for robot, pose in inside:
             if robot == i:  # it stands there, and may leave
                 graph, floor = graph.left_only(pose), floor | 1 << pose
@@ -423,6 +431,15 @@ def occupied(team: Team, state: State, among: Iterable[int] | None = None) -> Ma
         found |= 1 << robot.pose % size
         if robot.to is not None:
             found |= 1 << robot.to % size
+    return found
+
+
+def reserved(team: Team, state: State, i: int) -> Mask:
+    """The regions that a robot must not enter now: those of its rivals, and zones with others."""
+    member, size = team.members[i], team.size
+    found = occupied(team, state, member.rivals)
+    if member.zones:
+        found |= member.shut([1 << r.pose % size | 1 << r.next % size for r in state.robots])
     return found
 
 

@@ -5,6 +5,7 @@ Robots and obstacles are numbered in the scenario's order. A set of regions or p
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import takewhile
 
@@ -55,10 +56,14 @@ class Obstacle(Struct, frozen=True, eq=False):
         return self.source.ordered
 
 
+Zone = tuple[frozenset[int], Mask]
+"""Other robots, and regions."""
+
+
 class Member(Struct, frozen=True, eq=False):
     """A robot. ``floor``: the poses that walls and its own rules leave; ``targets``: masks of
-    poses; ``rivals``: the robots with which it never shares a region; ``ticks``: of its slowest
-    step."""
+    poses; ``rivals``: the robots with which it never shares a region; ``zones``: regions in which
+    it is never together with others, each with these; ``ticks``: of its slowest step."""
 
     name: str
     robot: model.Robot
@@ -67,12 +72,27 @@ class Member(Struct, frozen=True, eq=False):
     targets: tuple[Mask, ...]
     pursuit: Pursuit
     rivals: frozenset[int]
+    zones: tuple[Zone, ...]
     energy: Energy | None = None
 
     @property
     def planned(self) -> bool:
-        """Whether joint plans drive it: it has rivals, or a battery."""
-        return bool(self.rivals) or self.energy is not None
+        """Whether joint plans drive it: it has rivals, shares a zone, or has a battery."""
+        return bool(self.rivals or self.zones) or self.energy is not None
+
+    @property
+    def partners(self) -> frozenset[int]:
+        """The robots for which it may have to wait."""
+        return self.rivals.union(*(others for others, _ in self.zones))
+
+    def shut(self, at: Sequence[Mask]) -> Mask:
+        """The regions that it must not enter, since others are in its zones. ``at``: the regions of
+        each robot."""
+        found = 0
+        for others, regions in self.zones:
+            if any(at[j] & regions for j in others):
+                found |= regions
+        return found
 
     @property
     def objective(self) -> Objective:
@@ -126,6 +146,12 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         return self.scenario.map.size
 
     @cached_property
+    def zones(self) -> tuple[Zone, ...]:
+        """The regions in which some robots are never together, each with these."""
+        zones = ((i, zone) for i, member in enumerate(self.members) for zone in member.zones)
+        return tuple(dict.fromkeys((others | {i}, regions) for i, (others, regions) in zones))
+
+    @cached_property
     def crowds(self) -> tuple[frozenset[int] | None, ...]:
         """For each robot it and its rivals, if all of these are rivals of each other."""
         whole = [member.rivals | {i} for i, member in enumerate(self.members)]
@@ -145,7 +171,9 @@ def team_of(scenario: model.Scenario) -> Team:
         rivals = frozenset(
             k for k, other in enumerate(robots) if other is not robot and robot.conflicts(other)
         )
-        graph = graph_of(robot, world, shared=bool(rivals))
+        zones = tuple(_zones(scenario, robot))
+        planned = rivals or zones or robot.model.battery
+        graph = graph_of(robot, world, shared=bool(planned))
         members.append(
             Member(
                 robot.name,
@@ -155,6 +183,7 @@ def team_of(scenario: model.Scenario) -> Team:
                 targets_of(robot.objective, graph),
                 pursuit_of(robot.objective),
                 rivals,
+                zones,
                 energy_of(robot, graph, scenario.chargers),
             )
         )
@@ -170,6 +199,14 @@ def energy_of(robot: model.Robot, graph: PoseGraph, chargers: frozenset[int]) ->
     return Energy(graph, graph.on(chargers), battery, targets, objective.settles)
 
 
+def _zones(scenario: model.Scenario, robot: model.Robot) -> Iterator[Zone]:
+    numbers = {each.name: i for i, each in enumerate(scenario.robots)}
+    for each in scenario.never_together:
+        if robot.name in each.robots:
+            others = each.robots - {robot.name}
+            yield frozenset(numbers[name] for name in others), region_mask(each.regions)
+
+
 def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None) -> Team:
     """Return the team with one more obstacle, which the scenario does not list."""
     new = replace(_obstacle(source, team.scenario), battery_of=battery_of)
@@ -181,7 +218,7 @@ def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Te
     many ticks."""
     member = team.members[i]
     robot = replace(member.robot, objective=objective, within=within)
-    graph = graph_of(robot, team.world, shared=bool(member.rivals))
+    graph = graph_of(robot, team.world, shared=member.planned)
     new = replace(
         member,
         robot=robot,

@@ -110,7 +110,7 @@ def coordinate(
 
 def _values(team: Team, i: int, mine: Controller | None, node: int | None) -> now.Values | None:
     """The values with which formulas begin; None: those of the robot's state."""
-    return None if mine is None or team.members[i].rivals else mine.values(node)
+    return None if mine is None or team.members[i].planned else mine.values(node)
 
 
 def first_controllers(

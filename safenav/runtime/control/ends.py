@@ -156,7 +156,7 @@ def deadlocked(
     the reason in words, if it is not the search."""
     names = tuple(team.members[i].name for i in robots)
     if isinstance(proof, JointSearch):
-        rivals = [i for i in robots if team.members[i].rivals] or [*robots]
+        rivals = [i for i in robots if team.members[i].partners] or [*robots]
         where = ", ".join(
             f"{team.members[i].name} {'at' if state.robots[i].to is None else 'on its way to'} "
             f"{team.world.label(state.robots[i].next % team.size)}"

@@ -18,7 +18,7 @@ from safenav.world.map import Region
 def observed(team: Team, state: State, i: int) -> Iterator[Observed]:
     """What a robot with a strategy knows about the robots that it tracks."""
     known, me = dict(state.robots[i].known), team.members[i]
-    for j, member in enumerate(team.members if not me.rivals else ()):
+    for j, member in enumerate(team.members if not me.planned else ()):
         if member.name in me.robot.tracks:
             other = state.robots[j]
             here, targets = other.next % team.size, other.objective.targets

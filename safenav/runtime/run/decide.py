@@ -8,7 +8,7 @@ from typing import NamedTuple
 from safenav.plan.order import next_step
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.observing import heard
-from safenav.team.floor import occupied
+from safenav.team.floor import reserved
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 
@@ -31,7 +31,7 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     if not team.members[i].planned:
         return next(iter(_successors(team, state, control, i)), stay)
     pose = next_step(team, state, i)
-    if pose is None or occupied(team, state, team.members[i].rivals) >> pose % team.size & 1:
+    if pose is None or reserved(team, state, i) >> pose % team.size & 1:
         return stay
     return Proposal(pose, "plan")
 
