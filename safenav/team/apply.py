@@ -92,6 +92,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Assigned(i, objective):
             state = _robot(state, i, mode=event.mode, base=event.mode and event.base)
             state = _assigned(team, state, i, objective)
+            if event.own:
+                state = _robot(state, i, objective=objective)
             if event.base is None or event.mode is not None:
                 return state
             _, _, own, values = event.base

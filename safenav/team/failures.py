@@ -86,3 +86,8 @@ def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
 def lost_type(robot: Robot) -> str:
     """Return the name of the type of the obstacles that stand where a lost robot may be."""
     return f"lost_{robot.name}"
+
+
+def stands_for(obstacle: Obstacle, robot: str) -> bool:
+    """Whether an obstacle stands for a lost robot."""
+    return obstacle.type.name == f"lost_{robot}"

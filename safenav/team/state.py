@@ -9,6 +9,7 @@ from msgspec import Struct
 
 from safenav.scenario import model
 from safenav.scenario.objective import Objective
+from safenav.world.moves import Pose
 
 
 class Stage(NamedTuple):
@@ -265,7 +266,7 @@ class Placed(NamedTuple):
 class Assigned(NamedTuple):
     """A robot has another objective of its own. ``cause``: who gave it; ``within``: the ticks until
     its deadline; ``mode``: the input that sets it; ``base``: what the robot had before it was set,
-    or has again."""
+    or has again; ``own``: it pursued its own objective until now."""
 
     robot: int
     objective: Objective
@@ -273,6 +274,7 @@ class Assigned(NamedTuple):
     within: int | None = None
     mode: str | None = None
     base: Base | None = None
+    own: bool = True
 
 
 class Looked(NamedTuple):
@@ -295,6 +297,34 @@ class Declared(NamedTuple):
     """An operator has declared an obstacle permanent."""
 
     obstacle: int
+
+
+class Intervened(NamedTuple):
+    """An operator intervenes. ``what``: the word for it."""
+
+    what: str
+    robot: int | None = None
+    obstacle: int | None = None
+    pose: Pose | None = None
+    objective: Objective | None = None
+
+
+class Late(NamedTuple):
+    """A report of the world or a change is dropped: its kind, and why; ``at``: what time it is
+    about."""
+
+    kind: str
+    why: str
+    robot: int | None = None
+    obstacle: str | None = None
+    at: float | None = None
+
+
+class Revealed(NamedTuple):
+    """Resolving an obstacle will reveal another truth."""
+
+    obstacle: int
+    truth: bool
 
 
 class Seen(NamedTuple):
@@ -406,6 +436,23 @@ class Planned(NamedTuple):
     plan: Plan | None
 
 
+Change = (
+    Time
+    | Served
+    | Placed
+    | Assigned
+    | Inputs
+    | Declared
+    | Intervened
+    | Late
+    | Revealed
+    | Seen
+    | Introduced
+    | Appeared
+    | Gone
+)
+"""Events beyond the turns of robots, of which the team decides together."""
+
 Event = (
     Turn
     | Goes
@@ -422,6 +469,9 @@ Event = (
     | Inputs
     | Looked
     | Declared
+    | Intervened
+    | Late
+    | Revealed
     | Seen
     | Stayed
     | Introduced

@@ -15,19 +15,22 @@ from safenav.team.team import Team
 
 class Proposal(NamedTuple):
     """A pose to go to (its own: it stays), what decides that, and the strategy's node there,
-    with the values of its formulas."""
+    with the values of its formulas. ``why``: why it stays beyond that."""
 
     pose: int
     by: str
     node: int | None = None
     values: Values | None = None
+    why: str | None = None
 
 
 def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     """The driver's move: that of the joint plan for a robot with rivals, else of its strategy."""
     stay = Proposal(state.robots[i].pose, "stay")
     if control.end is not None or not state.robots[i].active:
-        return stay
+        return stay._replace(why="operator")
+    if i in control.pending:
+        return stay._replace(why="synthesis")
     if not team.members[i].planned:
         return next(iter(_successors(team, state, control, i)), stay)
     pose = next_step(team, state, i)

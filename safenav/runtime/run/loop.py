@@ -29,7 +29,7 @@ from safenav.runtime.run.refusal import refusal_of
 from safenav.runtime.run.world import World
 from safenav.scenario.model import Obstacle
 from safenav.team import state as now
-from safenav.team.apply import apply, initial
+from safenav.team.apply import apply, initial, on_own
 from safenav.team.failures import noticed
 from safenav.team.team import Team, assigned, introduced
 
@@ -67,9 +67,18 @@ class Run:
             self.control = replace(self.control, end=end)
 
     def step(self) -> None:
-        """A pass: a tick, or a moment at which something happens."""
+        """A pass: a tick, or a moment at which something happens. The team decides together of all
+        changes of this moment."""
+        changed = False
         for event in self.world.wait(self):  # it reports, and gives turns
             self.check()
+            if isinstance(event, now.Change):
+                self.happens(event)
+                changed = True
+                continue
+            if changed:
+                self.settle()
+                changed = False
             before = self.state
             self.happens(event)
             if isinstance(event, now.Turn | now.Arrived | now.Goes):
@@ -85,6 +94,8 @@ class Run:
             self.recorder.ledger.turn_ends(self.team, self.state)
             if self.has_ended(event):
                 break
+        if changed:
+            self.settle()
         self.answers.forget()
 
     def look(self, i: int) -> None:
@@ -138,8 +149,7 @@ class Run:
 
     def take(self, i: int, step: Proposal) -> None:
         if step.pose == self.state.robots[i].pose:
-            ticks = self.world.ticks
-            stays = now.Stayed(i, step.by, step.node, values=step.values, ticks=ticks)
+            stays = now.Stayed(i, step.by, step.node, step.why, step.values, self.world.ticks)
             self.happens(stays)
             return
         for event in self.world.start(self, i, step):
@@ -187,15 +197,13 @@ class Run:
         if isinstance(event, now.Introduced):
             self.team = self.recorder.team = introduced(self.team, event.source, event.battery_of)
         elif isinstance(event, now.Assigned):
+            event = event._replace(own=on_own(self.team, self.state, event.robot))
             self.team = self.recorder.team = assigned(
                 self.team, event.robot, event.objective, event.within
             )
         before, self.state = self.state, apply(self.team, self.state, event)
         self.recorder.record(before, event, self.state)
-        changes = isinstance(event, now.Appeared) or (
-            isinstance(event, now.Gone) and _known(before, event.obstacle)
-        )
-        if changes and (self.control.end is not None or isinstance(event, now.Gone)):
+        if _helps(before, event, ended=self.control.end is not None):
             self.happens(now.Reopened())  # what could not be done may be possible now
             self.control = replace(self.control, question=None, new=(), end=None)
 
@@ -264,5 +272,13 @@ class Run:
 _THERE = (now.Is.HIDDEN, now.Is.SEEN, now.Is.OPEN, now.Is.SEALED)
 
 
-def _known(state: now.State, k: int) -> bool:
-    return state.obstacles[k].state in (now.Is.OPEN, now.Is.SEALED)
+def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
+    """Whether a change may help with what has been given up. ``ended``: nothing else can help."""
+    match event:
+        case now.Gone(k):
+            return ended or state.obstacles[k].state in (now.Is.OPEN, now.Is.SEALED)
+        case now.Served(_, active):
+            return ended or active
+        case now.Appeared() | now.Inputs() | now.Declared():
+            return ended
+    return isinstance(event, now.Placed | now.Assigned)

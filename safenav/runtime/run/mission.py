@@ -25,6 +25,7 @@ from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import first_controllers
 from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import Controller
+from safenav.runtime.intervention.kinds import Intervention
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.stop import Stop, Stopped
@@ -188,6 +189,12 @@ class Mission:
             self._end(End(Outcome.INTERRUPTED, explanation))
         assert self.result is not None
         return self.result
+
+    def intervene(self, intervention: Intervention, *, late: bool = False) -> None:
+        """Change the world at the beginning of the next tick. The robots are not notified, and
+        encounter the change. Raises UsageError, with the reason, for an impossible change; with
+        ``late`` that is dropped and recorded (``late``)."""
+        self._world.operator.ask(self._run, intervention, late=late)
 
     def exclude_idle_time(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""

@@ -39,6 +39,7 @@ from safenav.trace.vocabulary import (
     BlockReason,
     ChangeCause,
     OperatorCause,
+    OperatorIntervention,
     PlanEndReason,
     Reason,
 )
@@ -74,7 +75,6 @@ class Recorder:
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.aside: set[int] = set()
         self.told = [member.objective for member in team.members]
-        self.own = [*self.told]
         self.looked: list[records.Belief] = []
         self.said: list[int] | None = None
         self.basis: object = None
@@ -149,9 +149,8 @@ class Recorder:
             case now.Served(i, active, cause):
                 self.emit(records.Service(self.tick, self._robot(i), active, ChangeCause(cause)))
                 self.why = Reason.SERVICE
-            case now.Assigned(i, objective, cause, within):
+            case now.Assigned(i, objective, cause, within, own=own):
                 traced, changed = objective_in_trace(objective), ChangeCause(cause)
-                own, self.own[i] = before.robots[i].objective == self.own[i], objective
                 name = self._robot(i)
                 self.emit(records.NewObjective(self.tick, name, traced, own, changed, within))
                 self.why = Reason.OBJECTIVE
@@ -166,6 +165,18 @@ class Recorder:
                     if told.get(j) != what
                 ]
                 return
+            case now.Declared(k):
+                self.emit(self._blocked(k, BlockReason.OPERATOR, None))
+                self.helpers.pop(k, None)
+                self.why = Reason.BLOCKED
+            case now.Intervened():
+                self._intervened(event)
+            case now.Late(kind, why, i, name, at):
+                robot = None if i is None else self._robot(i)
+                when = round(max(at, 0.0), 9) if self.live and at is not None else None
+                self.emit(records.Late(self.tick, kind, why, robot, name, at=when))
+            case now.Revealed(k, truth):
+                self.emit(records.Truth(self.tick, self._name(k), truth, ChangeCause.USER))
             case now.Inputs(on, by_user):
                 values = {each.name: each.name in on for each in self.team.scenario.inputs}
                 self.emit(records.Inputs(self.tick, values, by_user or None))
@@ -185,6 +196,21 @@ class Recorder:
             looked, self.looked = self.looked, []
             for line in looked:
                 self.emit(line)
+
+    def _intervened(self, event: now.Intervened) -> None:
+        what, i, k, pose, objective = event
+        region, heading = (None, None) if pose is None else pose.place
+        line = records.Operator(
+            self.tick,
+            OperatorIntervention(what),
+            None if i is None else self._robot(i),
+            None if k is None else self._name(k),
+            region,
+            heading,
+            None if objective is None else objective_in_trace(objective),
+        )
+        if self.live:
+            self.emit(line)
 
     def emit(self, line: records.Record) -> None:
         """Send a line, in a live run with its time."""

@@ -16,8 +16,10 @@ from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.runtime.control.answers import Answers
+from safenav.runtime.control.coordinate import Control
 from safenav.runtime.run.decide import Proposal
 from safenav.runtime.run.inputs import selected, values_of
+from safenav.runtime.run.operator import Operator
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
@@ -46,6 +48,8 @@ class Running(Protocol):
     def team(self) -> Team: ...
     @property
     def state(self) -> State: ...
+    @property
+    def control(self) -> Control: ...
     @property
     def answers(self) -> Answers: ...
     def waits(self) -> bool: ...
@@ -76,11 +80,14 @@ class World:
             most = limits.ticks * SLOWEST if self.commands.simulated else inf
             self.limit = (most if limits.seconds is None else limits.seconds, Outcome.TIME_LIMIT)
         self.attended = attended and self.live
+        self.operator = Operator(scenario, self._truth, self.commands)
         self.still = False
         self._inputs = truth if protocol.implements(truth, InputWorld) else None
         self._set: frozenset[str] = frozenset()
         self._last: State | None = None
         self._asked: set[int] = set()
+        self._opened: dict[str, float] = {}
+        """When obstacles were opened last: earlier reports of them are late."""
         self._found: dict[int, protocol.Acted | None] = {}
 
     def wait(self, run: Running) -> Iterator[now.Event]:
@@ -89,7 +96,8 @@ class World:
         commands = self.commands
         if self.live:
             here = replace(run.state, time=0)
-            changed, self._last = here != self._last or run.answers.fresh(), here
+            changed = here != self._last or run.answers.fresh() or bool(self.operator.asked)
+            self._last = here
             due, idle = self.coming(run), commands.simulated and commands.idle and not changed
             self.still = idle and due is None
             if self.still or (idle and self.stands(run)):
@@ -104,13 +112,22 @@ class World:
             energy = run.team.members[i].energy
             if robot.flat and energy is not None and robot.charge >= energy.battery.capacity:
                 yield now.Served(i, True, "battery")
+        yield from self.operator.events(run)
         yield from self._heard(run)
         regions = set(bits(occupied(run.team, run.state)))
         for change in commands.changes(regions):
             yield from self._changed(run, change)
-        while self.commands.sensed:
-            sensed = self.commands.sensed.pop(0)
-            if sensed.there:
+        while commands.dropped:
+            dropped, why = commands.dropped.pop(0)
+            kind, who = type(dropped).__name__.lower(), self._named(run, dropped)
+            yield now.Late(kind, why, who, at=commands.at(dropped))
+        while commands.sensed:
+            sensed = commands.sensed.pop(0)
+            name, at = sensed.obstacle.name, commands.at(sensed)
+            if at < self._opened.get(name, at):
+                why = "the obstacle was opened later"
+                yield now.Late("sensed", why, self._named(run, sensed, "by"), name, at)
+            elif sensed.there:
                 yield from noticed(run.team, run.state, sensed.obstacle)
             elif sensed.obstacle.name in run.team.numbers:
                 yield now.Gone(number(run.team, run.state, sensed.obstacle), "world")
@@ -130,7 +147,7 @@ class World:
 
     def _heard(self, run: Running) -> Iterator[now.Event]:
         """The inputs of this moment, and the objectives that they select."""
-        by_user: dict[str, bool] = {}
+        by_user = self.operator.inputs
         on = values_of(run.team, run.state, self._inputs, by_user)
         if on != run.state.inputs or by_user.keys() != self._set:
             self._set = frozenset(by_user)
@@ -167,6 +184,11 @@ class World:
         elif change.obstacle.name in run.team.numbers:
             cause = "user" if change.by_user else "scenario"
             yield now.Gone(number(run.team, run.state, change.obstacle), cause)
+
+    def _named(self, run: Running, report: protocol.WorldEvent, key: str = "robot") -> int | None:
+        names = [member.name for member in run.team.members]
+        name = getattr(report, key, None)
+        return names.index(name) if name in names else None
 
     def stands(self, run: Running) -> bool:
         """Whether time stands still until an operator intervenes."""
@@ -259,6 +281,8 @@ class World:
                 truths[k] = (done if has_truth else None) if done else False
                 stages[k] = now.Stage(len(team.obstacles[k].needs))
         gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
+        over = {team.obstacles[k].name for k in (*truths, *gone)}
+        self._opened |= dict.fromkeys(over, self.commands.now())
         kept = tuple((k, s) for k, s in stages.items() if k in truths or k not in failed)
         failed = tuple(k for k in failed if k not in truths and k not in gone)
         command, why = event.command or 0, event.reason
@@ -298,9 +322,11 @@ class World:
 
     def coming(self, run: Running) -> float | None:
         """When the scenario changes something next, within its limits."""
-        most = run.team.scenario.limits.ticks
-        listed = switching(run.team.scenario.inputs) if self._truth is not None else []
-        times = (*self.commands.times(), *map(float, listed))
+        most = self.limit[0] if self.live else run.team.scenario.limits.ticks
+        switches = switching(run.team.scenario.inputs) if self._truth is not None else []
+        listed = [change.at for change in run.team.scenario.changes]
+        orders = [each.source.appears or 0 for each in run.team.obstacles if each.ordered]
+        times = (*self.commands.times(), *map(float, (*listed, *switches, *orders)))
         return min((time for time in times if run.state.time < time <= most), default=None)
 
 

@@ -1,0 +1,317 @@
+"""Changes by an operator and by the scenario's list, as events at the beginning of a tick.
+
+The team encounters a closed region, an opened one or another truth like any part of the scenario;
+it is told of a new objective, an order and a robot's service. An impossible change is refused at
+the call; one that becomes impossible later is dropped, and recorded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from safenav.errors import UsageError
+from safenav.outcome import Outcome
+from safenav.runtime.control.ends import End
+from safenav.runtime.intervention import kinds
+from safenav.runtime.intervention.wrong import wrong_objective, wrong_type
+from safenav.runtime.run.stop import Stopped
+from safenav.runtime.worlds.commands import Commands
+from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.scenario.model import Obstacle, ObstacleType, Scenario
+from safenav.scenario.reachability import Reachability
+from safenav.team import state as now
+from safenav.team.failures import number, stands_for
+from safenav.team.floor import occupied
+from safenav.team.state import Is
+from safenav.trace.vocabulary import OperatorIntervention
+from safenav.trace.words import obstacle_words
+from safenav.world.map import Region
+from safenav.world.moves import Mobility
+
+if TYPE_CHECKING:
+    from safenav.runtime.run.world import Running
+
+AWAY = (kinds.MarkResolved, kinds.RemoveObstacle)
+USER, SCENARIO = "user", "scenario"
+
+
+class Operator:
+    """``asked``: the changes that are not applied yet; ``inputs``: those that an operator has
+    set; ``truth``: the simulated world (None: there is none)."""
+
+    def __init__(
+        self, scenario: Scenario, truth: SimulatedWorld | None, commands: Commands
+    ) -> None:
+        self.scenario, self.truth, self.commands = scenario, truth, commands
+        self.asked: list[kinds.Intervention] = []
+        self.inputs: dict[str, bool] = {}
+        self._listed = [*scenario.changes]
+        self._ordered: set[str] = set()
+
+    def ask(self, run: Running, wanted: kinds.Intervention, *, late: bool = False) -> None:
+        """Request a change. Raises UsageError, with the reason, for an impossible one; with
+        ``late`` that is dropped and recorded instead."""
+        if (found := kinds.misfit(wanted)) is not None:
+            raise UsageError(found)
+        if not late:
+            self._check(run, wanted)
+        self.asked.append(wanted)
+
+    def events(self, run: Running) -> Iterator[now.Event]:
+        """Yield the changes of this moment. Raises Stopped if the operator gives up."""
+        while self._listed and self._listed[0].at <= run.state.time:
+            change = self._listed.pop(0)
+            i = self._robot(change.robot)
+            if change.objective is not None:
+                yield now.Assigned(i, change.objective, SCENARIO, change.within)
+            if change.active and _is_lost(run, change.robot):
+                reason = f"{change.robot} is lost: only an operator can bring it back"
+                yield now.Late("service", reason, i, at=run.state.time)
+            elif change.active is not None:
+                yield from _serves(run, i, change.active, SCENARIO)
+        if self.truth is None:
+            for k, each in enumerate(run.team.obstacles):
+                due = each.ordered and (each.source.appears or 0) <= run.state.time
+                if due and run.state.obstacles[k].state is Is.AWAY:
+                    yield now.Appeared(k)
+        end = run.control.end or End(Outcome.INTERRUPTED, "given up")
+        gives_up = False
+        while self.asked:
+            wanted = self.asked.pop(0)
+            try:
+                self._check(run, wanted)
+            except UsageError as error:  # it has become impossible meanwhile
+                yield now.Late("intervention", str(error), at=run.state.time)
+                continue
+            if isinstance(wanted, kinds.GiveUp):
+                gives_up = True
+            else:
+                end = End(Outcome.INTERRUPTED, "given up")
+            yield from self._brought_about(run, wanted)
+        if gives_up:
+            raise Stopped(end)
+
+    def _brought_about(self, run: Running, wanted: kinds.Intervention) -> Iterator[now.Event]:
+        told = OperatorIntervention
+        match wanted:
+            case kinds.AddObstacle(kind, region, truth):
+                new = Obstacle(kind, region, truth, appears=int(run.state.time))
+                self._simulation().bring(new, truth)
+                if truth is not None and new.name in run.team.numbers:  # it comes back, changed
+                    yield now.Revealed(number(run.team, run.state, new), truth)
+            case kinds.PlaceOrder(kind, region):
+                new = Obstacle(kind, region, appears=int(run.state.time), ordered=True)
+                while new.name in run.team.numbers or new.name in self._ordered:
+                    new = replace(new, number=new.number + 1)
+                self._ordered.add(new.name)
+                if self.truth is not None:
+                    self.truth.bring(new, None)
+                else:
+                    yield now.Introduced(new)
+                    yield now.Appeared(run.team.numbers[new.name][-1], cause=USER)
+            case kinds.RemoveObstacle(name):
+                if name not in run.team.numbers:
+                    yield now.Introduced(self._there(name))
+                yield now.Intervened(told.RESOLVED, obstacle=run.team.numbers[name][-1])
+                self._simulation().take_away(name)
+            case kinds.SetTruth(name, truth):
+                source = self._there(name)
+                self._simulation().set_truth(name, truth)
+                if name not in run.team.numbers:
+                    yield now.Introduced(source)
+                yield now.Revealed(number(run.team, run.state, source), truth)
+            case kinds.AssignObjective(name, objective):
+                i = self._robot(name)
+                yield now.Intervened(told.OBJECTIVE, i, objective=objective)
+                yield now.Assigned(i, objective, USER)
+            case kinds.SetService(name, active):
+                i = self._robot(name)
+                yield now.Intervened(told.ADDED if active else told.OUT_OF_SERVICE, i)
+                yield from _serves(run, i, active, USER)
+            case kinds.SetInput(name, on):
+                self.inputs[name] = on
+            case kinds.MarkResolved(name):
+                source = run.team.obstacles[k := _met(run, name)].source
+                yield now.Intervened(told.RESOLVED, obstacle=k)
+                there = self.truth is not None and self.truth.remove(name)
+                if not there:
+                    self.commands.cleared(source)
+                yield now.Gone(k, USER if there else "world")
+            case kinds.MarkPermanent(name):
+                k = _met(run, name)
+                yield now.Intervened(told.PERMANENT, obstacle=k)
+                yield now.Declared(k)
+            case kinds.PutBack(name, pose):
+                i = self._robot(name)
+                yield now.Intervened(told.PUT_BACK, i, pose=pose)
+                member, was = run.team.members[i], run.state.robots[i].active
+                self.commands.placed(member.robot, pose)
+                yield now.Placed(i, member.graph.moved(run.state.robots[i].pose, pose))
+                for k in _known(run):
+                    if stands_for(run.team.obstacles[k].source, name):
+                        yield now.Gone(k, "world")
+                if not was:
+                    yield now.Served(i, True, USER)
+            case kinds.GiveUp():
+                yield now.Intervened(told.GIVE_UP)
+
+    # What is possible.
+
+    def _check(self, run: Running, wanted: kinds.Intervention) -> None:
+        match wanted:
+            case kinds.AddObstacle():
+                self._may_close(run, wanted)
+            case kinds.PlaceOrder():
+                self._may_order(wanted)
+            case kinds.RemoveObstacle(name):
+                self._there(name)
+            case kinds.SetTruth(name):
+                if not self._there(name).type.has_truth:
+                    raise UsageError(f"{name} has no truth to reveal")
+            case kinds.AssignObjective():
+                self._may_give(run, wanted)
+            case kinds.SetService(name, active):
+                self._robot(name)
+                back = (w for w in self.asked if isinstance(w, kinds.PutBack))
+                if active and _is_lost(run, name) and not any(w.robot == name for w in back):
+                    raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
+            case kinds.SetInput(name):
+                if name not in {each.name for each in self.scenario.inputs}:
+                    raise UsageError(f"there is no input '{name}'")
+            case kinds.MarkResolved(name):
+                _met(run, name)
+            case kinds.MarkPermanent(name):
+                self._live("obstacles become permanent")
+                if not run.state.obstacles[_met(run, name)].known:
+                    raise UsageError(f"{name} is already permanent")
+            case kinds.PutBack():
+                self._may_put(run, wanted)
+
+    def _may_close(self, run: Running, wanted: kinds.AddObstacle) -> None:
+        self._may_be(wanted.type)
+        if not self.scenario.map.is_free(wanted.region):
+            raise UsageError(f"{self._closed(wanted.region)}: choose a free region to close")
+        standing = self._simulation().standing().get(wanted.region)
+        if standing is not None:
+            raise UsageError(f"{standing.name} already exists there: remove it first")
+        for k, each in enumerate(run.state.obstacles):
+            obstacle = run.team.obstacles[k]
+            untraversable = each.state is Is.SEALED and not each.given_up
+            if obstacle.region == wanted.region and untraversable:
+                raise UsageError(f"{obstacle.name} is permanent: no robot can pass")
+        if any(isinstance(o, kinds.AddObstacle) and o.region == wanted.region for o in self.asked):
+            raise UsageError(f"region {wanted.region} will be closed at the next tick")
+        if wanted.type.has_truth and wanted.truth is None:
+            raise UsageError(f"state whether {wanted.type.name} is traversable")
+        if wanted.truth is not None and not wanted.type.has_truth:
+            raise UsageError(f"a {wanted.type.name} has no truth: leave it out")
+
+    def _may_be(self, kind: ObstacleType) -> None:
+        if (found := wrong_type(kind, self.scenario)) is not None:
+            raise UsageError(found)
+
+    def _may_order(self, wanted: kinds.PlaceOrder) -> None:
+        self._may_be(wanted.type)
+        if wanted.type.has_truth:
+            raise UsageError(f"a {wanted.type.name} has a truth, which orders do not reveal")
+        if not self.scenario.map.is_free(wanted.region):
+            raise UsageError(f"{self._closed(wanted.region)}: place the order in a free region")
+        if wanted.type.blocks != frozenset():
+            raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
+
+    def _may_give(self, run: Running, wanted: kinds.AssignObjective) -> None:
+        member = run.team.members[i := self._robot(wanted.robot)]
+        if member.robot.when:
+            raise UsageError(
+                f"the inputs determine the objective of {wanted.robot}: see its 'when'"
+            )
+        if (found := wrong_objective(wanted.objective, self.scenario)) is not None:
+            raise UsageError(found)
+        pose, avoid = member.graph.pose(run.state.robots[i].next), wanted.objective.avoid
+        if pose.region in avoid:
+            raise UsageError(f"{wanted.robot} must avoid its own region {pose.region}")
+        reach = Reachability(member.robot.model.mobility, pose, self.scenario.map, avoid)
+        for target in wanted.objective.targets:
+            if not reach.reaches(target):
+                where = ", ".join(map(str, sorted(target)))
+                raise UsageError(f"{wanted.robot} cannot reach {where} from its region")
+
+    def _may_put(self, run: Running, wanted: kinds.PutBack) -> None:
+        self._live("robots are put back")
+        member = run.team.members[i := self._robot(wanted.robot)]
+        region, heading = wanted.pose.region, wanted.pose.heading
+        if not run.state.robots[i].idle:
+            raise UsageError(f"{member.name} executes a command: wait until it has ended")
+        if not self.scenario.map.is_free(region):
+            raise UsageError(f"{self._closed(region)}: put {member.name} into a free one")
+        if (member.robot.model.mobility is Mobility.HEADING) is (heading is None):
+            reason = "needs a heading" if heading is None else "has no heading"
+            raise UsageError(f"{member.name} {reason}")
+        if occupied(run.team, run.state, member.rivals) >> region & 1:
+            raise UsageError(f"another robot is in region {region}")
+        away = {asked.obstacle for asked in self.asked if isinstance(asked, AWAY)}
+        for k in _known(run):
+            obstacle, need = run.team.obstacles[k], run.state.obstacles[k].stage.need
+            own = stands_for(obstacle.source, member.name)  # it is no longer lost
+            if own or obstacle.region != region or obstacle.name in away:
+                continue
+            if i in obstacle.closed_to[need] or (
+                run.state.obstacles[k].state is Is.SEALED and i in obstacle.blocks
+            ):
+                raise UsageError(f"{obstacle.name} is in region {region}: resolve it first")
+        there = None if self.truth is None else self.truth.standing().get(region)
+        if there is not None and there.name not in away and there.blocks(member.robot):
+            raise UsageError(f"{there.name} is in region {region}: resolve it first")
+
+    def _closed(self, region: Region) -> str:
+        return f"region {region} is {self.scenario.map.closed_words(region)}"
+
+    def _live(self, what: str) -> None:
+        if not self.commands.live:
+            raise UsageError(f"{what} only in live runs: use 'clock: live'")
+
+    def _there(self, name: str) -> Obstacle:
+        for obstacle in self._simulation().standing().values():
+            if obstacle.name == name:
+                return obstacle
+        raise UsageError(f"no unresolved obstacle {name}")
+
+    def _robot(self, name: str) -> int:
+        for i, robot in enumerate(self.scenario.robots):
+            if robot.name == name:
+                return i
+        raise UsageError(f"no robot {name}")
+
+    def _simulation(self) -> SimulatedWorld:
+        if self.truth is None:
+            raise UsageError("only simulated worlds can be changed")
+        return self.truth
+
+
+def _serves(run: Running, i: int, active: bool, cause: str) -> Iterator[now.Event]:
+    if run.state.robots[i].active is not active:
+        yield now.Served(i, active, cause)
+
+
+def _known(run: Running) -> list[int]:
+    """The obstacles of which the team knows."""
+    known = (Is.SEEN, Is.OPEN, Is.SEALED)
+    return [k for k, each in enumerate(run.state.obstacles) if each.state in known]
+
+
+def _met(run: Running, name: str) -> int:
+    """The known obstacle of that name. Raises UsageError if there is none."""
+    names = {run.team.obstacles[k].name: k for k in _known(run)}
+    if name not in names:
+        word = run.team.world.word
+        listed = ", ".join(obstacle_words(each, word) for each in names) or "none"
+        missing = obstacle_words(name, word)
+        raise UsageError(f"the team knows of no obstacle '{missing}'; known: {listed}")
+    return names[name]
+
+
+def _is_lost(run: Running, name: str) -> bool:
+    return any(stands_for(run.team.obstacles[k].source, name) for k in _known(run))
