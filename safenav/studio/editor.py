@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import base64
-import zlib
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.report.picture.scenario import scene_of
-from safenav.report.picture.scene import svg_of
 from safenav.scenario.beginning import TEMPLATES
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.catalogue import built_in
@@ -97,16 +92,13 @@ class Editor(Studio):
             self._realizability.check(self._order_of(self.document.text))
 
     async def made(self, name: str) -> Made | None:
-        """Return a download: the scenario, the scenario as run, a picture, or a result of the
-        run."""
+        """Return a download: the scenario, the scenario as run, or a result of the run."""
         file = self.document.origin.file
         stem = "scenario" if file is None else file.stem
         if name == "scenario":
             return f"{stem}.yaml", self.document.text.encode(), "application/yaml"
         if name == "played" and self.run is not None:
             return f"{stem}-played.yaml", self._played().encode(), "application/yaml"
-        if name == "picture" and self._draft.scenario is not None:
-            return f"{stem}.svg", await asyncio.to_thread(self._picture), "image/svg+xml"
         return await super().made(name)
 
     async def uploaded(self, name: str, content: bytes) -> None:
@@ -225,7 +217,7 @@ class Editor(Studio):
         self._changed()
 
     async def _open(self, data: Message) -> None:
-        """Open another text: ``kind`` blank, template, file or link."""
+        """Open another text: ``kind`` blank, template or file."""
         kind = data.get("kind")
         if kind == "blank":
             rows, cols = data.get("rows") or 9, data.get("cols") or 15
@@ -239,10 +231,8 @@ class Editor(Studio):
             text = await asyncio.to_thread(read_text, path)
             self.document.change(text, origin=TextOrigin(path, saved=text))
             self._changed()
-        elif kind == "link":
-            self._begin_with(unpacked(str(data.get("packed"))), foreign=True)
         else:
-            raise UsageError("unknown beginning; known: blank, template, file, link")
+            raise UsageError("unknown beginning; known: blank, template, file")
 
     def _begin_with(self, text: str, *, foreign: bool = False) -> None:
         """Open a text without a file; a named file that does not exist yet stays its target."""
@@ -286,10 +276,6 @@ class Editor(Studio):
         assert self.run is not None
         return played(self.run.order.text, self.run.records, self.run.order.seed)
 
-    def _picture(self) -> bytes:
-        assert self._draft.scenario is not None
-        return svg_of(scene_of(self._draft.scenario)).encode()
-
 
 def _altered(before: Scenario | None, after: Scenario | None) -> tuple[str, ...]:
     """Return the names of robots that are new or changed."""
@@ -305,14 +291,3 @@ def _problem(found: Diagnostic) -> dict[str, Any]:
         "found": found.found,
         "hint": found.hint,
     }
-
-
-def unpacked(packed: str) -> str:
-    """Return the scenario in a link. Raises UsageError if there is none."""
-    with suppress(ValueError, zlib.error, UnicodeDecodeError):
-        raw = base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4))
-        opener = zlib.decompressobj(-15)
-        text = opener.decompress(raw, MAX_BYTES)
-        if opener.eof:
-            return text.decode()
-    raise UsageError("this link contains no scenario; it may have been cut off")

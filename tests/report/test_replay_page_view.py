@@ -1,8 +1,7 @@
-"""Looking around on the page: zoom, follow, go to an event, lanes, saved pictures."""
+"""Looking around on the page: zoom, follow, go to an event, lanes."""
 
 from itertools import pairwise
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
@@ -115,28 +114,6 @@ def test_no_event_row_is_cut(browser: Browser, pages: dict[str, Path]) -> None:
     for height in (640, 700, 733, 900):
         browser.open(pages["crowd"], "#tick=300", width=1280, height=height)
         browser.wait(lambda: browser.run(script) == 0)
-
-
-def test_the_saved_picture_stands_alone(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"], "#tick=12")
-    browser.run("""
-        window.saved = [];
-        URL.createObjectURL = (blob) => {
-            blob.text().then((text) => saved.push([blob.type, text]));
-            return "#";
-        };
-        HTMLAnchorElement.prototype.click = () => {};
-        """)
-    for form in ("SVG", "PNG"):
-        browser.one(f'button[title="Save this frame as {form}"]').click()
-    browser.wait(lambda: browser.run("return saved.length") == 2)
-    kinds = dict(browser.run("return saved"))
-    assert set(kinds) == {"image/svg+xml", "image/png"}
-    text = kinds["image/svg+xml"]
-    root = ElementTree.fromstring(text)
-    assert root.tag.endswith("svg")
-    assert "var(" not in text and "oklab" not in text and "class=" in text
-    assert not browser.errors()
 
 
 def test_a_run_that_failed_opens_at_its_last_moment(browser: Browser, tmp_path: Path) -> None:

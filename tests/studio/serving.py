@@ -130,6 +130,13 @@ class Page:
             assert response.status == 200, await response.text()
             return await response.read()
 
+    async def upload(self, name: str, text: str) -> None:
+        async with (
+            aiohttp.ClientSession() as session,
+            session.post(f"{self.address}upload?name={name}", data=text.encode()) as response,
+        ):
+            assert response.status < 300, await response.text()
+
 
 @asynccontextmanager
 async def opened(address: str) -> AsyncIterator[Page]:

@@ -175,26 +175,6 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     assert browser.errors() == []
 
 
-def test_a_link_carries_the_scenario(board: Board) -> None:
-    browser = board.browser
-    board.choose("Floor")
-    link = browser.run(
-        """
-        const stream = new Blob([arguments[0]]).stream()
-            .pipeThrough(new CompressionStream("deflate-raw"));
-        return new Response(stream).arrayBuffer().then((buffer) =>
-            btoa(String.fromCharCode(...new Uint8Array(buffer)))
-                .replace(/\\+/g, "-").replace(/\\//g, "_").replace(/=+$/, ""));
-        """,
-        (SCENARIOS / "hello.yaml").read_text(),
-    )
-    browser.driver.get("about:blank")
-    browser.driver.get(f"{board.address}#scenario={link}")
-    board.until("hello")
-    assert board.text == (SCENARIOS / "hello.yaml").read_text()
-    assert link not in browser.driver.current_url
-
-
 def json_tick(board: Board) -> int:
     """The last tick of the run."""
     try:

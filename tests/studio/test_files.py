@@ -1,8 +1,6 @@
 """The studio reads and writes the files that it was given, and no others."""
 
 import asyncio
-import base64
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -36,13 +34,6 @@ def served(home: Path) -> Iterator[Served]:
         yield found
 
 
-def packed(text: str) -> str:
-    """As a link carries it."""
-    press = zlib.compressobj(9, zlib.DEFLATED, -15)
-    data = press.compress(text.encode()) + press.flush()
-    return base64.urlsafe_b64encode(data).decode().rstrip("=")
-
-
 def is_document(message: dict[str, Any]) -> bool:
     return message["is"] == "document"
 
@@ -56,7 +47,7 @@ def is_document(message: dict[str, Any]) -> bool:
         ("link.png", "link.yaml"),
     ],
 )
-def test_a_linked_scenario_reads_no_file_of_the_machine(
+def test_an_uploaded_scenario_reads_no_file_of_the_machine(
     served: Served, home: Path, image: str, catalogue: str
 ) -> None:
     for name in ("link.png", "link.yaml"):
@@ -67,29 +58,12 @@ def test_a_linked_scenario_reads_no_file_of_the_machine(
 
     async def story(page: Page) -> None:
         await page.say("open", kind="blank")
-        await page.say("open", kind="link", packed=packed(text))
+        await page.upload("sent.yaml", text)
         told = await page.hear(lambda m: is_document(m) and m["text"] == text)
         found = [problem["found"] for problem in told["problems"]]
         assert len([words for words in found if "not read" in words]) == 2, found
         names = {model["name"] for model in told["palette"]["robots"]}
         assert "secret_model" not in names
-
-    visit(served.address, story)
-
-
-@pytest.mark.parametrize("broken", ["", "####", packed("x" * 50)[:-9], "AAAA" * 50])
-def test_a_link_that_was_cut_off_is_refused(served: Served, broken: str) -> None:
-    async def story(page: Page) -> None:
-        await page.say("open", kind="link", packed=broken)
-        await page.hear(lambda m: m["is"] == "refused")
-
-    visit(served.address, story)
-
-
-def test_a_link_that_swells_beyond_bounds_is_refused(served: Served) -> None:
-    async def story(page: Page) -> None:
-        await page.say("open", kind="link", packed=packed("#" * 50_000_000))
-        await page.hear(lambda m: m["is"] == "refused")
 
     visit(served.address, story)
 

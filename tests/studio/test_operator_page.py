@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from once import beside
-from report.browser import Browser, Select
+from report.browser import Browser
 from runtime.test_operator import GATE
 from safenav.audit.check import audit
 from safenav.trace.reading import read_bytes
@@ -28,11 +28,6 @@ def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
         await page.say("change", kind="permanent", obstacle="gate@99")
         refused = await page.hear(lambda m: m["is"] == "refused")
         assert "known: gate@27" in refused["message"]
-        for name, start in (("cart", 12), ("digit", 0)):
-            item = {"model": "digit", "start": start, "heading": "east", "objective": {"hold": 13}}
-            await page.say("change", kind="add", robot=name, item=item)
-            refused = await page.hear(lambda m: m["is"] == "refused")
-            assert ("a robot cart already" if start else "wall") in refused["message"]
         await page.say("change", kind="resolved", obstacle="gate@27")
         ended = await page.state(phase="ended")
         assert ended["state"]["outcome"] == "completed"
@@ -43,36 +38,6 @@ def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
 
     with Served("run", scenario, "--live") as served:
         visit(served.address, story)
-
-
-@pytest.mark.slow
-def test_a_robot_joins_on_the_page(browser: Browser, tmp_path: Path) -> None:
-    """The run that needs it ends, and the rest with it is shown, and has a trace of its own."""
-    scenario, trace = tmp_path / "gate.yaml", tmp_path / "run.jsonl"
-    scenario.write_text(GATE)
-    with Served("run", scenario, "--live", "--trace", trace) as served:
-        visit(served.address, begin)
-        board = Board(browser, served.address, cols=11)
-        board.fast()
-        browser.one('[aria-label="Run"]').click()
-        browser.wait(lambda: browser.all(".operator"))
-        assert browser.one(".badge").text == "waits for an operator"
-        browser.one('[aria-label="Name of the robot"]').send_keys("digit")
-        for label, chosen in (("Its model", "digit"), ("It faces", "east")):
-            Select(browser.one(f'[aria-label="{label}"]')).select_by_visible_text(chosen)
-        board.choose("Add robot")
-        board.click(13)
-        board.click(13)
-        board.choose("Hold")
-        browser.wait(lambda: browser.all(".badge.good"))
-        assert "digit" in browser.one(".crew").text
-        rest = read_bytes(board.saved("trace"))
-        assert (tmp_path / "run-2.jsonl").read_bytes() == board.saved("trace")
-    first = read_bytes(trace.read_bytes())
-    assert first.outcome is not None and "digit joins the team" in str(first.outcome)
-    assert [r.obstacle for r in rest.records if isinstance(r, Resolved)] == ["gate@27"]
-    for part in (first, rest):
-        assert audit(part).findings == ()
 
 
 YARD = beside(__file__, "scenarios/yard.yaml")

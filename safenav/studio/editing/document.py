@@ -15,7 +15,7 @@ TYPING = 1.2
 
 class TextOrigin(Struct, eq=False):
     """The origin of a text. ``file``: the file that it is saved to, if any; ``foreign``: it came by
-    link or upload; ``saved``: the content of the file, or the initial text, which needs no saving;
+    upload; ``saved``: the content of the file, or the initial text, which needs no saving;
     ``number``: distinguishes origins."""
 
     file: Path | None = None

@@ -22,7 +22,6 @@ from safenav.report.page.live import LiveRun
 from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder, kill, started
 from safenav.trace.fields import convert
 from safenav.trace.records import KINDS, End, Header, Inputs, Record
-from safenav.trace.writing import next_part
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 PATIENCE = 1.0
@@ -234,8 +233,6 @@ class StudioRun:
             self._record(KINDS.get(kind, Header), data, line)
 
     def _record(self, kind: type[Record], data: dict[str, Any], line: bytes) -> None:
-        if kind is Header and self.records:
-            self._robot_joined()
         self.lines.append(line)
         if self._file is not None:
             try:
@@ -256,14 +253,6 @@ class StudioRun:
         if isinstance(record, Inputs):
             self._inputs |= record.values
             self._tell_state()
-
-    def _robot_joined(self) -> None:
-        """Begin a new trace: when a robot joins, the rest of the run is a run of its own."""
-        self.lines, self.records, self._shown = [], [], 0.0
-        if self._file is not None:
-            self._close()
-            self._path = next_part(self._path)
-            self._file = opened(self._path)
 
     def _done(self) -> None:
         """Handle the end of a tick."""

@@ -24,9 +24,6 @@ from safenav.scenario.yaml.findings import ReadableFolder
 LIMIT = 32 * 2**20
 """Largest line of a process, in bytes."""
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
-ADD = "add"
-"""The kind of change by which a robot joins: ``robot``, its name; ``item``: as in ``robots`` of a
-scenario. The run ends, and another one begins with its own header."""
 
 
 class RunOrder(Struct, frozen=True):

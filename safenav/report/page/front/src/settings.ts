@@ -30,8 +30,15 @@ export function storedTheme(): Theme {
   }
 }
 
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+/** Show a theme and remember it; "auto" follows that of the system. */
 export function applyTheme(theme: Theme): void {
-  document.documentElement.dataset.theme = theme;
+  const show = (): void => {
+    document.documentElement.dataset.theme = theme === "auto" ? (dark.matches ? "dark" : "light") : theme;
+  };
+  dark.onchange = show;
+  show();
   try {
     localStorage.setItem(KEY, theme);
   } catch {

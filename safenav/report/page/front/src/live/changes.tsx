@@ -16,13 +16,7 @@ export type Tool =
   | { does: "order"; type: string }
   | { does: "open" }
   | { does: "put"; robot: string; heading: string | null }
-  | { does: "send"; robot: string; regions: number[]; joins?: Joining };
-
-/** A robot that joins the team; its start is the first clicked region. */
-interface Joining {
-  model: string;
-  heading: string | null;
-}
+  | { does: "send"; robot: string; regions: number[] };
 
 interface WorldProps {
   run: Run;
@@ -66,7 +60,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
           <p role="status">{waits}</p>
           <p class="quiet">
             {there.length > 0 && "Resolve an obstacle by hand and mark it resolved, or mark it permanent. "}
-            Below, assign another objective, put a robot back, or add one. The run then continues.
+            Below, assign another objective or put a robot back. The run then continues.
           </p>
           {there.map((o) => (
             <p class="truth" key={o.name}>
@@ -204,42 +198,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
           </li>
         ))}
       </ul>
-      <Newcomer run={run} models={palette.robots} off={off} choose={choose} />
     </section>
-  );
-}
-
-/** Form for a new robot: the run continues with it in a new trace. */
-function Newcomer({ run, models, off, choose }: Pick<WorldProps, "run" | "choose"> & { models: Palette["robots"]; off: string | false }) {
-  const [name, setName] = useState("");
-  const [model, setModel] = useState(models[0]?.name ?? "");
-  const [heading, setHeading] = useState("east");
-  const turns = models.find((known) => known.name === model)?.turns ?? false;
-  const taken = run.robots.some((robot) => robot.name === name.trim());
-  const wrong = off || (name.trim() === "" && "give the robot a name") || (taken && "the team has a robot of that name");
-  const joins = { model, heading: turns ? heading : null };
-  return (
-    <div class="truth newcomer" role="group" aria-label="Add a robot">
-      <input aria-label="Name of the robot" placeholder="new robot" value={name} onInput={(event) => setName(event.currentTarget.value)} />
-      <select aria-label="Its model" value={model} onChange={(event) => setModel(event.currentTarget.value)}>
-        {models.map((known) => (
-          <option key={known.name} value={known.name}>{known.name}</option>
-        ))}
-      </select>
-      {turns && (
-        <select aria-label="It faces" value={heading} onChange={(event) => setHeading(event.currentTarget.value)}>
-          {HEADINGS.map((known) => (
-            <option key={known} value={known}>{known}</option>
-          ))}
-        </select>
-      )}
-      <button
-        type="button"
-        {...unless(wrong, () => choose({ does: "send", robot: name.trim(), regions: [], joins }), "Then click its start and its targets")}
-      >
-        Add robot
-      </button>
-    </div>
   );
 }
 
@@ -272,22 +231,15 @@ function wrongCount({ least, most }: ObjectiveKind, count: number): string | fal
 
 /** The regions clicked so far, and the objectives that they can make. */
 function Assignment({ run, tool, choose, say, objectives }: Omit<ToolLineProps, "tool" | "over"> & { tool: Tool & { does: "send" } }) {
-  const { robot, joins } = tool;
-  const [start, regions] = joins ? [tool.regions[0], tool.regions.slice(1)] : [undefined, tool.regions];
+  const { robot, regions } = tool;
   const send = (objective: object): void => {
-    if (!joins) say("change", { kind: "objective", robot, objective });
-    else {
-      const { model, heading } = joins;
-      say("change", { kind: "add", robot, item: { model, start, ...(heading && { heading }), objective } });
-    }
+    say("change", { kind: "objective", robot, objective });
     choose({ does: "look" });
   };
-  const from = start === undefined ? "" : `from ${label(run, start)}: `;
-  const next = joins && start === undefined ? "click its start on the map" : `${from}click its targets on the map`;
   return (
     <>
       <p>
-        <b>{robot}</b>: {regions.length === 0 ? next : from + regions.map((r) => label(run, r)).join(", ")}
+        <b>{robot}</b>: {regions.length === 0 ? "click its targets on the map" : regions.map((r) => label(run, r)).join(", ")}
       </p>
       {objectives.map((kind) => (
         <button

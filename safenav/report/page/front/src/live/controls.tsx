@@ -1,7 +1,7 @@
 /** Run, pause, step, speed and seed of a live run; its timeline is that of a replay. */
 
 import { useState } from "preact/hooks";
-import { BackButtons, Button, Seconds, SpeedButtons, Timeline } from "../panels/controls";
+import { BackButtons, Button, Seconds, SpeedChoice, Timeline } from "../panels/controls";
 import { unless } from "../panels/notice";
 import type { Run } from "../run/run";
 import { OVER } from "./changes";
@@ -44,7 +44,7 @@ export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
         <p class="clock">
           {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
         </p>
-        {say && <SpeedButtons player={player} />}
+        {say && <SpeedChoice player={player} />}
         {say && <Again player={player} say={say} />}
       </div>
     </section>

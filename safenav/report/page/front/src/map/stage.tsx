@@ -8,7 +8,7 @@ import { MapView } from "./map";
 import type { Player } from "../run/player";
 import type { Run } from "../run/run";
 import type { Shown, Theme } from "../settings";
-import { Tools } from "./tools";
+import { Zoom } from "./tools";
 
 export interface StageProps {
   run: Run;
@@ -55,7 +55,7 @@ export function flatStage({ cols, rows }: { cols: number; rows: number }): Stage
   const View = ({ theme: _, ...props }: StageProps) => (
     <>
       <MapView {...props} camera={camera} />
-      <Tools run={props.run} camera={camera} tick={props.tick} />
+      <Zoom camera={camera} />
     </>
   );
   return { View, Marks: FlatMarks, eye: camera, choices: CHOICES };

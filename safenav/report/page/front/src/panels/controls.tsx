@@ -6,7 +6,6 @@ import { Deadlines } from "./deadlines";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
 import { Axis, Lanes } from "./lanes";
 import { unless } from "./notice";
-import { linkTo } from "../run/link";
 import { SPEEDS, type Player } from "../run/player";
 import { moment, when, type EventKind, type Run, type RunEvent } from "../run/run";
 
@@ -35,9 +34,8 @@ export function Controls({ run, player, tick }: ControlsProps) {
         <p class="clock">
           {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
           {run.within && tick === run.last && <span class="quiet">(ended within it)</span>}
-          <LinkButton player={player} />
         </p>
-        <SpeedButtons player={player} />
+        <SpeedChoice player={player} />
       </div>
     </section>
   );
@@ -53,34 +51,17 @@ export function BackButtons({ player }: { player: Player }) {
   );
 }
 
-/** Speed of playback: slower, a choice, faster. */
-export function SpeedButtons({ player }: { player: Player }) {
+/** Speed of playback. */
+export function SpeedChoice({ player }: { player: Player }) {
   return (
-    <div class="group speed">
-      <Button
-        icon="slower"
-        label="Slower"
-        off={player.speed === SPEEDS[0] && "this is the slowest pace"}
-        onClick={() => player.faster(-1)}
-      />
-      <label>
-        <span class="unseen">Speed</span>
-        <select
-          value={String(player.speed)}
-          onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}
-        >
-          {SPEEDS.map((speed) => (
-            <option value={String(speed)}>{player.timed ? `${speed} x` : `${speed} ticks/s`}</option>
-          ))}
-        </select>
-      </label>
-      <Button
-        icon="faster"
-        label="Faster"
-        off={player.speed === SPEEDS[SPEEDS.length - 1] && "this is the fastest pace"}
-        onClick={() => player.faster(1)}
-      />
-    </div>
+    <label class="speed">
+      <span class="unseen">Speed</span>
+      <select value={String(player.speed)} onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}>
+        {SPEEDS.map((speed) => (
+          <option value={String(speed)}>{player.timed ? `${speed} x` : `${speed} ticks/s`}</option>
+        ))}
+      </select>
+    </label>
   );
 }
 
@@ -113,32 +94,6 @@ export function Seconds({ player }: { player: Player }) {
     return () => stops.forEach((stop) => stop());
   }, [player]);
   return <span class="seconds" ref={words} />;
-}
-
-/** Copies the address of this moment; where there is no clipboard, the address bar has it. */
-function LinkButton({ player }: { player: Player }) {
-  const [copied, setCopied] = useState(false);
-  const copy = async (): Promise<void> => {
-    const address = location.href.replace(/#.*$/, "") + linkTo(player);
-    try {
-      await navigator.clipboard.writeText(address);
-    } catch {
-      location.hash = linkTo(player);
-    }
-    setCopied(true);
-    setTimeout(() => setCopied(false), 1200);
-  };
-  return (
-    <button
-      type="button"
-      class="link"
-      title="Copy a link to this moment"
-      aria-label="Copy a link to this moment"
-      onClick={copy}
-    >
-      {copied ? "copied" : <Icon name="link" />}
-    </button>
-  );
 }
 
 /** The story, whose marks stand above or beside others that are close. */

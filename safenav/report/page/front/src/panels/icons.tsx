@@ -15,17 +15,17 @@ export function RobotSign({ robot, size = 26 }: { robot: Robot; size?: number })
 }
 
 export function StatusSign({ run, status, size = 18 }: { run: Run; status: Exclude<Status, "absent">; size?: number }) {
-  return (
-    <svg class="sign" width={size} height={size} viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
-      <path class={`status-${status}`} d={run.marks.status[status].path} fill-rule="evenodd" />
-    </svg>
-  );
+  return <Mark size={size} kind={`status-${status}`} path={run.marks.status[status].path} />;
 }
 
 export function EventSign({ run, kind, size = 16 }: { run: Run; kind: EventKind; size?: number }) {
+  return <Mark size={size} kind={`event-${kind}`} path={run.marks.event[kind]} />;
+}
+
+function Mark({ size, kind, path }: { size: number; kind: string; path: string }) {
   return (
     <svg class="sign" width={size} height={size} viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
-      <path class={`event-${kind}`} d={run.marks.event[kind]} fill-rule="evenodd" />
+      <path class={kind} d={path} fill-rule="evenodd" />
     </svg>
   );
 }
@@ -37,9 +37,8 @@ const BUTTONS = {
   on: "M8 5v14l10-7z",
   first: "M5 5h2.5v14H5zM19 5v14L9 12z",
   last: "M16.5 5H19v14h-2.5zM5 5v14l10-7z",
-  slower: "M5 11h14v2.4H5z",
-  faster: "M5 11h5.8V5h2.4v6H19v2.4h-5.8v6h-2.4v-6H5z",
-  link: "M10.6 13.4a4 4 0 0 1 0-5.7l3-3a4 4 0 0 1 5.7 5.7l-1.7 1.7-1.4-1.4 1.7-1.7a2 2 0 0 0-2.9-2.9l-3 3a2 2 0 0 0 0 2.9zM13.4 10.6a4 4 0 0 1 0 5.7l-3 3a4 4 0 0 1-5.7-5.7l1.7-1.7 1.4 1.4-1.7 1.7a2 2 0 0 0 2.9 2.9l3-3a2 2 0 0 0 0-2.9z",
+  minus: "M5 11h14v2.4H5z",
+  plus: "M5 11h5.8V5h2.4v6H19v2.4h-5.8v6h-2.4v-6H5z",
   fit: "M4 9V4h5v2H6v3zM15 4h5v5h-2V6h-3zM4 15h2v3h3v2H4zM18 15h2v5h-5v-2h3z",
   auto: "M12 3a9 9 0 1 0 0 18zM12 3a9 9 0 1 1 0 18v-2a7 7 0 0 0 0-14z",
   light:

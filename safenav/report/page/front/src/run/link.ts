@@ -3,7 +3,7 @@
 import type { Player } from "./player";
 
 /** The part of the address that names this moment. */
-export function linkTo(player: Player): string {
+function linkTo(player: Player): string {
   return player.timed ? `#t=${player.time.toFixed(1)}` : `#tick=${player.tick}`;
 }
 

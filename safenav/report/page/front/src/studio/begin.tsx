@@ -3,7 +3,6 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
 import { notice } from "../panels/notice";
-import { linkOf, packedIn } from "./links";
 import { RunDownloads } from "./live";
 import { Dialog, Menu } from "./menus";
 import type { Doc } from "./model";
@@ -74,16 +73,6 @@ interface SaveMenuProps {
 }
 
 export function SaveMenu({ doc, ran, say, ask }: SaveMenuProps) {
-  const share = async (): Promise<void> => {
-    const fragment = await linkOf(doc.text);
-    history.replaceState(null, "", fragment);
-    try {
-      await navigator.clipboard.writeText(location.href);
-      notice("The link is copied. Its end, from # on, opens the scenario in any studio.");
-    } catch {
-      notice("The address now ends with the scenario: copy it from there.");
-    }
-  };
   return (
     <Menu title="Save" mark={doc.dirty && <span class="dirty" title="Unsaved changes" />}>
       <button type="button" onClick={() => save(doc, say, ask)}>
@@ -96,12 +85,6 @@ export function SaveMenu({ doc, ran, say, ask }: SaveMenuProps) {
       )}
       <a href="save/scenario" download>
         Download the scenario
-      </a>
-      <button type="button" onClick={() => void share()}>
-        Copy a link
-      </button>
-      <a href="save/picture" download>
-        Picture (SVG)
       </a>
       {ran && (
         <>
@@ -154,7 +137,6 @@ export function Asked({ asking, ...props }: AskedProps) {
 function Open({ folder, files, say, ask }: Omit<AskedProps, "asking">) {
   useEffect(() => say("files"), []);
   const [wanted, want] = useState("");
-  const [link, setLink] = useState("");
   const found = (files ?? []).filter((name) => name.toLowerCase().includes(wanted.toLowerCase()));
   const open = (data: object): void => {
     say("open", data);
@@ -189,18 +171,6 @@ function Open({ folder, files, say, ask }: Omit<AskedProps, "asking">) {
           }}
         />
       </div>
-      <form
-        class="group"
-        onSubmit={(event) => {
-          event.preventDefault();
-          const packed = packedIn(link.includes("#") ? link : `#${link}`);
-          if (packed === null) notice("This link contains no scenario: copy all of it, from # on.");
-          else open({ kind: "link", packed });
-        }}
-      >
-        <input aria-label="Link" placeholder="A link, or its end from # on" value={link} onInput={(event) => setLink(event.currentTarget.value)} />
-        <button>Open the link</button>
-      </form>
       <form method="dialog">
         <button>Cancel</button>
       </form>

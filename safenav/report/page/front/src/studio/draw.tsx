@@ -178,9 +178,7 @@ function Stage({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Stag
         >
           Done
         </button>
-        <div class="tools" role="group" aria-label="View of the map">
-          <Zoom camera={camera} />
-        </div>
+        <Zoom camera={camera} />
       </div>
     </section>
   );

@@ -7,7 +7,6 @@ import { Wire, type Message } from "../live/wire";
 import type { Run } from "../run/run";
 import { Asked, NewMenu, save, SaveMenu, type Asking } from "./begin";
 import { Draw } from "./draw";
-import { packedIn } from "./links";
 import { LiveView } from "./live";
 import { useClosingMenus } from "./menus";
 import type { Doc, Palette, Verdict } from "./model";
@@ -79,12 +78,6 @@ export function Studio() {
       setRun(current.current);
     }
   };
-  useEffect(() => {
-    const linked = packedIn(location.hash);
-    if (linked === null) return;
-    history.replaceState(null, "", location.pathname);
-    wire.say("open", { kind: "link", packed: linked });
-  }, [wire]);
   useClosingMenus();
   useEffect(() => onNotice(refuse), []);
   useEffect(() => {

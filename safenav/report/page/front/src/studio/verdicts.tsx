@@ -12,13 +12,17 @@ export function VerdictDetails({ verdict, say }: { verdict: Verdict; say: Say })
         <b>{verdict.verdict === "limit" ? "Not checked: " : "Unrealizable: "}</b>
         {verdict.because}
       </p>
-      {(verdict.repairs ?? []).slice(0, 5).map((repair) => (
-        <button type="button" onClick={() => say("edit", { op: "repair", change: repair.change })}>
-          {repair.change.map(([item, value]) => wordsOf(item, value)).join("; ")}
-        </button>
-      ))}
+      <Repairs verdict={verdict} say={say} />
     </div>
   );
+}
+
+function Repairs({ verdict, say }: { verdict: Verdict; say: Say }) {
+  return (verdict.repairs ?? []).slice(0, 5).map(({ change }) => (
+    <button type="button" class="repair" onClick={() => say("edit", { op: "repair", change })}>
+      {change.map(([item, value]) => wordsOf(item, value)).join("; ")}
+    </button>
+  ));
 }
 
 function wordsOf(item: string, value: string): string {
@@ -61,12 +65,7 @@ export function Problems({ problems, verdicts, robots, go, choose, say }: Proble
               <b>{verdict.robot}</b>
               <span>{verdict.verdict === "realizable" ? "realizable" : verdict.because}</span>
             </button>
-            {verdict.verdict === "unrealizable" &&
-              (verdict.repairs ?? []).slice(0, 3).map((repair) => (
-                <button type="button" class="repair" onClick={() => say("edit", { op: "repair", change: repair.change })}>
-                  {repair.change.map(([item, value]) => wordsOf(item, value)).join("; ")}
-                </button>
-              ))}
+            {verdict.verdict === "unrealizable" && <Repairs verdict={verdict} say={say} />}
           </li>
         ))}
       </ul>

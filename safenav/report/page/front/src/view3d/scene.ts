@@ -349,11 +349,6 @@ export class RunScene implements Lens {
     }
   }
 
-  /** The present picture as a PNG, in a data URL. */
-  picture(): string {
-    return this.renderer.domElement.toDataURL("image/png");
-  }
-
   dispose(): void {
     this.orbit.dispose();
     this.renderer.dispose();

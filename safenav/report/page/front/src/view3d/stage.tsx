@@ -1,7 +1,7 @@
 /** The stage of the 3D page: the scene on a canvas, and the controls of the camera and the walls. */
 
 import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
-import { moment, when, type Run } from "../run/run";
+import { when, type Run } from "../run/run";
 import { calm } from "../settings";
 import type { Choice, Stage, StageProps, Whereabouts } from "../map/stage";
 import { OrbitEye } from "./eye";
@@ -93,7 +93,7 @@ function Scene({ run, player, tick, shown, theme, motion, robots, eye }: ScenePr
     <div class="stage3d">
       <canvas ref={canvas} role="img" aria-label={`The run in three dimensions, ${when(run, tick)}`} />
       {failed && <p class="failure">This browser shows no 3D graphics (WebGL). The flat page shows the same run.</p>}
-      <Tools run={run} eye={eye} high={high} onHigh={setHigh} onSave={() => save(scene.current, run, tick)} />
+      <Tools run={run} eye={eye} high={high} onHigh={setHigh} />
     </div>
   );
 }
@@ -103,10 +103,9 @@ interface ToolsProps {
   eye: OrbitEye;
   high: boolean;
   onHigh(high: boolean): void;
-  onSave(): void;
 }
 
-function Tools({ run, eye, high, onHigh, onSave }: ToolsProps) {
+function Tools({ run, eye, high, onHigh }: ToolsProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   useLayoutEffect(() => eye.onChange(() => redraw(0)), [eye]);
   return (
@@ -129,17 +128,6 @@ function Tools({ run, eye, high, onHigh, onSave }: ToolsProps) {
         <input type="checkbox" checked={high} onChange={({ currentTarget }) => onHigh(currentTarget.checked)} /> high
         walls
       </label>
-      <button type="button" onClick={onSave} title="Save this picture as PNG">
-        PNG
-      </button>
     </div>
   );
-}
-
-function save(scene: RunScene | null, run: Run, tick: number): void {
-  if (scene === null) return;
-  const link = document.createElement("a");
-  link.href = scene.picture();
-  link.download = `${run.source.replace(/\.jsonl$/, "")}-${moment(run, tick)}.png`;
-  link.click();
 }
