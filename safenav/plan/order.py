@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 from safenav.team.apply import will_count
-from safenav.team.floor import Floor, Joint, driven, floor_now, restarted, stages_of
+from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
 from safenav.team.team import Team, Zone
 from safenav.world.poses import FAR
@@ -190,10 +190,10 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 def starving(team: Team, state: State) -> bool:
     """Whether a robot that waits off the chargers has to go to one now, contrary to its plan."""
-    for i in driven(team, state):
+    for i in team.charged:
         member, robot = team.members[i], state.robots[i]
         energy = member.energy
-        if energy is None or not energy.battery.stay or not robot.idle:
+        if energy is None or not energy.battery.stay or not (robot.idle and robot.active):
             continue
         if energy.chargers >> robot.pose & 1 or next_step(team, state, i) is not None:
             continue
@@ -247,8 +247,10 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     plan = state.plan
     if plan is None:
         return False
-    for i in driven(team, state):
+    for i in team.sharing:
         robot = state.robots[i]
+        if not robot.active:
+            continue
         if not robot.idle or next_step(team, state, i) is not None or will_count(team, state, i):
             return False
         way = plan.ways[i][robot.at + 1 : robot.at + 2]

@@ -419,6 +419,8 @@ def acts_on(
     count (None: all that are open)."""
     if at[i] is None or not team.members[i].robot.capabilities:
         return ()
+    if not any(each.known for each in state.obstacles):
+        return ()
     floor = acting_floor(team, state, among)
     if not floor.gates:
         return ()

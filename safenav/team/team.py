@@ -162,6 +162,20 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         """The robots that a joint plan drives: those with rivals or a battery."""
         return tuple(i for i, member in enumerate(self.members) if member.planned)
 
+    @cached_property
+    def lone(self) -> tuple[int, ...]:
+        """The robots that their strategies drive."""
+        return tuple(i for i, member in enumerate(self.members) if not member.planned)
+
+    @cached_property
+    def charged(self) -> tuple[int, ...]:
+        """The robots with a battery."""
+        return tuple(i for i, member in enumerate(self.members) if member.energy is not None)
+
+    @cached_property
+    def objectives(self) -> tuple[Objective, ...]:
+        return tuple(member.objective for member in self.members)
+
 
 def team_of(scenario: model.Scenario) -> Team:
     """The team of a scenario."""

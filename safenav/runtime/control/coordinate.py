@@ -102,8 +102,8 @@ def coordinate(
             control = replace(control, end=_planned(team, state, control, answers, decide))
         except Pending:
             return replace(control, thinks=True), decided
-        aside = _question(team, state) != control.question  # requests were set aside
-        if aside and control.end is None:
+        aside = any(isinstance(event, now.SetAside) for event in decided)
+        if aside and control.end is None and _question(team, state) != control.question:
             return _again(team, state, control, answers, decided)
     return control, decided
 
@@ -139,16 +139,14 @@ def _again(
 def _question(team: Team, state: State) -> Hashable:
     known = (Is.OPEN, Is.SEALED)
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
-    out = tuple((i, robot.pose) for i, robot in enumerate(state.robots) if not robot.active)
-    astray = tuple(i for i, robot in enumerate(state.robots) if _is_astray(team, robot, i))
-    own = tuple(member.objective for member in team.members)
-    return state.requests, obstacles, state.over, state.attempts, out, astray, own
+    out = tuple([(i, robot.pose) for i, robot in enumerate(state.robots) if not robot.active])
+    astray = tuple([i for i in team.lone if _is_astray(state.robots[i])])
+    return state.requests, obstacles, state.over, state.attempts, out, astray, team.objectives
 
 
-def _is_astray(team: Team, robot: RobotNow, i: int) -> bool:
+def _is_astray(robot: RobotNow) -> bool:
     """Whether a robot that its strategy drives is in none of its nodes."""
-    driven = not team.members[i].planned and robot.active
-    return driven and robot.to is None and robot.node is None
+    return robot.active and robot.to is None and robot.node is None
 
 
 def _give_up(team: Team, state: State, decide: object) -> dict[int, Proof]:
@@ -218,8 +216,7 @@ def _planned(
 ) -> End | None:
     """Give the sharing robots a plan if they need one: the end of the run if there is none.
     Raises Pending."""
-    sharing = driven(team, state)
-    if not sharing:
+    if not team.sharing:
         return None
     helped = frozenset(
         r.helps
@@ -229,12 +226,11 @@ def _planned(
     starves = (
         state.plan is not None and starving(team, state) and not is_complete(team, state, control)
     )
-    if (
-        state.plan is not None
-        and not starves
-        and not at_end(state, sharing)
-        and not stuck(team, state, helped)
-    ):
+    ends = state.plan is None or at_end(state, team.sharing)
+    if not starves and not ends and not stuck(team, state, helped):
+        return None
+    sharing = driven(team, state)
+    if not sharing:
         return None
     floor = floor_now(team, state)
     joint, served = joint_now(team, state, floor), control.found.served

@@ -77,12 +77,11 @@ class SimulatedWorld:
     def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
         """The obstacles of which a robot can fulfil a need where it stands, with the robots that
         take part; those whose load it takes come last."""
-        i, names = self._number[robot.name], [member.name for member in self._team.members]
-        found = [
-            (self._team.obstacles[k].source, tuple(names[j] for j in self._group(i, k)))
+        i, members = self._number[robot.name], self._team.members
+        return [
+            (self._team.obstacles[k].source, tuple(members[j].name for j in self._group(i, k)))
             for k, _ in sorted(self._changes(i), key=lambda each: self._as_moved(each[0]))
         ]
-        return found
 
     def stands(self, obstacle: Obstacle) -> bool:
         """Whether an obstacle is present and unresolved."""
