@@ -106,7 +106,10 @@ _INTERNAL = {"from_", "line", "data"}
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
-    """Yield the values of a line that no file may have. ``kind``: its type."""
+    """Yield the values of a line that no file may have. ``kind``: its type. The state in a
+    checkpoint is left to the reader that continues its run."""
+    if kind == "checkpoint":
+        line = {key: value for key, value in line.items() if key != "run"}
     left: list[tuple[str, Any, int, bool]] = [("", line, 0, False)]
     while left:
         key, value, level, by_name = left.pop()

@@ -483,6 +483,19 @@ class PlanEnd(Record, frozen=True, tag="plan_end"):
     nodes: Mapping[str, Count | None] | None = None
 
 
+class Checkpoint(Record, frozen=True, tag="checkpoint"):
+    """The frozen state of the run, from which ``safenav resume`` continues it. ``lines``: the lines
+    of the trace, with the header, that this state follows; ``run``: the state, which only the
+    version of safenav that has written it reads."""
+
+    lines: Count
+    run: Mapping[str, object]
+
+
+class Resumed(Record, frozen=True, tag="resumed"):
+    """The run was interrupted, and continues from its last checkpoint."""
+
+
 class End(Record, frozen=True, tag="outcome"):
     """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``: of
     a negative outcome. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:

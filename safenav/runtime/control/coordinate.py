@@ -196,7 +196,10 @@ def _settled(
         mine = controllers[i]
         if not state.robots[i].active:
             continue
-        if mine is None or (i in lone and outdated(team, state, i, role, mine)):
+        planned = i not in lone and before.roles  # a joint plan is its controller
+        if (mine is None and not planned) or (
+            mine is not None and i in lone and outdated(team, state, i, role, mine)
+        ):
             asked[i] = role
     for i, found_one in synthesized(team, state, asked, answers).items():
         controllers[i] = found_one

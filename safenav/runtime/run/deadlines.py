@@ -46,6 +46,18 @@ class Clock(Struct, frozen=True):
         return Clock(tick, before=self.disturbed, done=done)
 
 
+class LedgerKept(Struct, frozen=True, forbid_unknown_fields=True):
+    """The ledger in a checkpoint."""
+
+    open: tuple[tuple[Of, int], ...]
+    names: tuple[tuple[Of, str], ...]
+    past: tuple[Of, ...]
+    reported: tuple[Of, ...]
+    late: tuple[str, ...]
+    clocks: tuple[Clock, ...]
+    begun: tuple[tuple[int, int], ...]
+
+
 class Ledger:
     """``open``: the running deadlines and when they are due; ``reported``: those recorded as lost;
     ``late``: those that were missed; ``begun``: the ticks in which robots in transit set out;
@@ -65,6 +77,31 @@ class Ledger:
         self.begun: dict[int, int] = {}
         self.lines: list[records.Record] = []
         self.had = self.tick = 0
+
+    def kept(self) -> LedgerKept | None:
+        """The ledger for a checkpoint."""
+        if not self.active:
+            return None
+        return LedgerKept(
+            tuple(self.open.items()),
+            tuple(self.names.items()),
+            tuple(self.past),
+            tuple(self.reported),
+            tuple(self.late),
+            tuple(self.clocks),
+            tuple(self.begun.items()),
+        )
+
+    def resume(self, kept: LedgerKept | None, tick: int) -> bool:
+        """Continue from that; return whether it fits."""
+        if kept is None or not self.active:
+            return not self.active
+        self.open, self.names = dict(kept.open), {**self.names, **dict(kept.names)}
+        self.past, self.reported = {*kept.past}, {*kept.reported}
+        self.late, self.begun, self.tick = [*kept.late], dict(kept.begun), tick
+        fits = len(kept.clocks) == len(self.clocks) and {*self.open} <= {*self.names}
+        self.clocks = [*kept.clocks]
+        return fits and all(0 <= i < len(self.clocks) for i in self.begun)
 
     @property
     def missed(self) -> tuple[str, ...] | None:

@@ -19,10 +19,12 @@ from collections.abc import Callable
 
 from msgspec.structs import replace
 
+from safenav.errors import UsageError
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.control.observing import looked
+from safenav.runtime.run.checkpoint import Moment, Resumption
 from safenav.runtime.run.decide import Proposal, closing, others, propose
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.refusal import refusal_of
@@ -32,6 +34,7 @@ from safenav.team import state as now
 from safenav.team.apply import apply, initial, on_own
 from safenav.team.failures import noticed
 from safenav.team.team import Team, assigned, introduced
+from safenav.trace.records import Act, Depart, Synthesis
 
 HELPED = ("operator_needed", "assumption_violated", "search_limit")
 """Outcomes that an operator can avert."""
@@ -65,6 +68,32 @@ class Run:
         self.settle()  # 4
         if self.control.end is None and (end := refusal_of(self.team, self.state)) is not None:
             self.control = replace(self.control, end=end)
+
+    def moment(self) -> Moment:
+        """The run before its next pass, for a checkpoint."""
+        roles, memory = self.control.roles, self.recorder.kept()
+        return Moment(self.team, self.state, roles, memory, *self.world.kept())
+
+    def resume(self, begun: Resumption) -> None:
+        """Continue a run that was interrupted. Commands that were under way in a live run have
+        ended where they began; strategies are synthesized where the robots are."""
+        kept, self.team, self.state = begun.kept, begun.team, begun.state
+        self.recorder.team = self.team
+        for line in begun.lines:
+            if isinstance(line, Synthesis):
+                self.answers.count += 1
+                self.answers.seconds += line.seconds
+        commands = (each.command for each in begun.lines if isinstance(each, Depart | Act))
+        fits = self.recorder.resume(kept.memory, self.state, begun.lines)
+        if not (fits and self.world.resume(self, kept.due, kept.truth, max(commands, default=0))):
+            raise UsageError("the checkpoint does not fit the scenario")
+        for i, robot in enumerate(self.state.robots):
+            if self.world.live and robot.to is not None:
+                self.happens(now.Elsewhere(i, robot.pose))
+            elif robot.acting == i:
+                self.happens(now.Acted(i, (), ()))
+        self.control = Control(roles=begun.roles, controllers=(None,) * len(begun.roles))
+        self.settle()
 
     def step(self) -> None:
         """A pass: a tick, or a moment at which something happens. The team decides together of all

@@ -26,6 +26,7 @@ from safenav.runtime.control.coordinate import first_controllers
 from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import Controller
 from safenav.runtime.intervention.kinds import Intervention
+from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.stop import Stop, Stopped
@@ -84,7 +85,9 @@ class Mission:
     ``world``: by default a simulation of the scenario's hidden obstacles, with the scenario's
     ``clock``. A ``World`` makes the run live, a ``BlockingWorld`` lockstep. ``listeners`` receive
     every event as it happens (a ``TraceWriter`` is one). ``progress`` receives the state of running
-    syntheses. ``attended``: a live run waits for an operator instead of ending. ``ending``: whether
+    syntheses. ``attended``: a live run waits for an operator instead of ending. ``begun``: the run
+    that it continues, all lines of which the listeners receive first; ``checkpoints``: the lines
+    from which an interrupted run can be continued are among those of the trace. ``ending``: whether
     it has ended, or is about to record its end.
 
     Raises UsageError for a scenario whose strategies would not be correct in a live run.
@@ -99,6 +102,8 @@ class Mission:
         listeners: Iterable[Listener] = (),
         progress: SynthesisListener | None = None,
         attended: bool = False,
+        begun: Resumption | None = None,
+        checkpoints: bool = False,
     ) -> None:
         if not isinstance(scenario, Scenario):
             raise UsageError(f"{scenario!r} is not a Scenario: pass load_scenario(PATH)")
@@ -117,6 +122,8 @@ class Mission:
         synthesizer = synthesizer or default_synthesizer(scenario)
         answers = Answers(synthesizer, self._stop.check, progress)
         recorder = Recorder(team, truths, self._tell, live=live)
+        self._begun = begun
+        self._checkpoints = Checkpoints(recorder.emit) if checkpoints else None
         self._run = Run(team, self._world, answers, recorder, self._stop.check)
         self.ending = self._started = False
         self._thread: int | None = None
@@ -147,7 +154,8 @@ class Mission:
         self._started = True
         self._stop.begin()
         self._world.commands.begin()
-        self._guarded(self._run.begin)
+        begun, run = self._begun, self._run
+        self._guarded(run.begin if begun is None else lambda: run.resume(begun))
         self._run.answers.background = self._world.live and not self._world.commands.pauses
 
     def step(self) -> None:
@@ -160,6 +168,8 @@ class Mission:
             raise UsageError("step() before start(): this mission has not begun")
         if self.result is not None:
             raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
+        if self._checkpoints is not None:
+            self._checkpoints.take(self._run.moment())
         self._guarded(self._run.step)
 
     def stop(self, why: str = "interrupted by the user") -> None:
@@ -241,6 +251,8 @@ class Mission:
         return {member.name: each for member, each in pairs if each is not None}
 
     def _tell(self, record: Record) -> None:
+        if self._checkpoints is not None:
+            self._checkpoints.lines += 1
         for listener in self.listeners:
             listener(record)
 
@@ -269,6 +281,8 @@ class Mission:
         self.ending = True
         run = self._run
         run.answers.close()
+        if self._checkpoints is not None and end.outcome not in ENDED:
+            self._checkpoints.write()
         ended = run.recorder.ends(run.state, end, run.answers, self._stop.elapsed)
         self.result = RunResult(
             ended.outcome,

@@ -21,6 +21,7 @@ class MoveLines(Protocol):
     def continued(self, tick: int, i: int, state: State) -> None: ...
     def ended(self, tick: int, i: int, before: State, after: State, end: now.Ended) -> None: ...
     def stayed(self, tick: int, event: now.Stayed, state: State) -> None: ...
+    def resume(self, line: records.Record) -> None: ...
 
 
 class TickLines:
@@ -47,6 +48,9 @@ class TickLines:
     def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
         pose = state.robots[event.robot].pose
         self._move(tick, event.robot, pose, pose, None, event.by)
+
+    def resume(self, line: records.Record) -> None:
+        """A tick depends on no earlier line."""
 
     def _move(
         self,
@@ -109,6 +113,18 @@ class CommandLines:
         who = tick, self._commands.get(i, 0), member.name
         place = member.graph.pose(after.robots[i].pose).place
         self._emit(records.Arrive(*who, *place, result, reason, regions))
+
+    def resume(self, line: records.Record) -> None:
+        """Learn the last command of each robot, or why it stands, from the lines of an interrupted
+        run."""
+        if isinstance(line, records.Depart | records.Act | records.Held):
+            numbers = {member.name: i for i, member in enumerate(self._team.members)}
+            i = numbers.get(line.robot, -1)
+            if isinstance(line, records.Held):
+                self._holds[i] = line.why
+            else:
+                self._commands[i] = line.command
+                self._holds.pop(i, None)
 
     def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
         why = _reason(event, state)

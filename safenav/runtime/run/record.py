@@ -6,7 +6,7 @@ the plan.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -19,6 +19,7 @@ from safenav.runtime.control.because import ASIDE, Request
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import enough
+from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
 from safenav.runtime.run.synthesis_line import synthesis_line
@@ -87,6 +88,27 @@ class Recorder:
         header = scenario_header(self.team.scenario, self.truths, live=self.live)
         clock = Clock.LIVE.value if self.live else None
         self.emit(records.Header(0, records.VERSION, safenav.__version__, header, clock))
+
+    def kept(self) -> Memory:
+        """What has been recorded, for a checkpoint."""
+        helpers, aside = tuple(self.helpers.items()), tuple(sorted(self.aside))
+        memory = Memory(self.tick, self.moved, tuple(self.stack), helpers, aside)
+        return replace(memory, planned=self.said is not None, ledger=self.ledger.kept())
+
+    def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> bool:
+        """Continue after these lines; return whether they fit."""
+        for line in lines:
+            self.times(line)
+            self.moves.resume(line)
+            self._listen(line)
+        self.tick, self.moved, self.time = memory.tick, memory.moved, state.time
+        self.stack, self.helpers = [*memory.stack], dict(memory.helpers)
+        self.aside, self.told = {*memory.aside}, [robot.objective for robot in state.robots]
+        fits, self.why = self.ledger.resume(memory.ledger, memory.tick), Reason.SERVICE
+        self.emit(records.Resumed(self.tick))
+        if memory.planned:
+            self.emit(records.PlanEnd(self.tick, PlanEndReason.CHANGED))
+        return fits
 
     def record(self, before: State, event: now.Event, after: State) -> None:
         """The lines of an event."""

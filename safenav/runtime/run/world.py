@@ -8,7 +8,7 @@ pass is an instant at which something ends, after which each idle robot has its 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import inf
 from typing import Protocol
 
@@ -24,7 +24,7 @@ from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.live_simulation import LiveSimulation
-from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.truth import SimulatedWorld, Truth
 from safenav.runtime.worlds.world import Change, InputWorld
 from safenav.scenario import model
 from safenav.scenario.settings import switching
@@ -35,6 +35,7 @@ from safenav.team.floor import occupied, standing
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
+from safenav.world.moves import Pose
 from safenav.world.poses import bits
 
 SLOWEST = 20.0
@@ -89,6 +90,30 @@ class World:
         self._opened: dict[str, float] = {}
         """When obstacles were opened last: earlier reports of them are late."""
         self._found: dict[int, protocol.Acted | None] = {}
+
+    def kept(self) -> tuple[dict[str, int], Truth | None]:
+        """The state for a checkpoint: the ticks in which steps end, and the simulated world."""
+        world, truth = self.commands.world, self._truth
+        due = world.due() if isinstance(world, BlockingAdapter) else {}
+        return due, None if truth is None else truth.kept()
+
+    def resume(self, run: Running, due: Mapping[str, int], truth: Truth | None, last: int) -> bool:
+        """Continue where a run was interrupted; return whether this state fits the run. ``last``:
+        the number of the last command."""
+        members, robots, poses = run.team.members, run.state.robots, dict[str, Pose]()
+        steps: dict[str, tuple[int, Pose]] = {}
+        for member, robot in zip(members, robots, strict=True):
+            poses[member.name] = member.graph.pose(robot.pose)
+            if member.name in due and robot.to is not None:
+                steps[member.name] = due[member.name], member.graph.pose(robot.to)
+        under_way = {m.name for m, r in zip(members, robots, strict=True) if r.to is not None}
+        if not self.live and {*steps} != under_way:
+            return False
+        if isinstance(self.commands.world, LiveSimulation):
+            self.commands.world.resume(run.state.time, poses)
+        self.commands.resume(run.state.time, poses, steps, last)
+        regions = [robot.pose % run.team.size for robot in robots]
+        return self._truth is None or (truth is not None and self._truth.resume(truth, regions))
 
     def wait(self, run: Running) -> Iterator[now.Event]:
         """Yield the next events and turns; none if nothing will ever happen. Each event is read

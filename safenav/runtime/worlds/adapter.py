@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from safenav.errors import ExitCode, SafenavError
@@ -67,6 +67,21 @@ class BlockingAdapter:
         self._changing = world if protocol.implements(world, ChangingWorld) else None
         self._tick = 0
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
+
+    def due(self) -> dict[str, int]:
+        """The ticks in which steps under way end."""
+        return {name: each[0] for name, each in self._open.items()}
+
+    def resume(
+        self,
+        tick: int,
+        poses: Mapping[str, Pose],
+        steps: Iterable[tuple[int, Robot, Pose, int]],
+    ) -> None:
+        """Continue after a tick, with robots in these poses and these steps under way."""
+        self._tick = tick
+        self._regions = {name: pose.region for name, pose in poses.items()}
+        self._open = {step[1].name: step for step in steps}
 
     def times(self) -> Sequence[float]:
         """The ticks at which a simulation changes something."""

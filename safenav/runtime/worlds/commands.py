@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import queue
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from msgspec import Struct
@@ -122,6 +122,24 @@ class Commands:
     def begin(self) -> None:
         """Begin the run: its times count from ``zero`` on the world's clock."""
         self.zero = self._clock() if self.live else 0.0
+
+    def resume(
+        self, time: float, poses: Mapping[str, Pose], due: Mapping[str, tuple[int, Pose]], last: int
+    ) -> None:
+        """Continue at a time of the run, with robots in these poses. ``due``: the ticks in which
+        steps under way end, and where (lockstep); ``last``: the number of the last command."""
+        self._count = last
+        if isinstance(self.world, BlockingAdapter):
+            steps = []
+            for robot in self.scenario.robots:
+                if robot.name in due:
+                    tick, pose = due[robot.name]
+                    number = self._begin(robot, poses[robot.name], pose, ())
+                    steps.append((tick, robot, pose, number))
+            self.world.resume(int(time), poses, steps)
+            self._now = time
+        else:
+            self.zero = self._clock() - time
 
     def at(self, event: protocol.WorldEvent) -> float:
         """The time of an event in seconds of the run."""

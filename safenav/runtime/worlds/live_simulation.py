@@ -53,6 +53,13 @@ class LiveSimulation:
         ] = {}
         """By robot: the headings before its action, and who takes part in each part of it."""
 
+    def resume(self, now: float, poses: Mapping[str, Pose]) -> None:
+        """Continue at a moment, with robots in these poses and no command under way."""
+        self._now = now
+        for name, pose in poses.items():
+            self._poses[name] = pose
+            self._paces[name].placed(now, pose.facing)
+
     def now(self) -> float:
         return self._now
 

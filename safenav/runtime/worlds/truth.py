@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.worlds.world import Change
@@ -19,6 +20,17 @@ from safenav.team.state import Is, ObstacleNow, Stage
 from safenav.team.team import introduced, team_of
 from safenav.world.map import Region
 from safenav.world.moves import Pose
+
+
+class Truth(Struct, frozen=True, forbid_unknown_fields=True):
+    """The state of a simulated world. ``brought``: the obstacles that a user has brought, the last
+    of all; ``truths``: what resolving each obstacle reveals; ``named``: the same by name, of the
+    last one of each."""
+
+    obstacles: tuple[ObstacleNow, ...]
+    truths: tuple[bool | None, ...]
+    named: dict[str, bool | None]
+    brought: tuple[Obstacle, ...] = ()
 
 
 class SimulatedWorld:
@@ -44,6 +56,30 @@ class SimulatedWorld:
         self._parts: tuple[tuple[Obstacle, Stage], ...] = ()
         self._brought: set[int] = set()
         self._taken_away: set[str] = set()
+
+    def kept(self) -> Truth:
+        """The state for a checkpoint."""
+        brought = tuple(self._team.obstacles[k].source for k in sorted(self._brought))
+        return Truth(self._state.obstacles, tuple(self._truths), {**self.truths}, brought)
+
+    def resume(self, truth: Truth, regions: Sequence[Region]) -> bool:
+        """Continue from that state, with the robots in these regions; return whether it fits."""
+        for source in truth.brought:
+            self._brought.add(len(self._team.obstacles))
+            self._team = introduced(self._team, source)
+        stages = zip(self._team.obstacles, truth.obstacles, strict=False)
+        robots, count = range(len(regions)), len(self._team.obstacles)
+        fits = count == len(truth.obstacles) == len(truth.truths) and all(
+            0 <= there.stage.need < len(each.needs) + (there.state is not Is.OPEN)
+            and {*there.stage.done, *(there.stage.group or ())} <= {*robots}
+            for each, there in stages
+        )
+        if fits and {*self._team.numbers} == {*truth.named}:
+            self._state = replace(self._state, obstacles=truth.obstacles)
+            self._truths, self.truths = [*truth.truths], {**truth.named}
+            self._regions = [*regions]
+            return True
+        return False
 
     # A blocking world.
 
