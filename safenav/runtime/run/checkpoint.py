@@ -55,7 +55,7 @@ def _kept(kind: type[Struct], **others: Any) -> Any:
     return defstruct(kind.__name__, fields, frozen=True, forbid_unknown_fields=True)
 
 
-_RobotKept = _kept(RobotNow)
+_RobotKept: Any = _kept(RobotNow)
 _StateKept = _kept(State, robots=tuple[_RobotKept, ...])
 
 
@@ -90,9 +90,9 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Kept(Struct, frozen=True, forbid_unknown_fields=True):
-    """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within`` ticks; ``helps``: the
-    obstacle that each robot serves; ``introduced``: the obstacles that the scenario does not list;
-    ``due``: the ticks in which steps under way end (lockstep)."""
+    """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
+    ticks; ``helps``: the obstacle that each robot serves; ``introduced``: the obstacles that the
+    scenario does not list; ``due``: the ticks in which steps under way end (lockstep)."""
 
     state: Any
     own: tuple[dict[str, Any], ...]
@@ -201,10 +201,8 @@ def _restored(team: Team, kept: Kept) -> tuple[Team, State]:
     numbers = [*kept.helps, *(k for k, _, _ in memory.stack), *memory.aside]
     numbers += [k for k, _ in memory.helpers]
     _require(all(k is None or _is_in(k, team.obstacles) for k in numbers), "an obstacle is unknown")
-    _require(
-        all(who is None or _is_in(who, team.members) for _, who, _ in memory.stack),
-        "a robot is unknown",
-    )
+    asked = [who for _, who, _ in memory.stack if who is not None]
+    _require(all(_is_in(who, team.members) for who in asked), "a robot is unknown")
     return team, found
 
 
