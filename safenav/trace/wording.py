@@ -207,6 +207,8 @@ class Wording(Struct, frozen=True):
                 return f"the team waits for an operator: {line.explanation}"
             case records.Operator():
                 return f"an operator intervenes: {self._operator(line)}"
+            case records.Resumed():
+                return "the run was interrupted and continues"
             case records.End():
                 text = line.outcome.value.replace("_", " ")
                 return f"{text}: {line.explanation}" if line.explanation else text

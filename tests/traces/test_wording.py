@@ -13,7 +13,7 @@ from safenav.trace.wording import Wording, syntheses_words
 from safenav.trace.words import shortened
 from traces.examples import examples
 
-SILENT = {"header", "move", "backtrack", "belief", "discovered"}
+SILENT = {"header", "move", "backtrack", "belief", "checkpoint", "discovered"}
 """What happens in every tick, or belongs to another line's sentence."""
 
 
