@@ -323,4 +323,6 @@ def joint_now(team: Team, state: State, floor: Floor | None = None) -> Joint:
     """The present joint state; a robot on its way is where it will arrive."""
     floor = floor or floor_now(team, state)
     counts = tuple((r.own.memory, r.own.met) for r in state.robots)
-    return floor.begun(tuple(r.next for r in state.robots), counts, stages_of(floor, state))
+    arriving = [i for i, robot in enumerate(state.robots) if robot.to is not None]
+    poses = tuple(robot.next for robot in state.robots)
+    return floor.begun(poses, counts, stages_of(floor, state), arriving)

@@ -8,7 +8,7 @@ simulated world and the execution all ask it the same questions. ``stages`` are 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -182,18 +182,25 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     # Joint states.
 
     def begun(
-        self, poses: tuple[int, ...], counts: tuple[tuple[int, int], ...], stages: Stages
+        self,
+        poses: tuple[int, ...],
+        counts: tuple[tuple[int, int], ...],
+        stages: Stages,
+        arriving: Container[int] = (),
     ) -> Joint:
-        return self._settled(poses, counts, stages, self.robots)
+        """The joint state in which a search begins; ``arriving``: the robots on their way."""
+        return self._settled(poses, counts, stages, self.robots, arriving)
 
     def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
         """The joint state after robots ``who`` have gone to their ``poses``: all act, and goals
         count."""
-        return self._settled(poses, joint.counts, joint.stages, who)
+        moved = [i for i in who if poses[i] != joint.poses[i]]
+        return self._settled(poses, joint.counts, joint.stages, who, moved)
 
     def after(self, joint: Joint, i: int, pose: int) -> Joint:
         poses = joint.poses
-        return self._settled((*poses[:i], pose, *poses[i + 1 :]), joint.counts, joint.stages, (i,))
+        poses = (*poses[:i], pose, *poses[i + 1 :])
+        return self._settled(poses, joint.counts, joint.stages, (i,), (i,))
 
     @cached_method
     def steps(self, i: int, stages: Stages) -> dict[int, tuple[int, ...]]:
@@ -248,6 +255,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         counts: tuple[tuple[int, int], ...],
         stages: Stages,
         who: Iterable[int],
+        moved: Container[int],
     ) -> Joint:
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in self.robots):
@@ -261,7 +269,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                 who = self.robots
         changed: list[tuple[int, int]] | None = None
         for i in who:
-            here = self.reached(i)[poses[i]]
+            kept = self.kept(i)[poses[i]]
+            here = self.reached(i)[poses[i]] if i in moved else kept
             if not here:
                 continue
             pursuit, count = self.team.members[i].pursuit, counts[i]
@@ -281,7 +290,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                 memory, more = pursuit.step(count[0], here)
                 if (memory, more) == (count[0], 0):
                     break
-                count = memory, count[1] + more
+                count, here = (memory, count[1] + more), kept
             if count != counts[i]:
                 changed = changed or list(counts)
                 changed[i] = count
@@ -298,7 +307,12 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def reached(self, i: int) -> dict[int, int]:
-        return _Reached(self.team.members[i])
+        return _Known(self.team.members[i].reached)
+
+    @cached_method
+    def kept(self, i: int) -> dict[int, int]:
+        """The targets that staying in each pose meets."""
+        return _Known(self.team.members[i].kept)
 
 
 class EitherFloor(Floor, frozen=True, eq=False, dict=True):
@@ -318,12 +332,12 @@ class _Steps(dict[int, tuple[int, ...]]):
         return found
 
 
-class _Reached(dict[int, int]):
-    def __init__(self, member: Member) -> None:
-        self.member = member
+class _Known(dict[int, int]):
+    def __init__(self, of: Callable[[int], int]) -> None:
+        self.of = of
 
     def __missing__(self, pose: int) -> int:
-        found = self[pose] = self.member.reached(pose)
+        found = self[pose] = self.of(pose)
         return found
 
 

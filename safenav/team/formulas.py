@@ -73,7 +73,7 @@ def targets_of(objective: Objective, graph: PoseGraph) -> tuple[Mask, ...]:
     def poses_of(goal: int) -> Mask:
         return graph.where_met(lambda p, q: found.meets(goal, graph.pose(p), graph.pose(q)))
 
-    return tuple(map(poses_of, range(found.goals)))
+    return tuple(map(poses_of, range(found.goals))) or (graph.everywhere,)
 
 
 def waiting(places: Target, rules: Objective) -> Objective:
@@ -193,7 +193,8 @@ class StateGraph(PoseGraph):
             sum(1 << s for s in bits(self.everywhere) if goal in self._memories[s // self._span][1])
             for goal in range(self._guarantees.goals)
         )
-        return tuple(one | other for one, other in zip(by_steps, self.stays, strict=True))
+        found = tuple(one | other for one, other in zip(by_steps, self.stays, strict=True))
+        return found or (self.everywhere,)
 
     @cached_property
     def stays(self) -> tuple[Mask, ...]:

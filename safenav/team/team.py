@@ -17,7 +17,7 @@ from safenav.scenario.objective import Objective
 from safenav.scenario.pursuit import Pursuit
 from safenav.scenario.settings import Failures
 from safenav.team.battery import Energy
-from safenav.team.formulas import graph_of, pursuit_of, targets_of
+from safenav.team.formulas import StateGraph, graph_of, pursuit_of, targets_of
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
 
@@ -115,6 +115,12 @@ class Member(Struct, frozen=True, eq=False):
     def reached(self, pose: int) -> int:
         """The targets that contain a pose, as a mask."""
         return sum(1 << k for k, target in enumerate(self.targets) if target >> pose & 1)
+
+    def kept(self, pose: int) -> int:
+        """The targets that staying in a pose meets, as a mask: not goals about steps."""
+        if not isinstance(self.graph, StateGraph) or not self.graph.stays:
+            return self.reached(pose)
+        return sum(1 << k for k, goal in enumerate(self.graph.stays) if goal >> pose & 1)
 
 
 class Team(Struct, frozen=True, eq=False, dict=True):
