@@ -13,10 +13,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.cached_method import cached_method
 from safenav.team.state import Count, Stage, State
-from safenav.team.team import Member, Need, Obstacle, Team
+from safenav.team.team import Member, Need, Obstacle, Team, posed
 from safenav.world.poses import Mask, PoseGraph, bits
 
 Stages = tuple[Stage, ...]
@@ -419,6 +420,20 @@ def _floor(
         graphs.append(graph)
         floors.append(1 << standing[i] if i in standing else floor)
     return Floor(team, gates, tuple(graphs), tuple(floors), robots, barred)
+
+
+def without_memory(team: Team, state: State) -> tuple[Team, State]:
+    """The team and its state without the memory of formulas."""
+    plain = posed(team)
+    if plain is team:
+        return team, state
+    pairs = zip(state.robots, team.members, plain.members, strict=True)
+    robots = []
+    for robot, member, other in pairs:
+        to = None if robot.to is None else other.graph.number(member.graph.pose(robot.to))
+        pose = other.graph.number(member.graph.pose(robot.pose))
+        robots.append(replace(robot, pose=pose, to=to))
+    return plain, replace(state, robots=tuple(robots))
 
 
 def driven(team: Team, state: State) -> tuple[int, ...]:

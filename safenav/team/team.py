@@ -6,7 +6,7 @@ Robots and obstacles are numbered in the scenario's order. A set of regions or p
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import takewhile
 
 from msgspec import Struct
@@ -219,6 +219,18 @@ def energy_of(robot: model.Robot, graph: PoseGraph, chargers: frozenset[int]) ->
     return Energy(graph, graph.on(chargers), battery, targets, objective.settles)
 
 
+@lru_cache(maxsize=16)
+def posed(team: Team) -> Team:
+    """The team without the memory of formulas, as decisions about obstacles see it."""
+    if not any(isinstance(member.graph, StateGraph) for member in team.members):
+        return team
+    members = (
+        assigned(team, i, m.objective, m.robot.within, remember=False).members[i]
+        for i, m in enumerate(team.members)
+    )
+    return replace(team, members=tuple(members))
+
+
 def _zones(scenario: model.Scenario, robot: model.Robot) -> Iterator[Zone]:
     numbers = {each.name: i for i, each in enumerate(scenario.robots)}
     for each in scenario.never_together:
@@ -233,12 +245,14 @@ def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None
     return replace(team, obstacles=(*team.obstacles, new))
 
 
-def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Team:
+def assigned(
+    team: Team, i: int, objective: Objective, within: int | None, *, remember: bool = True
+) -> Team:
     """Return the team in which a robot has another objective of its own, each round ``within`` so
     many ticks."""
     member = team.members[i]
     robot = replace(member.robot, objective=objective, within=within)
-    graph = graph_of(robot, team.world, shared=member.planned)
+    graph = graph_of(robot, team.world, shared=member.planned and remember)
     new = replace(
         member,
         robot=robot,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from safenav.solve.duties import Settlement
 from safenav.solve.reasons import need_words, number_words
-from safenav.team.floor import barred, floor_now, stages_of
+from safenav.team.floor import barred, floor_now, stages_of, without_memory
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.words import listed, obstacle_words
@@ -19,6 +19,7 @@ class Request:
     """An open request ``k`` at this moment; ``found``: who does what."""
 
     def __init__(self, team: Team, state: State, found: Settlement, k: int) -> None:
+        team, state = without_memory(team, state)
         self.team, self.state, self.found, self.k = team, state, found, k
         self.floor = floor_now(team, state)
         self.stages, self.g = stages_of(self.floor, state), self.floor.gates.index(k)

@@ -23,7 +23,7 @@ from safenav.solve.proof import closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, done, initial, stands
-from safenav.team.floor import driven, floor_now, stages_of
+from safenav.team.floor import driven, floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
@@ -118,12 +118,13 @@ def first_controllers(
 ) -> dict[str, Controller]:
     """The controllers with which the named robots begin."""
     state = initial(team)
-    floor = floor_now(team, state)
-    stages, poses = stages_of(floor, state), tuple(r.next for r in state.robots)
+    plain, here = without_memory(team, state)
+    floor = floor_now(plain, here)
+    stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
     found = settle(Solver(floor), poses, stages, frozenset(), {}, frozenset())
     roles = [Role(member.objective) for member in team.members]
     if found.proof is None:
-        roles = [*Roles(team, state, floor, stages, found).all()]
+        roles = [*Roles(plain, here, floor, stages, found).all()]
     wanted = {i: roles[i] for i, m in enumerate(team.members) if m.name in names}
     made = synthesized(team, state, wanted, answers)
     return {team.members[i].name: made[i] for i in wanted}
@@ -172,8 +173,9 @@ def _settled(
     team: Team, state: State, before: Control, given: dict[int, Proof], answers: Answers
 ) -> Control:
     """Duties, roles and strategies: Algorithm 1, lines 10 to 14 and 20. Raises Pending."""
-    floor = floor_now(team, state)
-    stages, poses = stages_of(floor, state), tuple(r.next for r in state.robots)
+    plain, here = without_memory(team, state)
+    floor = floor_now(plain, here)
+    stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
     helping: dict[int, tuple[int, ...]] = {}
     for i, role in enumerate(before.roles):
         if role.helps in floor.gates:
@@ -185,12 +187,12 @@ def _settled(
     proofs = {**before.proofs, **given}
     never: End | None = None
     if found.proof is not None:
-        never = infeasible(team, state, around(floor, poses, stages), found.proof)
+        never = infeasible(plain, here, around(floor, poses, stages), found.proof)
     if never is not None and before.roles:
         return Control(None, found, before.roles, before.controllers, proofs, (), never)
     roles = tuple(Role(member.objective) for member in team.members)
     if never is None:
-        roles = Roles(team, state, floor, stages, found).all()
+        roles = Roles(plain, here, floor, stages, found).all()
     controllers, asked = list(before.controllers or (None,) * len(poses)), dict[int, Role]()
     for i, role in enumerate(roles):
         mine = controllers[i]

@@ -25,7 +25,7 @@ from safenav.solve.solve import Sets, around
 from safenav.spec.objective import Memory
 from safenav.spec.task import Task
 from safenav.team.apply import done, rounds, stands
-from safenav.team.floor import barred, floor_of, gates_of, stages_of
+from safenav.team.floor import barred, floor_of, gates_of, stages_of, without_memory
 from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
@@ -58,6 +58,7 @@ class End(Struct, frozen=True):
 def hopeful(team: Team, state: State, *, given_up: bool = True) -> Sets:
     """The team as if every robot were in service; with ``given_up`` as if the obstacles that are
     given up were still requested."""
+    team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
     poses = tuple(robot.next for robot in state.robots)
