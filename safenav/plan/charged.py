@@ -10,9 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from math import inf
 
 from safenav.plan.order import linear, plan_of
 from safenav.plan.search import Answer, Exhausted, Goal, Guide, Search
+from safenav.scenario.settings import Clock
 from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
@@ -165,7 +167,8 @@ class ChargedSearch(Search):
 
 def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     """The plan of these states, in which robots leave chargers with the charge and in the tick that
-    were planned. ``begun``: the tick before its first one."""
+    were planned. ``begun``: the tick before its first one; live runs have none."""
+    begun = -inf if floor.team.scenario.clock is Clock.LIVE else begun
     plan = plan_of(floor, linear(floor, states[0], [joint.poses for joint in states]))
     ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0
     for before, joint in pairwise(states):
@@ -177,4 +180,4 @@ def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
                 charge, due = before.charges[i], begun + 1 + tick
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge, tick=due)
         tick += max((floor.team.members[i].ticks for i in moving), default=1)
-    return Plan(tuple(map(tuple, ways)), plan.foreseen)
+    return Plan(tuple(map(tuple, ways)), plan.foreseen, charged=True)

@@ -18,6 +18,7 @@ from safenav.team.team import Team, Zone
 from safenav.world.poses import FAR
 
 _NONE: frozenset[int] = frozenset()
+EARLY = 1e-5
 
 
 def linear(floor: Floor, first: Joint, moves: Sequence[tuple[int, ...]]) -> list[Joint]:
@@ -190,19 +191,61 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 def starving(team: Team, state: State) -> bool:
     """Whether a robot that waits off the chargers has to go to one now, contrary to its plan."""
-    for i in team.charged:
-        member, robot = team.members[i], state.robots[i]
-        energy = member.energy
-        if energy is None or not energy.battery.stay or not (robot.idle and robot.active):
+    for i in team.charged if state.plan is not None and state.plan.charged else ():
+        spare, robot = _spare(team, state, i), state.robots[i]
+        ready = spare is not None and robot.idle and robot.active
+        if spare is None or not ready or next_step(team, state, i) is not None:
             continue
-        if energy.chargers >> robot.pose & 1 or next_step(team, state, i) is not None:
-            continue
-        there = energy.far(floor_now(team, state).floors[i], energy.chargers)[robot.pose]
-        slack = (4 if member.rivals else 1) * max(energy.battery.stay, energy.battery.move)
-        spare = robot.charge - there * energy.battery.move
-        if there < FAR and 0 <= spare <= slack:
+        if spare <= EARLY and charge_left(team, state, i):
             return True
     return False
+
+
+def charge_left(team: Team, state: State, i: int) -> bool:
+    """Whether a robot still gets to a charger."""
+    slack, spare = _slack(team, i), _spare(team, state, i)
+    return spare is not None and spare + slack >= 0
+
+
+def _spare(team: Team, state: State, i: int) -> float | None:
+    """The charge that a robot off the chargers has beyond that for its way to one, and for a few
+    steps more; None if it needs none to wait, or no way leads to one."""
+    energy, robot = team.members[i].energy, state.robots[i]
+    if energy is None or not energy.battery.stay or energy.chargers >> robot.pose & 1:
+        return None
+    steps = energy.far(floor_now(team, state).floors[i], energy.chargers)[robot.pose]
+    return robot.charge - steps * energy.battery.move - _slack(team, i) if steps < FAR else None
+
+
+def _slack(team: Team, i: int) -> float:
+    member = team.members[i]
+    assert member.energy is not None
+    battery = member.energy.battery
+    return (4 if member.rivals else 1) * max(battery.stay, battery.move)
+
+
+def charging_ends(team: Team, state: State) -> float | None:
+    """When, in a live run, a robot on a charger has the charge for which it waits, or one off the
+    chargers has to go to one, or has none left; None: never."""
+    times = []
+    for i, (member, robot) in enumerate(zip(team.members, state.robots, strict=True)):
+        energy = member.energy
+        if energy is None or robot.to is not None or not robot.active:
+            continue
+        charge, move = robot.charge, energy.battery.move
+        if energy.chargers >> robot.pose & 1:
+            way = state.plan.ways[i][robot.at + 1 : robot.at + 2] if state.plan else ()
+            least = max([move, *(waypoint.charge for waypoint in way)])
+            left = (least - charge) / energy.battery.charge
+        elif energy.battery.stay:
+            spare = _spare(team, state, i)
+            marks = (charge - move, *(() if spare is None else (spare, spare + EARLY)))
+            left = min((m for m in marks if m > EARLY), default=0) / energy.battery.stay
+        else:
+            continue
+        if left > 0:
+            times.append(state.time + left + EARLY)
+    return min(times, default=None)
 
 
 def charges_now(team: Team, state: State) -> tuple[float, ...]:

@@ -308,10 +308,12 @@ def _counts(
     ticks: int | None,
 ) -> Iterator[tuple[Count, Count, tuple[int, ...]]]:
     """Each count of what a robot meets where it stands, before and after it, with the targets: one,
-    or if that takes no time all up to ``most`` rounds. Formulas count one step each time."""
+    or if that takes no time each target, and where it settles ``most`` rounds. Formulas count one
+    step each time."""
     here, region = _reached(team, robot, i, objective), robot.pose % team.size
     once = ticks or isinstance(objective, Ltl)
-    for _ in range(1 if once else most * pursuit_of(objective).targets):
+    pursuit = pursuit_of(objective)
+    for _ in range(1 if once else pursuit.targets + most * pursuit.settles):
         if not ticks and rounds(objective, count) >= most:
             return
         after, met = _count(objective, count, here, region)
@@ -386,6 +388,12 @@ def will_count(team: Team, state: State, i: int) -> bool:
     here = _reached(team, robot, i, member.objective)
     after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
     return robot.fresh or (after != robot.own and not done(team, state, i))
+
+
+def charged(team: Team, state: State, i: int) -> bool:
+    """Whether a robot that was flat has got another battery, so that it is in service again."""
+    robot, energy = state.robots[i], team.members[i].energy
+    return robot.flat and energy is not None and robot.charge >= energy.battery.capacity
 
 
 def done(team: Team, state: State, i: int) -> bool:

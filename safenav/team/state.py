@@ -130,10 +130,11 @@ class Waypoint(NamedTuple):
 
 class Plan(Struct, frozen=True, eq=False):
     """A joint plan in execution: the way of each robot (its present place first; others: empty).
-    ``foreseen``: the obstacles that it knows."""
+    ``foreseen``: the obstacles that it knows; ``charged``: the charges suffice for it."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]
+    charged: bool = False
 
 
 class State(Struct, frozen=True):

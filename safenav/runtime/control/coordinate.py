@@ -22,7 +22,7 @@ from safenav.solve.duties import Settlement, settle
 from safenav.solve.proof import closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
-from safenav.team.apply import apply, done, initial, stands
+from safenav.team.apply import apply, charged, done, initial, stands
 from safenav.team.floor import driven, floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
@@ -99,7 +99,8 @@ def coordinate(
         control = replace(control, question=_question(team, state))
     if control.end is None:
         try:
-            control = replace(control, end=_planned(team, state, control, answers, decide))
+            end = _out_of_service(team, state, control)
+            control = replace(control, end=end or _planned(team, state, control, answers, decide))
         except Pending:
             return replace(control, thinks=True), decided
         aside = any(isinstance(event, now.SetAside) for event in decided)
@@ -286,6 +287,19 @@ def _whole(team: Team, state: State, robots: tuple[int, ...], proof: JointSearch
         if each.given_up
     }
     return replace(proof, stages={**proof.stages, **gone})
+
+
+def _out_of_service(team: Team, state: State, control: Control) -> End | None:
+    """The end if only robots out of service have not met their objectives."""
+    robots = [*enumerate(state.robots)]
+    if control.found.served or all(r.active for _, r in robots) or any(r.acting for _, r in robots):
+        return None
+    left = [i for i, _ in robots if not (done(team, state, i) and stands(team, state, i))]
+    if not left or any(state.robots[i].active or charged(team, state, i) for i in left):
+        return None
+    names = " and ".join(team.members[i].name for i in left)
+    verb = "is" if len(left) == 1 else "are"
+    return End("operator_needed", f"{names} {verb} out of service", "out_of_service")
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.scenario import settings
 from safenav.scenario.settings import LatePolicy, switching
 from safenav.team import bound
 from safenav.team import state as now
@@ -21,7 +22,7 @@ from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.world.poses import Mask
 
-MISSION = "mission"
+MISSION, LIVE = "mission", settings.Clock.LIVE
 Of = int | str
 """What a deadline is about: an obstacle's number, or ``mission``."""
 
@@ -65,7 +66,7 @@ class Ledger:
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario
-        self.active = team.scenario.sets_deadlines
+        self.active = team.scenario.deadlines and team.scenario.clock is not LIVE
         self.open: dict[Of, int] = {}
         if (by := team.scenario.until.by) is not None:
             self.open[MISSION] = by

@@ -336,7 +336,7 @@ class Recorder:
         for event in decided:
             if isinstance(event, now.GaveUp):
                 self._given_up(before, event.obstacle, control)
-        if control.end is None or control.end.cause == "deadlock":
+        if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
             self._stack(after, control)
             self._told(after)
         why = self.why if self.tick else Reason.INITIAL
@@ -500,7 +500,7 @@ class Recorder:
     # Ends.
 
     def waiting(self, end: End, until: float | None) -> None:
-        if self.waited is not end:
+        if self.waited is None:
             self.waited = end
             cause = None if end.cause is None else OperatorCause(end.cause)
             self.emit(

@@ -1,12 +1,15 @@
-"""Deadlines that cannot be met, found before the start."""
+"""Deadlines that cannot be met, and charges that do not suffice, found before the start."""
 
 from __future__ import annotations
+
+from math import ceil
 
 from msgspec.structs import replace
 
 from safenav.runtime.control.ends import End
 from safenav.runtime.run.deadlines import MISSION, mission_end, objectives_change
 from safenav.solve.rounds import Walk, least_within
+from safenav.team.battery import NEVER, Energy
 from safenav.team.bound import earliest, moment_of
 from safenav.team.state import State
 from safenav.team.team import Member, Team
@@ -16,7 +19,8 @@ _NUMBERS = {1: "its target", 2: "both targets"}
 
 
 def refusal_of(team: Team, state: State) -> End | None:
-    """Return the end of a run with a deadline that the robots could not meet even alone."""
+    """Return the end of a run with a deadline that the robots could not meet even alone, or a
+    charge that does not suffice."""
     refused: dict[str, int | None] = {}
     parts = []
     for member, robot in zip(team.members, state.robots, strict=True):
@@ -36,7 +40,46 @@ def refusal_of(team: Team, state: State) -> End | None:
             refused[MISSION] = soonest
             when = "at all" if soonest is None else f"before tick {soonest}"
             parts.append(f"the mission cannot be completed {when}, and is due by {by}")
+    for member, robot in zip(team.members, state.robots, strict=True):
+        energy = member.energy
+        if energy is None or team.scenario.flat is not None:
+            continue
+        need = energy.need(member.floor, robot.pose, energy.turn(robot.own.memory))
+        if need > robot.charge:
+            refused[f"{member.name}.battery"] = None if need >= NEVER else ceil(need)
+            parts.append(_charge_words(team, member, energy, robot.pose, need))
     return End("unrealizable", "; ".join(parts), refused=refused) if refused else None
+
+
+def _charge_words(team: Team, member: Member, energy: Energy, pose: int, need: float) -> str:
+    battery, word = energy.battery, team.world.word
+    here, name = word(pose % team.size), member.name
+    if need < NEVER:
+        return f"{name} needs a charge of {ceil(need)} at {here}, and has {battery.start}"
+    if energy.chargers >> pose & 1:
+        text = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
+    else:
+        text = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
+    text += " from which it can continue"
+    enough = _least_capacity(member, energy, pose)
+    return text if enough is None else f"{text}; a capacity of {enough} suffices"
+
+
+def _least_capacity(member: Member, energy: Energy, pose: int) -> int | None:
+    """Return the least capacity with which a robot could continue forever; None if there is
+    none."""
+    low, high = energy.battery.capacity, 4 * member.graph.size * (energy.battery.move + 1)
+
+    def enough(capacity: int) -> bool:
+        larger = replace(energy, battery=replace(energy.battery, capacity=capacity))
+        return larger.need(member.floor, pose, 0) < NEVER
+
+    if not enough(high):
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return high
 
 
 def _orders(team: Team, member: Member, pose: int) -> list[list[Mask]]:

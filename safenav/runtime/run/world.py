@@ -15,6 +15,7 @@ from typing import Protocol
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
+from safenav.plan.order import charging_ends
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.run.decide import Proposal
@@ -29,7 +30,7 @@ from safenav.runtime.worlds.world import Change, InputWorld
 from safenav.scenario import model
 from safenav.scenario.settings import switching
 from safenav.team import state as now
-from safenav.team.apply import acts_on, resolved
+from safenav.team.apply import acts_on, charged, resolved
 from safenav.team.failures import consequences, met, noticed, number, unknown
 from safenav.team.floor import occupied, standing
 from safenav.team.state import State
@@ -122,8 +123,9 @@ class World:
         if self.live:
             here = replace(run.state, time=0)
             changed = here != self._last or run.answers.fresh() or bool(self.operator.asked)
-            self._last = here
-            due, idle = self.coming(run), commands.simulated and commands.idle and not changed
+            self._last, marks = here, (self.coming(run), charging_ends(run.team, run.state))
+            due = min((t for t in marks if t is not None), default=None)
+            idle = commands.simulated and commands.idle and not changed
             self.still = idle and due is None
             if self.still or (idle and self.stands(run)):
                 return
@@ -133,9 +135,8 @@ class World:
         else:
             commands.hear(None, True)
         yield now.Time(commands.now(), self.live)
-        for i, robot in enumerate(run.state.robots):
-            energy = run.team.members[i].energy
-            if robot.flat and energy is not None and robot.charge >= energy.battery.capacity:
+        for i in range(len(run.state.robots)):
+            if charged(run.team, run.state, i):
                 yield now.Served(i, True, "battery")
         yield from self.operator.events(run)
         yield from self._heard(run)
