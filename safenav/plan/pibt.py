@@ -58,9 +58,9 @@ class Proposals:
 
     def _take(self, i: int, pose: int, pushing: frozenset[int]) -> bool:
         region, rivals, after = pose % self._size, self._rivals[i], self._next
-        if any(j in rivals for j in self._entered.get(region, ())):
+        if (entered := self._entered.get(region)) and not rivals.isdisjoint(entered):
             return False
-        if any(
+        if self._zones[i] and any(
             self._full(others, regions)
             for others, regions in self._zones[i]
             if regions >> region & 1
@@ -95,10 +95,13 @@ class Proposals:
         """A robot's possible next poses, the nearest to its goals first; free ones before taken
         ones."""
         here, field, rivals = self._joint.poses[i], self._fields[i], self._rivals[i]
-        ranks = [(0 if field is None else field[here], False, self._random.random(), here)]
+        now, size, draw = self._now, self._size, self._random.random
+        ranks = [(0 if field is None else field[here], False, draw(), here)]
         for pose in self._floor.steps(i, self._joint.stages)[here]:
             if self._alive is not None and not self._alive[i] >> pose & 1:
                 continue
-            taken = any(j in rivals for j in self._now.get(pose % self._size, ()))
-            ranks.append((1 if field is None else field[pose], taken, self._random.random(), pose))
-        return [rank[3] for rank in sorted(ranks)]
+            there = now.get(pose % size)
+            taken = there is not None and not rivals.isdisjoint(there)
+            ranks.append((1 if field is None else field[pose], taken, draw(), pose))
+        ranks.sort()
+        return [rank[3] for rank in ranks]

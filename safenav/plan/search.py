@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from random import Random
 
+from safenav.plan.immobile import Immobile
 from safenav.plan.pibt import Field, Proposals
 from safenav.team.floor import Floor, Joint, Stages
 from safenav.world.poses import FAR, Mask
@@ -25,7 +26,7 @@ FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
 MANY, ROLLS = 60, 8
 FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
 SINGLES, PROOF = 4_000, 60_000
-LEG, CHAIN, LEGS = 30, 3_000, 50
+LEG, CHAIN, LEGS = 8, 4_000, 50
 
 
 class Exhausted(list[Joint]):
@@ -64,7 +65,7 @@ class Search:
         self._propose = Proposals(floor, self.random, alive).propose
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._fields: dict[tuple[int, Mask, Stages], Field] = {}
-        self._alive = [floor.live(i, floor.floors[i]) for i in range(len(start.poses))]
+        self._immobile = Immobile(floor, self._alive)
 
     def goal(self, joint: Joint) -> bool:
         self._check()
@@ -87,8 +88,9 @@ class Search:
                         return self.singles(PROOF)
                     if found is not None:
                         return found
-            if (found := self._legs(CHAIN << turn)) is not None:
-                return found
+            for _ in range(turn + 1):
+                if (found := self._legs(CHAIN << turn // 2)) is not None:
+                    return found
             if few and turn == 0 and (answer := self.singles(SINGLES)) is not None:
                 return answer
             if self.work <= 0:
@@ -197,7 +199,7 @@ class Search:
             edges += 1
             if edges > budget * 12 or self.work <= 0:
                 return None
-            if self._new(after, before):
+            if self._new(after, before) and not self._immobile.hopeless(after):
                 before[after] = joint
                 if goal(after):
                     return _path(after, before)
@@ -271,9 +273,10 @@ class Search:
         return goal
 
     def _legs(self, most: int) -> list[Joint] | None:
-        """A chain of legs, each of one robot that all others let pass; backtracks at random."""
+        """A chain of legs, each of one robot that all others let pass; backtracks at random,
+        farther the more often it has failed since it was longest."""
         legs: list[list[Joint]] = [[self.start]]
-        vain = made = 0
+        vain = made = longest = failed = 0
         while not self.goal(legs[-1][-1]):
             leg, spent = self._leg(legs[-1][-1])
             vain, made = vain + spent, made + 1
@@ -285,7 +288,10 @@ class Search:
             ):
                 return None
             if leg is None:
-                del legs[self.random.randrange(1, len(legs)) :]
+                failed = failed + 1 if len(legs) <= longest else 1
+                longest = max(longest, len(legs))
+                back = 1 + self.random.randrange(failed)
+                del legs[max(1, len(legs) - back) :]
             else:
                 legs.append(leg)
         return [legs[0][0], *(joint for leg in legs[1:] for joint in leg[1:])]
@@ -300,7 +306,7 @@ class Search:
             self.random.shuffle(others)
             field = fields[i]
             assert field is not None
-            budget = LEG + 2 * field[start.poses[i]]
+            budget = LEG + field[start.poses[i]]
             found = self.deep(start, self._reaches(start, i, field), budget, ONE, [i, *others])
             if found is not None and not isinstance(found, Exhausted):
                 return found, vain
