@@ -13,7 +13,6 @@ from safenav.audit.lines import Line, Made
 from safenav.audit.needs import Need
 from safenav.audit.rules import (
     batteries,
-    beliefs,
     changes,
     deadlines,
     live,
@@ -34,7 +33,7 @@ from safenav.audit.run.passes import Passes
 from safenav.audit.run.situation import Situation
 
 _MODULES = (
-    *(order, deadlines, batteries, motion, beliefs, obstacles, requests, stack, objectives),
+    *(order, deadlines, batteries, motion, obstacles, requests, stack, objectives),
     *(synthesis, changes, plans, outcome, proofs, live),
 )
 RULES: tuple[type[Rule], ...] = tuple(

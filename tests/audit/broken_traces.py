@@ -110,12 +110,6 @@ CASES: list[Case] = [
     ),
     ("collision slow_steps 3 flyer 3", retell("flyer", (3, 9, 8), (4, 8, 8))),
     ("transit slow_steps 2 slow 2", edit("move", {"tick": 2, "robot": "slow"}, toward=13)),
-    ("belief beliefs 2 watcher 2", edit("belief", {"tick": 2}, regions=[9])),
-    ("belief beliefs 1 watcher", edit("belief", {"tick": 1}, regions=[9, 10])),
-    ("belief beliefs 2 watcher", edit("belief", {"tick": 2}, regions=[10, 15, 16, 17])),
-    ("belief beliefs 2 watcher 2", edit("belief", {"tick": 2}, regions=[10, 15])),
-    ("belief beliefs 2 watcher 2", drop("belief", tick=2)),
-    ("missed-belief beliefs 4 watcher", drop("belief", tick=4)),
     ("unresolved-obstacle shared_floor 2 one", scenario("obstacles", to=[DEBRIS])),
     ("unresolved-obstacle pressed 3 pia", retell("pia", (3, 21, 22)), cut_after("move", tick=3)),
     (
@@ -173,13 +167,6 @@ CASES: list[Case] = [
     ("request operator 2 rover", drop("request")),
     ("proof operator 2 -", drop("blocked")),
     ("helper detour 1 rover", edit("request", {}, helper="rover")),
-    ("belief beliefs 2 watcher", insert_after("belief", {"tick": 2})),
-    (
-        "missed-belief beliefs 4 watcher",
-        scenario("robots", "flyer", "objective", to={"visit": [9]}),
-        edit("synthesis", {"robot": "flyer"}, objective={"visit": [9]}),
-        edit("belief", {"tick": 4}, seen=False),
-    ),
     ("order door 7 digit", edit("goal", {"robot": "digit", "tick": 6}, tick=7)),
     ("rounds shared_floor 4 two", edit("outcome", {}, rounds={"one": 0, "two": 4})),
     (

@@ -223,7 +223,7 @@ def hold(now: Situation) -> Iterator[Message]:
     objective = turn.objectives[turn.robot]
     shape = shape_of(objective.kind)
     ended = shape.settles and (not shape.ends or _ended(turn.robot, now))
-    if not ended or not _by_strategy(turn):
+    if not ended or not objective.targets or not _by_strategy(turn):
         return
     if turn.on_the_way:
         return  # that was decided at its departure

@@ -205,7 +205,8 @@ class CompletedRule(Rule):
             region = record.to
         elif record.tick > 0 and record.node is not None:
             objective = record.objective
-        if objective == own and _stays(robot, now) and region in own.targets[-1]:
+        last = own.targets[-1] if own.targets else ()
+        if objective == own and _stays(robot, now) and region in last:
             self._held.setdefault(robot, set()).add(record.tick)
 
     def ending(self, now: Situation) -> Iterator[Message]:

@@ -25,7 +25,8 @@ class SynthesisRule(Rule):
     """Before the first move each robot is synthesized for the objective of the header, and never
     later with that reason. If a run that continues another begins with a wait, a robot may be
     synthesized to stay instead. A robot that gets another objective is synthesized for it in the
-    same turn, unless it has command inputs, is out of service, or the run is live; the event that
+    same turn, unless it shares its floor with others (a joint plan is then its controller), has
+    command inputs, is out of service, or the run is live; the event that
     the reason names has happened in that turn (D 5.3, T Time). Only a realizable synthesis yields a
     strategy. A strategy begins with a memory that the robot's formulas may have at that pose after
     the steps so far."""
@@ -86,6 +87,7 @@ class SynthesisRule(Rule):
         for robot, objective in now.objectives.items():
             same = _alternating(objective) == _alternating(turn.objectives[robot])
             owed = not same and robot not in now.out  # otherwise it is due on the robot's return
+            owed = owed and not now.rivals[robot]  # a joint plan is its controller
             if owed and (robot, objective) not in done:
                 yield robot, f"{robot} gets {objective} but no strategy for it", turn.records[-1]
 

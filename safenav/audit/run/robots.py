@@ -48,7 +48,6 @@ class Robots:
         self.signals: dict[str, Line] = {}
         """Each robot's last command inputs, where robots are driven by command inputs."""
         self.inputs = {each.name: False for each in self.header.inputs or ()}
-        self.beliefs: dict[tuple[str, str], Line] = {}
         self.charge = {n: float(r.battery.start) for n, r in robots.items() if r.battery}
         """Charge of each robot with a battery; live, when its last step ended or began."""
         self.stands = dict.fromkeys(self.charge, 0.0)

@@ -145,8 +145,6 @@ class Situation(Actions):
                     self.ended.pop(robot, None)
                 else:
                     self.perform(robot, {})
-            case "belief":
-                self.beliefs[robot, record.of] = record
             case "inputs":
                 self.inputs = dict(record.values)
             case "service":
