@@ -14,12 +14,13 @@ CAUSE = "input"
 
 
 def values_of(
-    team: Team, state: State, world: InputWorld | None, by_user: Mapping[str, bool]
+    team: Team, state: State, time: float, world: InputWorld | None, by_user: Mapping[str, bool]
 ) -> frozenset[str]:
-    """The inputs that are on now. ``world``: what sets them; ``by_user``: those of an operator."""
+    """The inputs that are on at a time. ``world``: what sets them; ``by_user``: what an operator
+    set."""
     names = [each.name for each in team.scenario.inputs]
     found = {name: name in state.inputs for name in names}
-    found |= inputs_of(world if names else None, int(state.time)) | dict(by_user)
+    found |= inputs_of(world if names else None, int(time)) | dict(by_user)
     return frozenset(name for name in names if found[name])
 
 

@@ -278,11 +278,26 @@ class Run:
             return end
         if end is not None:
             self.recorder.waiting(end, self.until())
-        elif self.world.still:
-            return End("time_limit", f"no robot moves; {self.left()}")
+        elif (still := self.still()) is not None:
+            if not self.may_hear():
+                return still
+            self.recorder.waiting(still, None)
         if state.time >= self.world.limit[0]:
             return End(self.world.limit[1], self.left())
         return None
+
+    def may_hear(self) -> bool:
+        """Whether an operator may set an input."""
+        return self.world.attended and bool(self.team.scenario.inputs)
+
+    def still(self) -> End | None:
+        """The end of a run in which no robot will ever move."""
+        if self.control.end is not None or not self.world.still:
+            return None
+        words = f"no robot moves; {self.left()}"
+        if self.team.scenario.inputs:
+            words += f"; inputs: {' and '.join(sorted(self.state.inputs)) or 'none'} on"
+        return End("time_limit", words)
 
     def left(self) -> str:
         """Why the run is not completed yet, in words."""

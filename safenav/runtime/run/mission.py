@@ -232,6 +232,8 @@ class Mission:
     def waiting(self) -> End | None:
         """The end that the run would have without an operator; None if it does not wait for one."""
         run = self._run
+        if run.may_hear() and (still := run.still()) is not None:
+            return still
         return run.control.end if run.waits() and run.until() is None else None
 
     @property

@@ -200,6 +200,7 @@ class Recorder:
             case now.Revealed(k, truth):
                 self.emit(records.Truth(self.tick, self._name(k), truth, ChangeCause.USER))
             case now.Inputs(on, by_user):
+                self.waited = None
                 values = {each.name: each.name in on for each in self.team.scenario.inputs}
                 self.emit(records.Inputs(self.tick, values, by_user or None))
             case now.Reopened():

@@ -130,7 +130,7 @@ class World:
             if self.still or (idle and self.stands(run)):
                 return
             due = min((t for t in (due, self.limit[0]) if t is not None and t < inf), default=None)
-            if not commands.hear(due, changed):
+            if not commands.hear(due, changed) and self._on(run) == run.state.inputs:
                 return
         else:
             commands.hear(None, True)
@@ -171,10 +171,14 @@ class World:
             else:
                 yield now.Turn(i, None if self.live else 1)
 
+    def _on(self, run: Running) -> frozenset[str]:
+        """The inputs that are on now."""
+        sources = self._inputs, self.operator.inputs
+        return values_of(run.team, run.state, self.commands.now(), *sources)
+
     def _heard(self, run: Running) -> Iterator[now.Event]:
         """The inputs of this moment, and the objectives that they select."""
-        by_user = self.operator.inputs
-        on = values_of(run.team, run.state, self._inputs, by_user)
+        by_user, on = self.operator.inputs, self._on(run)
         if on != run.state.inputs or by_user.keys() != self._set:
             self._set = frozenset(by_user)
             yield now.Inputs(on, tuple(by_user))
