@@ -13,7 +13,7 @@ from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl, Objective, Word
 from safenav.scenario.objective_text import describe
-from safenav.scenario.settings import Clock
+from safenav.scenario.settings import Clock, Coordination
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms
 from safenav.spec.objective import Memory
@@ -68,7 +68,8 @@ class Controller(Struct, frozen=True, eq=False):
     @property
     def node(self) -> int | None:
         strategy = self.result.strategy
-        return None if strategy is None else strategy.find_initial(values_of(self.task.pose))
+        begins = values_of(self.task.pose) | ({"wait": 0} if self.task.assignable else {})
+        return None if strategy is None else strategy.find_initial(begins)
 
     def steps(self, node: int, heard: Mapping[str, int]) -> list[tuple[int, int | None, int]]:
         """The strategy's successors for these inputs: region, heading, node."""
@@ -84,6 +85,11 @@ class Controller(Struct, frozen=True, eq=False):
             return None
         found = strategy.values(node)
         return tuple(sorted((name, found[name]) for name in (*objective.memory, *objective.inputs)))
+
+
+def assignable(team: Team, i: int) -> bool:
+    """Whether a robot keeps one strategy, whose inputs command it."""
+    return team.scenario.coordination is Coordination.ASSIGNABLE and not team.members[i].planned
 
 
 Candidate = tuple[Task, ObjectiveForm]
@@ -106,7 +112,8 @@ def synthesized(
                 waiting.add(i)
                 continue
             tried_before = found[i].failed() if i in found else ()
-            asked, avoid = roles[i].objective, roles[i].avoid
+            asked = task.robot.objective if task.assignable else roles[i].objective
+            avoid = roles[i].avoid
             found[i] = Controller(task, asked, rung, result, avoid, tried_before)
             if found[i].realizable:
                 del left[i]
@@ -117,7 +124,9 @@ def synthesized(
 
 def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candidate]:
     """The tasks for a role, the strongest form first."""
-    member, robot = team.members[i], state.robots[i]
+    member, robot, assigned = team.members[i], state.robots[i], assignable(team, i)
+    if assigned:
+        role = Role(member.objective)  # with any assignment
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
     walls, cells = walls_of(team, state, i, role.avoid), team.scenario.partition
     turn = robot.own.memory if own and role.objective.in_turn else 0
@@ -128,6 +137,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
         member.graph,
         region_mask(known.region for known in walls),
         shared=bool(member.rivals),
+        assigned=assigned,
     ):
         memory = Memory(rung.turn if role.objective.strict else turn)
         named: tuple[str, ...] = ()
@@ -148,6 +158,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
                 partition=None if cells is None else Partition(cells),
                 closed=standing(team, state),
                 forbidden=role.forbidden,
+                assignable=assigned,
                 inputs=tuple((each, each.name in state.inputs) for each in inputs),
                 live=team.scenario.clock is Clock.LIVE,
             ),
@@ -161,6 +172,8 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
     robot = state.robots[i]
     if robot.node is None and robot.to is None:
         return True  # it is astray
+    if assignable(team, i):
+        role = Role(team.members[i].objective)
     if controller.task.objective.relaxed() != role.objective.relaxed():
         return True
     known = {(wall.region, wall.item) for wall in controller.task.blocked}

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from safenav.plan.order import next_step
+from safenav.runtime.control.assignable import commanded
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.observing import heard
 from safenav.team.floor import reserved
@@ -44,8 +45,11 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     if controller is None or robot.node is None or not controller.realizable:
         return []
     safe, graph, found = control.found.safe[i], team.members[i].graph, []
-    observed = heard(team, state, i, controller.task)
-    for region, heading, node in controller.steps(robot.node, observed):
+    if controller.task.assignable:
+        steps = commanded(team, state, i, control.roles[i], controller, safe)
+    else:
+        steps = controller.steps(robot.node, heard(team, state, i, controller.task))
+    for region, heading, node in steps:
         pose = region if heading is None else heading * team.size + region
         if pose == robot.pose or safe is None or not graph.one_way or safe >> pose & 1:
             found.append(Proposal(pose, "strategy", node, controller.values(node)))

@@ -18,7 +18,7 @@ from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.because import ASIDE, Request
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End, lacks_of
-from safenav.runtime.control.tasks import enough
+from safenav.runtime.control.tasks import assignable, enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
@@ -355,7 +355,8 @@ class Recorder:
     def _told(self, state: State) -> None:
         """The objectives of planned robots that no push or pop has told."""
         for i, robot in enumerate(state.robots):
-            if self.team.members[i].planned and self.told[i] != robot.objective:
+            told = self.team.members[i].planned or assignable(self.team, i)
+            if told and self.told[i] != robot.objective:
                 traced = objective_in_trace(robot.objective)
                 self.emit(records.Told(self.tick, self._robot(i), traced))
         self.told = [robot.objective for robot in state.robots]

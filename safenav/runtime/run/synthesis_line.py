@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
+from safenav.bounds import Place
 from safenav.runtime.control.tasks import Controller
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
+from safenav.spec.assignable import neutral
+from safenav.spec.assignable_regions import AssignableRegions, assignable_regions
 from safenav.spec.compile import assumption_names
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Task
@@ -12,6 +17,7 @@ from safenav.trace import records
 from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import Reason
 from safenav.world.map import RegionMap
+from safenav.world.moves import Pose
 
 
 def synthesis_line(
@@ -19,9 +25,9 @@ def synthesis_line(
 ) -> records.Synthesis:
     """The line of a synthesis."""
     task, result = found.task, found.result
-    poses = sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0))
     hashes = result.spec_sha256, result.strategy_sha256
     believes = task.tracking is Tracking.BELIEF and bool(task.observed)
+    possible = assignable_regions(task, world) if task.assignable else None
     return records.Synthesis(
         tick,
         task.robot.name,
@@ -57,11 +63,28 @@ def synthesis_line(
         if believes
         else None,
         sight_closed=tuple(sorted(task.closed)) if believes else None,
-        forbidden=tuple(pose.place for pose in poses) or None,
+        places=None if possible is None else tuple(sorted(possible.places)),
+        neutral=None if possible is None else neutral(possible),
+        places_from=None if possible is None else _places_from(possible),
+        forbidden=_ordered(task.forbidden) or None,
         form=found.form,
         allows=found.allows(world.word),
         tried=found.tried or None,
     )
+
+
+def _places_from(possible: AssignableRegions) -> tuple[records.PlacesFrom, ...] | None:
+    found = (
+        records.PlacesFrom(tuple(sorted(part.regions)), _ordered(poses), dict(memory) or None)
+        for part in possible.parts
+        for memory, poses in part.poses().items()
+    )
+    return tuple(found) or None
+
+
+def _ordered(poses: Collection[Pose]) -> tuple[Place, ...]:
+    ordered = sorted(poses, key=lambda pose: (pose.region, pose.heading or 0))
+    return tuple(pose.place for pose in ordered)
 
 
 def _memory(task: Task) -> dict[str, int] | None:
