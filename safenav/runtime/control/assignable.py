@@ -20,8 +20,9 @@ from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.world.poses import FAR, Mask, bits
 
-MOST_STAYS = 4
-"""How often a strategy may stay under a command before it goes on."""
+MOST_STEPS = 40
+"""How many steps of a strategy are followed to see whether they lead to a goal: it may first meet
+one that it pursued before."""
 Step = tuple[int, int | None, int]
 """A region, a heading, and the strategy's node there."""
 
@@ -51,6 +52,20 @@ def commanded(
     if own and (not shut or goal >> robot.pose & 1):
         return steps(robot.node, None)
     field = graph.distances(goal, free)
+
+    def leads(step: Step, place: int | None) -> bool:
+        """Whether the strategy comes nearer to the goal by this step and its next ones."""
+        for _ in range(MOST_STEPS):
+            if not free >> number(step) & 1:
+                return False
+            if field[number(step)] < field[robot.pose]:
+                return True
+            following = steps(step[2], place)
+            if not following:
+                return False
+            step = following[0]
+        return False
+
     if not 0 < field[robot.pose] < FAR:
         return steps(robot.node, None, wait=True)
     sent = before["assigned"] if before["request"] and not before["wait"] else None
@@ -63,11 +78,7 @@ def commanded(
     for node in (robot.node, *found.result.strategy.alike(robot.node)):
         for place in places:
             for step in steps(node, place):
-                after, at = step, number(step)
-                for _ in range(MOST_STAYS):
-                    if at == robot.pose and (following := steps(after[2], place)):
-                        after, at = following[0], number(following[0])
-                if free >> at & 1 and field[at] < field[robot.pose]:
+                if leads(step, place):
                     return [step]
     return steps(robot.node, None, wait=True)
 
