@@ -98,6 +98,8 @@ def missed_goal(now: Situation) -> Iterator[Message]:
     if now.had_turn(robot, turn.tick):
         return  # it had its turn in that tick before the run was continued
     here = now.region[robot] if move is None else move.to  # an operator may have moved it since
+    if robot in now.acting:
+        return  # goals count when its action has ended
     if now.toward[robot] is not None:
         return  # it is leaving: only a robot that ends a step, or stays, meets a target
     met = {goal.goal for goal in turn.all("goal")}

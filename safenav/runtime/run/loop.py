@@ -195,7 +195,7 @@ class Run:
     def count(self, before: now.State, event: now.Event) -> None:
         """The end of a turn: goals count where the robot stands, after it has acted. One that got
         another objective in its turn has counted when it got it."""
-        if isinstance(event, now.Turn | now.Arrived):
+        if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
             if robot.idle and (robot.fresh or robot.objective == before.robots[i].objective):
