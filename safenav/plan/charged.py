@@ -21,7 +21,7 @@ from safenav.team.state import Plan
 from safenav.world.poses import Mask
 
 Charges = tuple[float, ...]
-WORK = 400_000
+WORK, STATES = 40_000, 3_000
 
 
 class ChargedSearch(Search):
@@ -71,7 +71,7 @@ class ChargedSearch(Search):
 
     def singles(self, budget: int) -> Answer:
         self._best = {}
-        found = super().singles(budget)
+        found = super().singles(min(budget, STATES))
         return None if isinstance(found, Exhausted) else found
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
@@ -180,4 +180,4 @@ def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
                 charge, due = before.charges[i], begun + 1 + tick
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge, tick=due)
         tick += max((floor.team.members[i].ticks for i in moving), default=1)
-    return Plan(tuple(map(tuple, ways)), plan.foreseen, charged=True)
+    return Plan(tuple(map(tuple, ways)), plan.foreseen, begun + 1 + tick)

@@ -190,8 +190,9 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 
 def starving(team: Team, state: State) -> bool:
-    """Whether a robot that waits off the chargers has to go to one now, contrary to its plan."""
-    for i in team.charged if state.plan is not None and state.plan.charged else ():
+    """Whether a robot that waits off the chargers has to go to one now, since its plan is late."""
+    until = None if state.plan is None else state.plan.until
+    for i in team.charged if until is not None and state.time > until else ():
         spare, robot = _spare(team, state, i), state.robots[i]
         ready = spare is not None and robot.idle and robot.active
         if spare is None or not ready or next_step(team, state, i) is not None:

@@ -130,11 +130,12 @@ class Waypoint(NamedTuple):
 
 class Plan(Struct, frozen=True, eq=False):
     """A joint plan in execution: the way of each robot (its present place first; others: empty).
-    ``foreseen``: the obstacles that it knows; ``charged``: the charges suffice for it."""
+    ``foreseen``: the obstacles that it knows; ``until``: the tick by which it
+    ends, if the charges suffice for it."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]
-    charged: bool = False
+    until: float | None = None
 
 
 class State(Struct, frozen=True):
