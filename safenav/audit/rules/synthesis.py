@@ -22,12 +22,12 @@ _BEGINS = ("move", "depart", "act", "outcome")
 
 
 class SynthesisRule(Rule):
-    """Before the first move each robot is synthesized for the objective of the header, and never
-    later with that reason. If a run that continues another begins with a wait, a robot may be
-    synthesized to stay instead. A robot that gets another objective is synthesized for it in the
-    same turn, unless it shares its floor with others (a joint plan is then its controller), has
-    command inputs, is out of service, or the run is live; the event that
-    the reason names has happened in that turn (D 5.3, T Time). Only a realizable synthesis yields a
+    """Before the first move each robot without rivals is synthesized for the objective of the
+    header, and never later with that reason. If a run that continues another begins with a wait, a
+    robot may be synthesized to stay instead. A robot that gets another objective is synthesized for
+    it in the same turn, unless it shares its floor with others (a joint plan is then its
+    controller), has command inputs, is out of service, or the run is live; the event that the
+    reason names has happened in that turn (D 5.3, T Time). Only a realizable synthesis yields a
     strategy. A strategy begins with a memory that the robot's formulas may have at that pose after
     the steps so far."""
 
@@ -54,7 +54,8 @@ class SynthesisRule(Rule):
             yield from self._problems(record, now)
         elif record.type == "move" and not self._begun:
             self._begun = True
-            for robot in sorted(now.header.robots.keys() - self._initial):
+            lone = {robot for robot in now.header.robots if not now.rivals[robot]}
+            for robot in sorted(lone - self._initial):
                 yield robot, f"{robot} has no initial synthesis before the first move"
 
     def turn(self, now: Situation) -> Iterator[Message]:

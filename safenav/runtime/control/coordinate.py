@@ -17,7 +17,7 @@ from safenav.plan.order import at_end, charges_now, joint_now, starving, stuck
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.ends import End, deadlocked, hopeful, infeasible, no_strategy
 from safenav.runtime.control.roles import Role, Roles
-from safenav.runtime.control.tasks import Controller, outdated, synthesized
+from safenav.runtime.control.tasks import Controller, outdated, pursues, synthesized
 from safenav.solve.duties import Settlement, settle
 from safenav.solve.proof import closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
@@ -199,7 +199,8 @@ def _settled(
         mine = controllers[i]
         if not state.robots[i].active:
             continue
-        planned = i not in lone and before.roles  # a joint plan is its controller
+        # A joint plan is the controller of the others.
+        planned = i not in lone and (before.roles or pursues(team, floor, here, i))
         if (mine is None and not planned) or (
             mine is not None and i in lone and outdated(team, state, i, role, mine)
         ):

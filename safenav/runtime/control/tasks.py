@@ -11,7 +11,7 @@ from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.observing import observed, standing
 from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
-from safenav.scenario.objective import Ltl, Objective, Word
+from safenav.scenario.objective import Ltl, Objective, Word, formulas_in
 from safenav.scenario.objective_text import describe
 from safenav.scenario.settings import Clock, Coordination
 from safenav.spec.compile import compile_task
@@ -19,6 +19,7 @@ from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms
 from safenav.spec.objective import Memory
 from safenav.spec.task import Known, Task
 from safenav.synthesis.request import SynthesisResult
+from safenav.team.floor import Floor, stages_of
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 from safenav.trace import records
@@ -164,6 +165,29 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
             ),
             rung,
         )
+
+
+def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
+    """Whether a robot with rivals can pursue its objective alone, past all open obstacles, as its
+    poses show; False if only a synthesis can tell."""
+    member, robot = team.members[i], team.members[i].robot
+    objective = member.objective
+    if (
+        not member.rivals
+        or member.energy is not None
+        or robot.tracks
+        or robot.when
+        or formulas_in(objective) is not None
+    ):
+        return False
+    if objective.strict or objective.literal:
+        return False  # it may have another form
+    graph, start = floor.graphs[i], 1 << state.robots[i].next
+    live = floor.live(i, floor.allowed(i, stages_of(floor, state)))
+    here = start & live
+    for target in member.targets if here else ():
+        here = graph.closure(here, live) & target
+    return bool(here)
 
 
 def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:
