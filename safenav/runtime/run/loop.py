@@ -245,6 +245,8 @@ class Run:
         if self.control.question != intended.question:
             self.recorder.settled(before, decided, self.state, self.control)
         self.recorder.tell_plan(before, self.state)
+        if self.control.end is not None and self.waits():
+            self.recorder.waiting(self.control.end, self.until())
 
     def has_ended(self, event: now.Event) -> bool:
         """Whether nothing can help after this turn, so that the other robots stand."""
