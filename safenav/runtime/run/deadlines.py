@@ -16,13 +16,14 @@ from safenav.scenario.settings import LatePolicy, switching
 from safenav.team import bound
 from safenav.team import state as now
 from safenav.team.apply import goals, on_own, rounds
+from safenav.team.floor import floor_now, stages_of
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.world.poses import Mask
 
-MISSION, LIVE = "mission", settings.Clock.LIVE
+MISSION, BATTERY, LIVE = "mission", "battery", settings.Clock.LIVE
 Of = int | str
 """What a deadline is about: an obstacle's number, or ``mission``."""
 
@@ -61,6 +62,7 @@ class LedgerKept(Struct, frozen=True, forbid_unknown_fields=True):
 
 class Ledger:
     """``open``: the running deadlines and when they are due; ``reported``: those recorded as lost;
+    ``causes``: of those that a charge sets; ``seen``: the open requests;
     ``late``: those that were missed; ``begun``: the ticks in which robots in transit set out;
     ``had``: how many robots have had their turn."""
 
@@ -73,6 +75,8 @@ class Ledger:
         self.names: dict[Of, str] = {MISSION: MISSION}
         self.past: set[Of] = set()
         self.reported: set[Of] = set()
+        self.causes: dict[Of, str] = {}
+        self.seen: set[int] = set()
         self.late: list[str] = []
         self.clocks = [Clock() for _ in team.members]
         self.begun: dict[int, int] = {}
@@ -155,8 +159,14 @@ class Ledger:
         for line in self.lines:
             self.emit(line)
         self.lines = []
-        known = self.open.keys() | self.past
+        known = self.open.keys() | self.past | self.seen
+        self.seen = {*state.requests}
         dues = {k: state.obstacles[k].due for k in state.requests if k not in known}
+        for k, due in dues.items():
+            until = lasts_until(team, state, k, self.had)
+            if until is not None and (due is None or until < due):
+                dues[k] = until
+                self.causes[k] = BATTERY
         fresh = {k: due for k, due in dues.items() if due is not None}
         timed = any(member.robot.within is not None for member in team.members)
         if fresh or (self.had == len(team.members) and (self.open or timed)):
@@ -174,7 +184,7 @@ class Ledger:
             if due < self.tick:
                 del self.open[of]
                 self.past.add(of)
-                self._missed(self.names[of], due, late)
+                self._missed(self.names[of], due, late, self.causes.get(of))
         for i, member in enumerate(team.members):
             clock, within = self.clocks[i], member.robot.within
             if within is not None and not clock.over and clock.begun + within < self.tick:
@@ -182,9 +192,11 @@ class Ledger:
                 verdict = DeadlineVerdict.EXCUSED if clock.excused else late
                 self._missed(member.name, clock.begun + within, verdict)
 
-    def _missed(self, of: str, due: int, verdict: DeadlineVerdict) -> None:
+    def _missed(
+        self, of: str, due: int, verdict: DeadlineVerdict, cause: str | None = None
+    ) -> None:
         self.late += [of] if verdict is DeadlineVerdict.LATE else []
-        self.emit(records.Deadline(self.tick, of, due, verdict))
+        self.emit(records.Deadline(self.tick, of, due, verdict, cause=cause))
 
     def _look(self, team: Team, state: State) -> None:
         """Note the robots that do not pursue their own objective."""
@@ -205,8 +217,10 @@ class Ledger:
     def _ended(self, k: Of, verdict: DeadlineVerdict) -> None:
         self.past.discard(k)
         self.reported.discard(k)
+        cause = self.causes.pop(k, None)
         if (due := self.open.pop(k, None)) is not None:
-            self.lines.append(records.Deadline(self.tick, self.names[k], due, verdict))
+            line = records.Deadline(self.tick, self.names[k], due, verdict, cause=cause)
+            self.lines.append(line)
 
     def _foresee(self, team: Team, state: State, fresh: dict[int, int]) -> None:
         """Begin the deadlines of new requests, and report all that can no longer be met."""
@@ -217,7 +231,8 @@ class Ledger:
         for k, due in fresh.items():
             self.names[k], self.open[k] = team.obstacles[k].name, due
             verdict, soonest = DeadlineVerdict.SET, ends.get(k, self.tick)
-            self.emit(records.Deadline(self.tick, self.names[k], due, verdict, soonest))
+            about = self.names[k], due, verdict, soonest, self.causes.get(k)
+            self.emit(records.Deadline(self.tick, *about))
         if MISSION in self.open and not objectives_change(team, self.tick):
             every = (goals_left(team, state, i, team.rounds) for i in range(len(team.members)))
             ends[MISSION] = mission_end(moment, times, self.tick, [[each] for each in every])
@@ -245,6 +260,26 @@ class Ledger:
 
 def _beyond(soonest: int | None, due: int) -> bool:
     return soonest is None or soonest > due
+
+
+def lasts_until(team: Team, state: State, k: int, had: int) -> int | None:
+    """Return the last tick in which an obstacle that cuts its first requester off from its chargers
+    can be resolved for its charge; None if it does not, or if waiting takes no charge. ``had``: as
+    of the ledger."""
+    i = next((i for i, _ in state.obstacles[k].asked), None)
+    energy = None if i is None else team.members[i].energy
+    if i is None or energy is None or not energy.battery.stay:
+        return None
+    robot, floor, stay = state.robots[i], floor_now(team, state), energy.battery.stay
+    charge, turn = robot.charge - stay * (i >= had), energy.turn(robot.own.memory)
+    allowed = floor.allowed(i, stages_of(floor, state)) | 1 << robot.next
+    beyond = allowed | floor.floors[i] & floor.graphs[i].poses_on(1 << team.obstacles[k].region)
+    behind = energy.need(beyond, robot.next, turn)
+    if behind > charge or energy.need(allowed, robot.next, turn) <= charge:
+        return None
+    if energy.far(allowed, energy.chargers)[robot.next] * energy.battery.move <= charge:
+        return None  # it can wait at a charger
+    return int(state.time) + int((charge - behind) // stay)
 
 
 def objectives_change(team: Team, tick: int) -> bool:
