@@ -279,6 +279,8 @@ def _check_own(team: Team, i: int, robot: RobotNow) -> None:
     """Check what only some robots have: formulas, beliefs, inputs, batteries."""
     member, inputs = team.members[i], {each.name for each in team.scenario.inputs}
     names = {name for name, _ in initial(team).robots[i].values} | inputs
+    for objective in (robot.objective, member.robot.objective):
+        names |= {*objective.memory} if isinstance(objective, Ltl) else set()
     values = [*robot.values, *([] if robot.came is None else robot.came[1])]
     values += [] if robot.base is None else robot.base[3]
     _require({name for name, _ in values} <= names, f"{member.name} remembers something unknown")

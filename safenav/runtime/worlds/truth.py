@@ -23,14 +23,15 @@ from safenav.world.moves import Pose
 
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
-    """The state of a simulated world. ``brought``: the obstacles that a user has brought, the last
-    of all; ``truths``: what resolving each obstacle reveals; ``named``: the same by name, of the
-    last one of each."""
+    """The state of a simulated world. ``truths``: what resolving each obstacle reveals; ``named``:
+    the same by name, of the last one of each; ``added``: the obstacles that the scenario does not
+    list, the last of all; ``brought``: the numbers of those that a user has brought."""
 
     obstacles: tuple[ObstacleNow, ...]
     truths: tuple[bool | None, ...]
     named: dict[str, bool | None]
-    brought: tuple[Obstacle, ...] = ()
+    added: tuple[Obstacle, ...] = ()
+    brought: tuple[int, ...] = ()
 
 
 class SimulatedWorld:
@@ -59,13 +60,16 @@ class SimulatedWorld:
 
     def kept(self) -> Truth:
         """The state for a checkpoint."""
-        brought = tuple(self._team.obstacles[k].source for k in sorted(self._brought))
-        return Truth(self._state.obstacles, tuple(self._truths), {**self.truths}, brought)
+        listed, brought = len(self._team.scenario.obstacles), tuple(sorted(self._brought))
+        added = tuple(each.source for each in self._team.obstacles[listed:])
+        truths = tuple(self._truths), {**self.truths}
+        return Truth(self._state.obstacles, *truths, added, brought)
 
     def resume(self, truth: Truth, regions: Sequence[Region]) -> bool:
         """Continue from that state, with the robots in these regions; return whether it fits."""
-        for source in truth.brought:
-            self._brought.add(len(self._team.obstacles))
+        for source in truth.added:
+            if not self._team.world.is_free(source.region):
+                return False
             self._team = introduced(self._team, source)
         stages = zip(self._team.obstacles, truth.obstacles, strict=False)
         robots, count = range(len(regions)), len(self._team.obstacles)
@@ -74,7 +78,8 @@ class SimulatedWorld:
             and {*there.stage.done, *(there.stage.group or ())} <= {*robots}
             for each, there in stages
         )
-        if fits and {*self._team.numbers} == {*truth.named}:
+        if fits and {*self._team.numbers} == {*truth.named} and {*truth.brought} <= {*range(count)}:
+            self._brought = {*truth.brought}
             self._state = replace(self._state, obstacles=truth.obstacles)
             self._truths, self.truths = [*truth.truths], {**truth.named}
             self._regions = [*regions]
