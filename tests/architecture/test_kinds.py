@@ -16,6 +16,7 @@ KNOW = {
     "scenario/objective.py": "its class",
     "spec/objective.py": "its formulas, if they are new",
     "audit/kinds.py": "the judges' own table",
+    "judge/lines.py": "the judge's own objective",
     "trace/objective.py": "the format: kinds that an unknown reader could misread",
 }
 

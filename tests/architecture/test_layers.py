@@ -136,7 +136,7 @@ def test_only_frozen_data_has_undeclared_attributes() -> None:
     assert loose == []
 
 
-ON_THEIR_OWN = ("safenav.audit.", "safenav.certify.checker.")
+ON_THEIR_OWN = ("safenav.audit.", "safenav.certify.checker.", "safenav.judge.")
 """They share nothing with what they check, so they have names of their own for it."""
 
 BESIDE = (
@@ -147,8 +147,10 @@ BESIDE = (
     "safenav.runtime.run.",
     "safenav.runtime.worlds.truth",
     "safenav.runtime.worlds.live_simulation",
+    "safenav.judge.",
 )
-"""The next runtime, which stands beside the one that it replaces: both know the same things."""
+"""The next runtime and the next judge, which stand beside those that they replace: both know the
+same things."""
 
 
 def classes(name: str) -> list[str]:

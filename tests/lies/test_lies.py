@@ -10,6 +10,10 @@ from lies.forging import retold
 from lies.lies import BUNDLE, FORMULAS, LIES, TRACE, code
 from safenav.audit.check import check_trace
 from safenav.errors import InputError
+from safenav.judge.engine import judge
+from safenav.judge.lines import NotATraceError
+
+JUDGE = "the judge"
 
 
 def marks(name: str, who: str) -> list[pytest.MarkDecorator]:
@@ -21,6 +25,8 @@ CASES = [
     pytest.param(name, who, id=f"{name}: {lie.says} ({who})", marks=marks(name, who))
     for name, lie in LIES.items()
     for who in lie.refused_by
+] + [
+    pytest.param(n, JUDGE, id=f"{n}: {JUDGE}") for n, lie in LIES.items() if TRACE in lie.refused_by
 ]
 
 
@@ -28,6 +34,12 @@ def believed(who: str, bundle: Path, files: Files, target: Path) -> bool:
     """Whether a checker accepts these files, with the claims that it establishes itself."""
     if who == BUNDLE:
         return checked(rewrite(bundle, files, target), compare=False).accepted
+    if who == JUDGE:
+        try:
+            judged = judge(files["trace.jsonl"].splitlines(keepends=True))
+        except NotATraceError:
+            return False
+        return judged.ok and judged.outcome is not None and not judged.notes
     try:
         found = check_trace([line.decode() for line in files["trace.jsonl"].splitlines()])
     except InputError:
@@ -62,12 +74,12 @@ def test_a_lie_is_refused(name: str, who: str, tmp_path: Path) -> None:
     assert not believed(who, bundle, files, tmp_path / "lie")
 
 
-@pytest.mark.parametrize("who", [TRACE, BUNDLE, "its own check.py"])
+@pytest.mark.parametrize("who", [TRACE, JUDGE, BUNDLE, "its own check.py"])
 def test_a_name_is_never_code(who: str, tmp_path: Path) -> None:
     canary = tmp_path / "canary"
     bundle = bundle_at("formulas", FORMULAS)
     files = named(retold(code(canary))(files_of(bundle)))
-    if who in (TRACE, BUNDLE):
+    if who in (TRACE, JUDGE, BUNDLE):
         assert not believed(who, bundle, files, tmp_path / "lie")
     else:
         status, said = run_checker(rewrite(bundle, files, tmp_path / "lie"))

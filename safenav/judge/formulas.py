@@ -1,0 +1,218 @@
+"""Formulas of objectives (docs/scenario.md) as functions built from closures.
+
+No text of a file is ever evaluated as code. A variable with a prime is its next value.
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from itertools import product
+from math import prod
+from typing import Any, NamedTuple
+
+HEADINGS = ("north", "east", "south", "west")
+MOST_VALUES = 64
+"""Values of a memory that are enumerated; formulas over more are not judged."""
+MOST_LEVELS, MOST_DIGITS = 200, 10
+
+Pose = tuple[int, "str | None"]  # a region, and the heading of a robot that has one
+Values = Mapping[str, int]  # of variables; a truth is 0 or 1
+
+
+class UnreadError(Exception):
+    """The judge does not read a formula; the message says why."""
+
+
+class Part(NamedTuple):
+    """A formula or a part of it. ``value``: its value for the values of its variables; ``truth``:
+    whether that is a truth, otherwise a number; ``reads``: its variables; ``levels``: nesting."""
+
+    value: Callable[[Values], Any]
+    truth: bool
+    reads: frozenset[str]
+    levels: int = 0
+
+
+_TOKEN = re.compile(
+    r"(?a)\s*(\d+|[A-Za-z_]\w*'*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()])"
+)
+_SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
+_STRENGTH = {"<->": 1, "->": 2, "^": 3, "|": 4, "&": 5, "+": 8}
+_STRENGTH |= dict.fromkeys(("=", "!=", "<", "<=", ">", ">="), 7)
+_NOT, _COMPARES, _TIGHTEST = 6, 7, 9
+_CONSTANTS = {"FALSE": 0, "TRUE": 1} | {heading: k for k, heading in enumerate(HEADINGS)}
+_PAIRS: dict[str, Callable[[Any, Any], Any]] = {
+    **{"=": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le},
+    **{">": operator.gt, ">=": operator.ge, "<->": operator.eq, "^": operator.ne},
+}
+
+
+def _joined(sign: str, parts: Sequence[Part]) -> Callable[[Values], Any]:
+    values = [part.value for part in parts]
+    if sign == "+":
+        return lambda at: sum(value(at) for value in values)
+    if sign == "&":
+        return lambda at: all(value(at) for value in values)
+    if sign == "|":
+        return lambda at: any(value(at) for value in values)
+    left, right = values
+    if sign == "->":
+        return lambda at: not left(at) or right(at)
+    pair = _PAIRS[sign]
+    return lambda at: pair(left(at), right(at))
+
+
+class _Parser:
+    """``truths``: the variables that are truths. Operators associate to the left."""
+
+    def __init__(self, text: str, truths: frozenset[str]) -> None:
+        self.text, self.truths = text, truths
+        rest = _TOKEN.sub("", text).strip()
+        self.require(not rest, f"cannot read '{rest[:20]}'")
+        self.left = ["the end", *(_SAME.get(t, t) for t in reversed(_TOKEN.findall(text)))]
+
+    def require(self, holds: object, problem: str) -> None:
+        if not holds:
+            raise UnreadError(f"{problem} in the formula '{self.text[:40]}'")
+
+    def whole(self) -> Part:
+        part = self.read(0, "", 0)
+        self.require(part.truth and len(self.left) == 1, f"unexpected '{self.left[-1]}'")
+        return part
+
+    def read(self, least: int, prime: str, depth: int) -> Part:
+        """Return the longest expression of operators with at least this precedence. Within
+        ``next(...)`` each variable gets a prime."""
+        self.require(depth < MOST_LEVELS, "too much nesting")
+        part = self.operand(prime, depth)
+        while (strength := _STRENGTH.get(sign := self.left[-1], -1)) >= least:
+            parts = [part]
+            while self.left[-1] == sign and (len(parts) < 2 or sign in "&|+"):
+                self.left.pop()
+                parts.append(self.read(strength + 1, prime, depth + 1))
+            takes = strength < _NOT  # truths; the others take numbers
+            self.require(all(each.truth is takes for each in parts), f"wrong operands of '{sign}'")
+            levels = max(each.levels for each in parts) + 1
+            self.require(levels < MOST_LEVELS, "too much nesting")
+            reads = frozenset[str]().union(*(each.reads for each in parts))
+            part = Part(_joined(sign, parts), strength <= _COMPARES, reads, levels)
+        return part
+
+    def operand(self, prime: str, depth: int) -> Part:
+        token, none = self.left.pop(), frozenset[str]()
+        if token in ("next", "X") and self.left[-1] == "(":
+            return self.read(_TIGHTEST, f"{prime}'", depth + 1)
+        if token == "(":
+            part = self.read(0, prime, depth + 1)
+            self.require(self.left.pop() == ")", "'(' is not closed")
+            return part
+        if token == "!":
+            part = self.read(_NOT, prime, depth + 1)
+            self.require(part.truth, "wrong operand of '!'")
+            value = part.value
+            return part._replace(value=lambda at: not value(at), levels=part.levels + 1)
+        if token.isdigit() or token in _CONSTANTS:
+            self.require(len(token) <= MOST_DIGITS, "a number that is too large")
+            number = _CONSTANTS[token] if token in _CONSTANTS else int(token)
+            return Part(lambda _: number, token in ("TRUE", "FALSE"), none)
+        key = token + prime
+        self.require(re.fullmatch(r"(?a)[A-Za-z_]\w*'?", key), f"unexpected '{token}'")
+        return Part(operator.itemgetter(key), token.rstrip("'") in self.truths, frozenset([key]))
+
+
+@cache
+def read_formula(text: str, truths: frozenset[str]) -> Part:
+    """Parse a formula. Raises UnreadError."""
+    return _Parser(text, truths).whole()
+
+
+class Formulas:
+    """The safety, the goals and the memory of a robot's objective. ``values``: all values of its
+    memory with the inputs that it reads; a *memory* is an index in them. ``whole``: all formulas
+    are read; otherwise the memory has too many values, and those that read it are left out."""
+
+    def __init__(self, body: Mapping[str, Any], always: Iterable[str] = ()) -> None:
+        memory = body.get("memory") or {}
+        self.inputs: list[str] = _listed(body.get("inputs"))
+        self.names = [*memory, *self.inputs]
+        ranges = [range(2) if kind == "bool" else range(kind[0], kind[1] + 1)
+                  for kind in memory.values()] + [range(2)] * len(self.inputs)  # fmt: skip
+        self.whole = prod(map(len, ranges)) <= MOST_VALUES
+        rows = product(*ranges) if self.whole else [()]
+        self.values: list[tuple[int, ...]] = [*rows]
+        truths = frozenset([*self.inputs, *(k for k, kind in memory.items() if kind == "bool")])
+        texts = {part: _listed(body.get(part)) for part in ("init", "safety", "liveness")}
+        texts["safety"] += [f"region' = region | ({text})" for text in always]
+        named = {"region", "heading", *self.names}
+        parts = {key: [read_formula(text, truths) for text in each] for key, each in texts.items()}
+        for part in (part for each in parts.values() for part in each):
+            if unknown := {name.rstrip("'") for name in part.reads} - named:
+                raise UnreadError(f"unknown names in a formula: {', '.join(sorted(unknown))}")
+        known = named - (set() if self.whole else {*self.names})
+        self._init, self._safety, self._goals = (
+            [part.value for part in each if {name.rstrip("'") for name in part.reads} <= known]
+            for each in parts.values()
+        )
+        self.count = len(parts["liveness"])
+        self.steps = cache(self._steps)
+        self.goals = self._goals if len(self._goals) == self.count else []
+
+    def begins(self, pose: Pose) -> list[int]:
+        """Return the memories with which the robot may begin in a pose."""
+        every = enumerate(self.values)
+        rows = ((i, self._row(pose, pose, row, row)) for i, row in every)
+        return [i for i, at in rows if all(holds(at) for holds in self._init)]
+
+    def _steps(self, before: Pose, after: Pose) -> list[tuple[int, int, frozenset[int]]]:
+        """Return the steps that safety allows: the memories before and after, and the goals met."""
+        found = []
+        for (i, old), (j, new) in product(enumerate(self.values), repeat=2):
+            at = self._row(before, after, old, new)
+            if all(holds(at) for holds in self._safety):
+                found.append((i, j, frozenset(k for k, g in enumerate(self.goals) if g(at))))
+        return found
+
+    def allows(self, before: Pose, after: Pose) -> bool:
+        """Return whether safety allows a step with some memory."""
+        return bool(self.steps(before, after))
+
+    def meets(self, goal: int, before: Pose, after: Pose) -> bool:
+        """Return whether a step may meet a goal with some memory; it may also break safety."""
+        rows = product(self.values, repeat=2)
+        return any(self.goals[goal](self._row(before, after, *row)) for row in rows)
+
+    def met_by_staying(self, pose: Pose, memory: int) -> frozenset[int]:
+        """Return the goals that a robot meets by staying in a pose with that memory."""
+        row = self.values[memory]
+        at = self._row(pose, pose, row, row)
+        return frozenset(k for k, goal in enumerate(self.goals) if goal(at))
+
+    def after(self, memories: Iterable[int], before: Pose, then: Pose) -> set[int]:
+        """Return the memories that may follow some memories in a step."""
+        known = {*memories}
+        return {j for i, j, _ in self.steps(before, then) if i in known}
+
+    def _row(self, before: Pose, after: Pose, old: Sequence[int], new: Sequence[int]) -> Values:
+        (a, faced), (b, faces) = before, after
+        at = {"region": a, "region'": b, "heading": _number(faced), "heading'": _number(faces)}
+        for name, value, later in zip(self.names, old, new, strict=False):
+            at[name], at[f"{name}'"] = value, later
+        return at
+
+
+def _number(heading: str | None) -> int:
+    return -1 if heading is None else HEADINGS.index(heading)
+
+
+def _listed(value: Any) -> list[str]:
+    return [value] if isinstance(value, str) else [*(value or ())]
+
+
+def all_memories(formulas: Formulas, pairs: Iterable[tuple[Pose, Pose]]) -> Iterator[Any]:
+    """Yield each allowed step between poses with its memories: (before, i), (after, j), goals."""
+    for before, after in pairs:
+        for i, j, goals in formulas.steps(before, after):
+            yield (before, i), (after, j), goals

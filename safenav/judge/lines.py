@@ -1,0 +1,391 @@
+"""The one reader: a trace (docs/trace.md) as lines with typed fields.
+
+Everything is checked here before a rule sees it: JSON without repeated keys, words, names and sizes
+(``line_values``), the fields of each type of line, and that robots and obstacles are known. Lines
+and fields that only explain are dropped.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from safenav.judge.formulas import Formulas, UnreadError
+from safenav.line_values import flaws
+from safenav.strict_json import read_json
+
+VERSION = 3
+MOST_BYTES = 10_000_000
+"""Bytes of a line."""
+
+
+class NotATraceError(ValueError):
+    """The lines are not a trace; the message says where and why."""
+
+
+class Line:
+    """A line, or a part of one; a missing field is None. ``start`` is ``from`` of the file."""
+
+    kind: str
+    robot: str
+    tick: int
+    t: float | None
+    number: int
+
+    def __init__(self, **fields: Any) -> None:
+        self.__dict__.update(fields)
+
+    def __getattr__(self, name: str) -> Any:
+        return None
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Line) and vars(self) == vars(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class Objective(Line):
+    """``targets``: for each its regions, none for formulas; ``formulas``: of ``ltl`` and
+    ``always``, None if there are none."""
+
+    targets: list[frozenset[int]]
+
+    def __eq__(self, other: object) -> bool:
+        keys = ("kind", "data", "literal")
+        return all(getattr(self, key) == getattr(other, key, None) for key in keys)
+
+    @property
+    def settles(self) -> bool:
+        """Return whether the robot stays at its last target, where each tick is a round."""
+        return self.kind in ("hold", "once")
+
+    @property
+    def ends(self) -> bool:
+        """Return whether it meets each target once before that."""
+        return self.kind == "once"
+
+    @property
+    def strict(self) -> bool:
+        """Return whether it leaves a target at once, and touches none out of turn."""
+        return self.kind == "patrol"
+
+    @property
+    def in_turn(self) -> bool:
+        return self.strict or self.ends or self.kind == "visit"
+
+    @property
+    def covers(self) -> bool:
+        return self.kind == "cover"
+
+    @property
+    def last(self) -> frozenset[int]:
+        return self.targets[-1]
+
+    def serves(self, own: Objective) -> bool:
+        """Return whether the goals of this objective are those of another one, of which it may be
+        the weaker form."""
+        alternate = self.in_turn and own.in_turn and not (self.settles or own.settles)
+        return (self.kind == own.kind or alternate) and self.data == own.data
+
+
+class WrongError(Exception):
+    """A value has another type than its field."""
+
+
+Read = Callable[[Any], Any]
+
+
+def _of(*types: type) -> Read:
+    def read(value: Any) -> Any:
+        if type(value) not in types:
+            raise WrongError(f"must be {' or '.join(one.__name__ for one in types)}")
+        return value
+
+    return read
+
+
+def _count(value: Any) -> int:
+    if type(value) is not int or value < 0:
+        raise WrongError("must be a whole number of at least 0")
+    return value
+
+
+def _list(read: Read, made: Callable[[Iterable[Any]], Any] = tuple) -> Read:
+    def each(value: Any) -> Any:
+        if not isinstance(value, list):
+            raise WrongError("must be a list")
+        return made([read(one) for one in value])
+
+    return each
+
+
+def _by_name(read: Read) -> Read:
+    def each(value: Any) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            raise WrongError("must be an object")
+        return {name: read(one) for name, one in value.items()}
+
+    return each
+
+
+def _pair(*reads: Read) -> Read:
+    def each(value: Any) -> Any:
+        if not isinstance(value, list) or len(value) != len(reads):
+            raise WrongError(f"must be a list of {len(reads)} values")
+        return tuple(read(one) for read, one in zip(reads, value, strict=True))
+
+    return each
+
+
+_INT, _STR, _BOOL, _NUMBER = _of(int), _of(str), _of(bool), _of(int, float)
+_NAMES, _SET = _list(_STR), _list(_STR, frozenset)
+_HEADING = _of(str, type(None))
+READS: dict[str, Read] = {
+    **{"int": _INT, "str": _STR, "bool": _BOOL, "number": _NUMBER, "count": _count},
+    **{"heading": _HEADING, "truth": _of(bool, type(None)), "name": _HEADING},
+    **{"names": _NAMES, "set": _SET, "regions": _list(_INT, frozenset)},
+    **{"counts": _by_name(_count), "ints": _by_name(_INT), "truths": _by_name(_BOOL)},
+    **{"words": _by_name(_STR), "met": _by_name(_list(_NAMES)), "numbers": _list(_count)},
+    **{"memories": _by_name(_by_name(_INT)), "spans": _list(_pair(_count, _count))},
+    **{"poses": _list(_pair(_INT, _HEADING), frozenset)},
+    **{"places": _by_name(_pair(_INT, _HEADING)), "refused": _by_name(_of(int, type(None)))},
+}
+"""The types of fields."""
+
+
+def _object(text: str) -> Read:
+    """Read an object with these fields, each as ``name:type``, with ``?`` if it may be absent."""
+    words = [word.partition(":") for word in text.split()]
+    fields = [
+        (name.rstrip("?"), name.endswith("?"), READS[kind or "str"]) for name, _, kind in words
+    ]
+
+    def read(value: Any) -> Line:
+        if not isinstance(value, dict):
+            raise WrongError("must be an object")
+        line = Line()
+        for name, may, each in fields:
+            if name in value and not (may and value[name] is None):
+                try:
+                    line.__dict__["start" if name == "from" else name] = each(value[name])
+                except WrongError as error:
+                    raise WrongError(f"`{name}` {error}") from None
+            elif not may:
+                raise WrongError(f"has no `{name}`")
+        return line
+
+    return read
+
+
+def _add(**shapes: str) -> None:
+    """Name the types of objects, and of lists and mappings of these."""
+    for name, text in shapes.items():
+        READS[name] = read = _object(text)
+        READS[f"{name}_list"], READS[f"{name}_by_name"] = _list(read, list), _by_name(read)
+
+
+def _formulas(value: Any) -> Any:
+    return value if isinstance(value, str) else _list(_STR, list)(value)
+
+
+def _memory(value: Any) -> Any:
+    kinds = _by_name(lambda kind: kind if kind == "bool" else _pair(_INT, _INT)(kind))(value)
+    if any(kind != "bool" and kind[0] > kind[1] for kind in kinds.values()):
+        raise WrongError("has an empty range")
+    return kinds
+
+
+READS["memory"], READS["formulas"] = _memory, _formulas
+_add(ltl="memory?:memory inputs?:formulas init?:formulas safety?:formulas liveness?:formulas")
+
+
+def _objective(value: Any) -> Objective:
+    rest = dict(_by_name(lambda inner: inner)(value))
+    form, avoid, always = (rest.pop(key, None) for key in ("form", "avoid", "always"))
+    if len(rest) != 1:
+        raise WrongError("must have one kind")
+    ((kind, body),) = rest.items()
+    if kind not in ("patrol", "visit", "cover", "hold", "once", "ltl"):
+        raise WrongError(f"has the unknown kind {kind}")
+    targets, always = list[frozenset[int]](), _list(_STR)(always or [])
+    if kind == "ltl":
+        body = vars(READS["ltl"](body or {}))
+    else:
+        listed = [body] if kind == "hold" else _list(lambda one: one, list)(body)
+        targets = [READS["regions"](one if isinstance(one, list) else [one]) for one in listed]
+        if not targets or not all(targets):
+            raise WrongError("must have targets")
+    rules = READS["regions"](avoid or []), always
+    asks = kind == "ltl" or always
+    formulas = Formulas(body if kind == "ltl" else {}, always) if asks else None
+    data = json.dumps([[sorted(one) for one in targets] or body, sorted(rules[0]), rules[1]])
+    about = {"targets": targets, "avoid": rules[0], "literal": form == "literal", "data": data}
+    liveness = formulas.count if formulas and kind == "ltl" else len(targets)
+    return Objective(kind=kind, formulas=formulas, count=liveness, **about)
+
+
+def _proof(value: Any) -> Line:
+    kind = _by_name(lambda inner: inner)(value).get("kind")
+    if kind not in ("closure", "tree", "joint", "room"):
+        raise WrongError("must be a closure, a tree, a joint search or about room")
+    line: Line = READS[kind](value)
+    line.kind = kind
+    return line
+
+
+READS |= {"objective": _objective, "objectives": _by_name(_objective), "proof": _proof}
+_add(
+    need="action regions:regions robots?:count together?:bool same?:bool",
+    battery="capacity:count start:count move:count stay:number charge:count",
+    when="input objective:objective",
+    clock="since:int disturbed?:bool before?:bool over?:bool",
+    change="at:count robot objective?:objective active?:bool within?:count",
+    zone="robots:names regions:regions",
+    promises="within:counts by?:count late?",
+    input="name spans?:spans",
+    map="rows:count cols:count grid:names",
+    until="rounds?:count",
+    limits="ticks?:count seconds?:number",
+    reach="poses:poses live:bool",
+    option="obstacle need:count robots:set",
+)
+_add(
+    done="rounds?:count seen?:numbers turn?:count uncounted?:bool clock?:clock memory?:ints",
+    obstacle="type name region:int action resolution_regions:regions blocks:set traversable:truth"
+    " needs?:need_list from?:count until?:count resolve_within?:count ordered?:bool",
+    robot="mobility layer capabilities:set start:int heading:heading objective:objective"
+    " conflicts?:set timing?:count battery?:battery when?:when_list while_waiting?:objective",
+    choice="option:option proof:proof",
+    closure="resolved:names never:names robots:reach_by_name",
+    joint="robots:names start:places stages:counts states:count sha256 memory?:memories",
+    room="robots:names",
+)
+_add(
+    tree="choices:choice_list",
+    begun="robots?:done_by_name due?:counts late?:names closed?:names had?:names met?:met"
+    " asked?:memories stays?:names",
+)
+_add(
+    scenario="map:map robots:robot_by_name obstacles:obstacle_list until:until limits:limits"
+    " coordination world? flat? begun?:begun changes?:change_list never_together?:zone_list"
+    " promises?:promises chargers?:regions inputs?:input_list",
+)
+_MOVED, _ENDS = "robot from:int to:int heading:heading", "outcome explanation cause? proof?:proof"
+KINDS = {
+    kind: _object(text)
+    for kind, text in {
+        "header": "trace:int scenario:scenario clock?",
+        "move": f"{_MOVED} toward?:int by? result?",
+        "depart": f"{_MOVED} command:count by",
+        "arrive": "robot at:int heading:heading result command:count regions?:regions",
+        "act": "robot robots:names obstacles:names",
+        "acted": "robot results:words reason? barred?:names",
+        "synthesis": "robot verdict objective:objective spec node?:count memory?:ints"
+        " places?:regions",
+        "told": "robot objective:objective",
+        "push": "obstacle objectives:objectives",
+        "pop": "obstacle objectives:objectives",
+        "violation": "robot obstacle at:int proposed:int",
+        "request": "obstacle requester:name aside?:bool",
+        "discovered": "obstacle:obstacle",
+        "appeared": "obstacle cause",
+        "gone": "obstacle cause",
+        "order": "obstacle cause",
+        "truth": "obstacle cause traversable:bool",
+        "met": "obstacle need:count robot at:int action robots?:names",
+        "resolved": "obstacle robot at:int traversable:truth robots?:names",
+        "blocked": "obstacle robots:set reason proof?:proof",
+        "reopened": "obstacle",
+        "objective": "robot objective:objective at_once:bool cause within?:count",
+        "inputs": "values:truths user?:names",
+        "service": "robot active:bool cause",
+        "operator": "intervention robot? obstacle? region?:int heading?",
+        "goal": "robot goal:count region:int round:count",
+        "assumption": "robot",
+        "deadline": "of due:count verdict earliest?:count",
+        "waiting": f"{_ENDS} until?:number",
+        "outcome": f"{_ENDS} rounds:counts ticks:count unrealizable?:words late?:names"
+        " refused?:refused",
+    }.items()
+}
+"""The types of lines that are judged; all others explain."""
+
+
+class Reader:
+    """Reads the lines of one trace. ``read``: how many there were; ``cut_off``: the last one is
+    incomplete, since its writer was killed."""
+
+    def __init__(self) -> None:
+        self.read, self.cut_off = 0, False
+        self._robots: set[str] = set()
+        self._obstacles: set[str] = set()
+
+    def lines(self, texts: Iterable[str | bytes]) -> Iterator[Line]:
+        """Yield the lines that are judged. Raises NotATraceError."""
+        for text in texts:
+            if self.cut_off:
+                raise NotATraceError(f"line {self.read} is not JSON")
+            self.read += 1
+            line = self._line(text) if text.strip() else None
+            if line is not None:
+                yield line
+        if not self._robots:
+            raise NotATraceError("there is no header, or no robot in it")
+
+    def _line(self, text: str | bytes) -> Line | None:
+        self.require(len(text) <= MOST_BYTES, f"longer than {MOST_BYTES} bytes")
+        try:
+            data = read_json(text)
+        except ValueError as error:
+            self.cut_off = True
+            self.require(self._robots and not _ends(text), f"not JSON: {error}")
+            return None
+        kind = data.get("type") if isinstance(data, dict) else None
+        if not isinstance(kind, str):
+            raise NotATraceError(f"line {self.read}: not an object with a `type`")
+        first = not self._robots
+        self.require(first == (kind == "header"), "the header must be the first line, and no other")
+        for flaw in flaws(data, kind):
+            self.require(False, flaw)
+        if kind not in KINDS:
+            return None
+        tick, t = data.get("tick", 0 if first else None), data.get("t")
+        self.require(type(tick) is int and tick >= 0, "`tick` must be a number of at least 0")
+        self.require(t is None or type(t) in (int, float), "`t` must be a number")
+        try:
+            line: Line = KINDS[kind](data)
+        except (WrongError, UnreadError, RecursionError) as error:
+            self.require(False, str(error))
+        line.kind, line.tick, line.t, line.number = kind, tick, t, self.read
+        self._names(line)
+        return line
+
+    def _names(self, line: Line) -> None:
+        """Require that all robots and obstacles that the line names are known."""
+        if line.kind == "header":
+            self.require(line.trace == VERSION, f"version {line.trace}; expected {VERSION}")
+            self._robots = {*line.scenario.robots}
+            self._obstacles = {one.name for one in line.scenario.obstacles}
+            robots = {name for one in line.scenario.obstacles for name in one.blocks}
+            for data in line.scenario.robots.values():
+                robots |= data.conflicts or set()
+        elif line.kind == "discovered":
+            robots, name = {*line.obstacle.blocks}, line.obstacle.name
+            self.require(name not in self._obstacles | self._robots, f"{name} is known already")
+            self._obstacles.add(name)
+        else:
+            robots = {*(line.robots or ()), *(line.objectives or ()), *(line.unrealizable or ())}
+            robots |= {line.robot} if line.robot is not None else set()
+            name = line.obstacle
+            self.require(name is None or name in self._obstacles, f"no obstacle {name}")
+        strangers = robots - self._robots
+        self.require(not strangers, f"no robot {', '.join(sorted(strangers))}")
+
+    def require(self, holds: object, problem: str) -> None:
+        if not holds:
+            raise NotATraceError(f"line {self.read}: {problem}")
+
+
+def _ends(text: str | bytes) -> bool:
+    return text.endswith("\n") if isinstance(text, str) else text.endswith(b"\n")

@@ -1,0 +1,1 @@
+"""Proofs of negatives: tables that are checked locally, and bounded enumerations."""

@@ -1,0 +1,347 @@
+"""Lower bounds on the times of resolutions, rounds and the mission (docs/deadlines.md).
+
+The bounds ignore collisions and assume that robots are never busy, and that each open obstacle is
+gone from the earliest turn in which its needs could be met. Turn ``tick * n + i`` is that of robot
+i. No run is faster, so a deadline before a bound is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator
+from heapq import heappop, heappush
+from math import ceil
+
+from safenav.judge.formulas import Pose
+from safenav.judge.lines import Line
+from safenav.judge.rule import NotJudged
+from safenav.judge.state import Need, Obstacle, Robot, State
+from safenav.judge.world import reach
+
+NEVER = 1 << 40
+Ticks = dict[Pose, int]
+
+
+class Bound:
+    """Bounds at the end of a turn of a tick, from the pose of each robot and when it is there."""
+
+    def __init__(self, s: State, tick: int) -> None:
+        self.s, self.names, self.count = s, s.names, len(s.names)
+        had = sum(robot.moved >= tick for robot in s.robots.values()) if tick else self.count
+        self.turn = tick * self.count + had - 1
+        self.start: dict[str, tuple[Pose, int]] = {}
+        for name, robot in s.robots.items():
+            ready = tick if robot.moved >= tick else tick - 1
+            if robot.bound is not None:
+                ready = max(ready + 1, robot.began + self.takes(name) - 1)
+            self.start[name] = s.destination(name), ready
+        every = s.obstacles.values()
+        shut = [one for one in every if one.there and one.shut and one.until is None]
+        self.sealed = {name: {one.region for one in shut if name in one.blocks} for name in s.names}
+        self.open = [one for one in every if one.open and one.known and not one.shut
+                     and one.until is None]  # fmt: skip
+        self.met: dict[str, list[int]] = {
+            one.name: [self.turn if k < one.stage else NEVER for k in range(len(one.needs))]
+            for one in self.open
+        }
+        changed = True
+        while changed:
+            found = {one.name: self._needs(one) for one in self.open}
+            changed, self.met = found != self.met, found
+
+    def takes(self, robot: str) -> int:
+        return int(self.s.robots[robot].data.timing or 1)
+
+    def resolution(self, name: str) -> int:
+        turn = self.met[name][-1] if name in self.met else self.turn
+        return NEVER if turn >= NEVER else turn // self.count
+
+    def round(self, name: str, goals: Iterable[frozenset[int]]) -> int:
+        """Return the earliest tick by whose end a robot can have met some targets in sequence."""
+        pose, ready = self.start[name]
+        seeds, arrives = {pose: ready}, self.s.robots[name].bound is not None
+        for goal in goals:
+            ticks, stepped = self.ticks(name, seeds)
+            there = ((at, tick) for at, tick in ticks.items() if at[0] in goal)
+            met = {at: min(stepped.get(at, NEVER), tick + 1) for at, tick in there}
+            if arrives and pose[0] in goal:
+                met[pose] = ready
+            seeds, arrives = met, False
+        return min(seeds.values(), default=NEVER)
+
+    def ticks(
+        self,
+        name: str,
+        seeds: Ticks,
+        ends_in: Collection[int] = (),
+        allows: Callable[[Pose, Pose], bool] | None = None,
+    ) -> tuple[Ticks, Ticks]:
+        """Return, for each pose, the earliest tick at whose end a robot is there, and in which a
+        step ends there. ``ends_in``: regions where paths may end but not continue."""
+        own, takes, robot = self.names.index(name), self.takes(name), self.s.robots[name]
+        best, stepped = dict(seeds), Ticks()
+        queue = sorted((tick, str(pose), pose) for pose, tick in seeds.items())
+        while queue:
+            tick, _, pose = heappop(queue)
+            if tick > best[pose]:
+                continue
+            for there in self.s.world.steps(robot.faces, pose):
+                if there[0] in self.sealed[name] or (allows and not allows(pose, there)):
+                    continue
+                after = self._closed_until(name, there[0])
+                if after >= NEVER:
+                    continue
+                ends = max(tick + 1, (after - own) // self.count + 1) + takes - 1
+                stepped[there] = min(stepped.get(there, NEVER), ends)
+                if ends < best.get(there, NEVER) and there[0] not in ends_in:
+                    best[there] = ends
+                    heappush(queue, (ends, str(there), there))
+        return best, stepped
+
+    def _closed_until(self, name: str, region: int) -> int:
+        """Return the turn after which a robot may enter a region; -1: now."""
+        after = -1
+        for one in self.open:
+            if one.region != region or name not in one.blocks:
+                continue
+            last, met = one.needs[-1], self.met[one.name]
+            enters = last.robots == 1 and not last.same and one.region in last.regions
+            if not (enters and name in last.able):
+                after = max(after, met[-1])
+            elif one.stage < len(one.needs) - 1:
+                after = max(after, met[-2])
+        return after
+
+    def _leaving(self, name: str, need: Need, since: int) -> int:
+        """Return the first turn in which a robot in transit can do its part in the region that it
+        leaves."""
+        robot, own = self.s.robots[name], self.names.index(name)
+        if robot.bound is None or robot.pose[0] not in need.regions:
+            return NEVER
+        turn = since if need.together else since + (own - since) % self.count
+        return turn if turn < self.start[name][1] * self.count + own else NEVER
+
+    def _needs(self, one: Obstacle) -> list[int]:
+        """Return the earliest turn in which each need of an obstacle can have been met."""
+        count, stage, before = self.count, one.stage, self.turn + 1
+        turns, begun, fields = [self.turn] * stage, before, dict[str, Ticks]()
+        for number in range(stage, len(one.needs)):
+            need, former, fields = one.needs[number], fields, {}
+            able = one.able() if number == stage else need.able
+            arrivals, had = list[int](), 0 if need.together or number > stage else len(one.done)
+            for index, name in enumerate(self.names):
+                if had and name in one.done:
+                    fields[name] = self.ticks(name, dict([self.start[name]]))[0]
+                    continue
+                if name not in able:
+                    continue
+                seeds = dict([self.start[name]])
+                if need.same and number > stage:
+                    if name not in former:
+                        continue
+                    seeds = self._seeds(one, number, name, former[name], begun, before)
+                fields[name] = self.ticks(name, seeds)[0]
+                there = [t for p, t in fields[name].items() if p[0] in need.regions]
+                turn = max(min(there) * count + index, before) if there else NEVER
+                if there and not need.together:
+                    turn += (index - turn) % count
+                turn = min(turn, self._leaving(name, need, before))
+                arrivals += [turn] if turn < NEVER else []
+            begun, missing = before, need.robots - had
+            before = sorted(arrivals)[missing - 1] if len(arrivals) >= missing else NEVER
+            turns.append(before)
+            if before >= NEVER:
+                break
+        return turns + [NEVER] * (len(one.needs) - len(turns))
+
+    def _seeds(
+        self, one: Obstacle, number: int, name: str, former: Ticks, begun: int, before: int
+    ) -> Ticks:
+        """Return where a robot may start for a need after its part in the need before."""
+        earlier, index = one.needs[number - 1], self.names.index(name)
+        part_at = before if earlier.together else begun + (index - begun) % self.count
+        had_part = number - 1 == one.stage and name in one.done and not earlier.together
+        if had_part or self._leaving(name, earlier, part_at) < NEVER:
+            return dict([self.start[name]])
+        since = (part_at - index) // self.count + 1 - self.takes(name)
+        return {p: max(t, since) for p, t in former.items() if p[0] in earlier.regions}
+
+
+def _left(robot: Robot, wanted: int) -> Iterator[list[frozenset[int]]]:
+    """Yield the sequences of targets that a robot may still have to meet."""
+    own, progress = robot.own, robot.progress
+    if own.settles:
+        first = progress.ahead if own.ends else 0
+        yield [*own.targets[first:]] if not progress.stayed and progress.since is None else []
+        return
+    left, turn = max(own.count * wanted - progress.goals, 0), progress.turn
+    free = own.strict and turn is None and robot.first is None
+    begins = (robot.first or 0) if own.strict and turn is None else (turn or 0)
+    for first in range(own.count) if free else [begins % own.count]:
+        yield [own.targets[(first + k) % own.count] for k in range(left)]
+
+
+def mission(bound: Bound, tick: int) -> int:
+    """Return a tick before which the mission cannot be completed."""
+    s, ends = bound.s, [tick]
+    wanted = s.scenario.until.rounds or 1
+    for name, robot in s.robots.items():
+        own, start = robot.own, robot.pose[0]
+        if not (own.settles or own.in_turn):
+            continue
+        choices = [*_left(robot, wanted)]
+        if not tick:  # a target on which it starts may count; each tick at the last is a round
+            strict = own.strict and own.literal
+            orders = [own.targets[k:] + own.targets[:k] for k in range(own.count)]
+            free = [one for one in orders[1:] if own.strict]
+            choices = [orders[0], *(one for one in free if not strict or start in one[0])]
+            more = own.targets[-1:] * (wanted - 1)
+            choices = [one + more if own.settles else one * wanted for one in choices]
+            choices = [one[1:] if start in one[0] else one for one in choices]
+        ends.append(min((bound.round(name, one) if one else tick) for one in choices))
+    return max(ends)
+
+
+def lost_problems(e: Line, s: State) -> Iterator[str]:
+    """Yield why a deadline may still be met."""
+    bound = Bound(s, e.tick)
+    if e.of == "mission":
+        if s.dues.get(e.of, s.scenario.promises.by) != e.due:
+            yield f"the mission is not due in tick {e.due}"
+        least = mission(bound, e.tick)
+    elif e.of in s.robots:
+        robot = s.robots[e.of]
+        if robot.clock.within is None or robot.clock.begun + robot.clock.within != e.due:
+            yield f"no round of {e.of} is due in tick {e.due}"
+        done = robot.progress.rounds(robot.own, e.tick) if robot.own.in_turn else 0
+        least = min(bound.round(e.of, one) for one in _left(robot, done + 1))
+    elif e.of in s.obstacles:
+        least = bound.resolution(e.of)
+    else:
+        yield f"there is no deadline of {e.of}"
+        return
+    if least <= e.due:
+        yield f"{e.of} is called lost, but may be in time in tick {least}"
+    elif e.earliest is not None and e.earliest > least:
+        yield f"{e.of} is possible from tick {least} on, not {e.earliest}"
+
+
+def refused_problems(e: Line, s: State) -> Iterator[str]:
+    """Yield why a deadline or a charge that is refused at the start may suffice."""
+    for of, stated in e.refused.items():
+        name = of.removesuffix(".battery")
+        if of == "mission" and s.scenario.promises is not None:
+            least, most = mission(Bound(s, 0), 0), s.scenario.promises.by
+        elif name not in s.robots:
+            yield f"there is no deadline of {of}"
+            continue
+        elif s.robots[name].own.formulas and not s.robots[name].own.formulas.whole:
+            yield NotJudged(f"whether {of} is too small: formulas with many memories")
+            continue
+        elif name != of:
+            robot = s.robots[name]
+            if robot.charge is None:
+                yield f"{name} has no battery"
+                continue
+            least, most = charge_needed(robot, s), int(robot.charge)
+        else:
+            least, most = least_within(s, name), s.robots[name].clock.within
+        if most is None:
+            yield f"{of} has no deadline"
+        elif least <= most:
+            yield f"{of} is refused, but {most} suffices: the least is {least}"
+        elif stated is not None and stated != least:
+            yield f"{of} is refused with a least value of {stated}; it is {least}"
+
+
+def least_within(s: State, name: str) -> int:
+    """Return the least number of ticks in which a robot alone can complete every round forever."""
+    own = s.robots[name].own
+    if own.literal and own.strict:
+        strict = _least_round(s, name, frozenset[int]().union(*own.targets))
+        return strict if strict < NEVER else _least_round(s, name, None)
+    return _least_round(s, name, None)
+
+
+def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
+    """``ends_in``: the regions that the robot touches only in their turn (None: the targets)."""
+    bound, own = Bound(s, 0), s.robots[name].own
+
+    def allows(before: Pose, after: Pose) -> bool:
+        kept = own.formulas is None or own.formulas.allows(before, after)
+        return after[0] not in own.avoid and kept
+
+    def round_from(seeds: Ticks) -> Ticks:
+        for goal in own.targets:
+            stayed, stepped = bound.ticks(name, seeds, ends_in or goal, allows)
+            seeds = {
+                pose: min(stepped.get(pose, NEVER), stayed.get(pose, NEVER) + 1)
+                for pose in stayed.keys() | stepped.keys()
+                if pose[0] in goal
+            }
+        return seeds
+
+    first, rounds = round_from(dict([bound.start[name]])), dict[Pose, Ticks]()
+    pending = [*first]
+    while pending:
+        if (pose := pending.pop()) not in rounds:
+            rounds[pose] = round_from({pose: 0})
+            pending += rounds[pose]
+    for most in sorted({*first.values(), *(t for row in rounds.values() for t in row.values())}):
+        kept, before = {*rounds}, set[Pose]()
+        while kept != before:
+            before = kept
+            kept = {p for p in kept if any(t <= most and q in kept for q, t in rounds[p].items())}
+        if any(tick <= most and pose in kept for pose, tick in first.items()):
+            return most
+    return NEVER
+
+
+def charge_needed(robot: Robot, s: State) -> int:
+    """Return the least charge with which a robot can meet its targets in turn forever, by numbers
+    on poses that grow until nothing changes."""
+    battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers or frozenset()
+    shut = own.avoid | {one.region for one in s.obstacles.values() if one.there and one.shut}
+    graph = s.world.graph(robot.faces)
+    if own.formulas is not None:
+        graph = {a: tuple(b for b in to if own.formulas.allows(a, b)) for a, to in graph.items()}
+    poses = reach(graph, [robot.pose], shut)
+    after = {pose: [q for q in graph.get(pose, ()) if q[0] not in shut] for pose in poses}
+    last: int = own.count - 1
+
+    def following(turn: int) -> int:
+        return int(min(turn + 1, last) if own.settles else (turn + 1) % own.count)
+
+    def leg(turn: int, then: Ticks, lives: Ticks, full: Collection[int]) -> Ticks:
+        target, found, changed = own.targets[turn], Ticks(), True
+        while changed:
+            changed = False
+            for pose in after:
+                stay, least = (0, 0) if pose[0] in full else (ceil(battery.stay), battery.move)
+                there = [q for q in after[pose] if q[0] in target]
+                charges = [then[q] + battery.move for q in there if q in then]
+                charges += [found[q] + battery.move for q in after[pose] if q in found]
+                if pose[0] in target and pose in then:  # below ``least`` it is out of service
+                    goes = [q for q in there if q in lives and not (own.settles and turn == last)]
+                    aside = [then.get(q, battery.capacity) + battery.move for q in goes]
+                    charges.append(max(then[pose] + stay, least, *aside))
+                charge = min(charges, default=battery.capacity + 1)
+                charge = 0 if charge <= battery.capacity and pose[0] in full else charge
+                if charge <= battery.capacity and charge < found.get(pose, NEVER):
+                    found[pose], changed = charge, True
+        return found
+
+    def forever(full: Collection[int], lives: list[Ticks]) -> list[Ticks]:
+        needs, before = [dict.fromkeys(after, 0) for _ in own.targets], list[Ticks]()
+        while needs != before:
+            before = needs
+            found = [
+                leg(k, needs[following(k)], lives[following(k)], full) for k in range(own.count)
+            ]
+            needs = [
+                {pose: max(n, old[pose]) for pose, n in new.items() if pose in old}
+                for new, old in zip(found, needs, strict=True)
+            ]
+        return needs
+
+    lives = forever({pose[0] for pose in after}, [{} for _ in own.targets])
+    return forever(chargers, lives)[0].get(robot.pose, NEVER)

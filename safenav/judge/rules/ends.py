@@ -1,0 +1,189 @@
+"""Rules on goals, deadlines and the end of a run, and on the header."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.judge.effects import counts
+from safenav.judge.lines import Line
+from safenav.judge.proofs.bounds import lost_problems, refused_problems
+from safenav.judge.proofs.negatives import negative_problems, shut_problems
+from safenav.judge.rule import NotJudged, rule
+from safenav.judge.state import State
+
+
+@rule("header")
+def header(_: Line, s: State) -> Iterator[str]:
+    """The scenario is consistent: free starts, robots in conflict at different ones, headings where
+    needed, and entries of one obstacle that agree."""
+    for name, robot in s.robots.items():
+        region = robot.pose[0]
+        if region not in s.world.free:
+            yield f"{name} starts at {s.show(region)}, which is not free"
+        if robot.faces is (robot.data.heading is None):
+            yield f"{name} has {'no' if robot.faces else 'a'} heading"
+        for other in s.rivals[name]:
+            if name < other and region in s.robots[other].holds:
+                yield f"{name} and {other} both start at {s.show(region)}"
+        for robots, regions in s.zones:
+            for other in robots if name in robots and region in regions else ():
+                if name < other and s.robots[other].holds & regions:
+                    yield f"{name} and {other} start together in {sorted(regions)}"
+        if region in robot.own.avoid and s.scenario.begun is None:
+            yield f"{name} starts in {s.show(region)}, which it avoids"
+        for one in s.closing(name, region) if s.scenario.begun is None else ():
+            yield f"{name} starts at {s.show(region)} with {one.name}"
+    for data in s.scenario.obstacles:
+        first = next(one for one in s.scenario.obstacles if one.name == data.name)
+        keys = ("region", "blocks", "action", "resolution_regions", "needs", "type")
+        if any(getattr(first, key) != getattr(data, key) for key in keys):
+            yield f"the entries of {data.name} differ"
+    if s.scenario.begun is not None:
+        yield NotJudged("what the run before has done, which the header states (judge its trace)")
+
+
+@rule()
+def time(e: Line, s: State) -> Iterator[str]:
+    """Ticks and seconds never decrease, all lines of a live run have seconds, and nothing follows
+    the outcome."""
+    if s.ended is not None:
+        yield f"a {e.kind} line after the outcome"
+    if e.tick < s.tick:
+        yield f"tick {e.tick} follows tick {s.tick}"
+    if s.live and e.t is None and e.kind != "header":
+        yield "the time of this line is missing"
+    elif s.live and (e.t or 0.0) < s.time:
+        yield f"second {e.t} follows second {s.time}"
+    elif not s.live and (e.t is not None or e.kind in ("depart", "arrive", "act")):
+        yield "a line of a live run, in a run in ticks"
+
+
+@rule("goal")
+def goal(e: Line, s: State) -> Iterator[str]:
+    """A robot that meets a target is in its region; the goals of formulas are met by its last
+    step, or by staying."""
+    robot = s.robots[e.robot]
+    own, given, here = robot.own, robot.given, robot.pose[0]
+    if e.region != here:
+        yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
+        return
+    if own.kind == "ltl" and given.serves(own) and not (own.formulas and own.formulas.goals):
+        yield NotJudged(f"whether {e.robot} meets the goals of its formulas: too many memories")
+    served = [one for one in (own, given) if one.kind != "ltl"]
+    there = any(e.goal < one.count and here in one.targets[e.goal] for one in served)
+    if not (counts(e, robot) or there) and (given.kind != "ltl" or given.serves(own)):
+        yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
+    elif counts(e, robot) and given.serves(own):
+        most = robot.progress.rounds(own, e.tick) + 1
+        if not own.settles and e.round > most:
+            yield f"{e.robot} has completed at most {most} rounds, not {e.round}"
+
+
+@rule("deadline")
+def deadline(e: Line, s: State) -> Iterator[str]:
+    """A deadline is kept until its tick ends, late after that, and lost only if no behaviour could
+    meet it."""
+    if s.scenario.promises is None:
+        yield "the scenario has no deadline"
+    elif e.verdict == "lost":
+        yield from lost_problems(e, s)
+    elif e.verdict == "late" and e.due >= e.tick:
+        yield f"the deadline of {e.of} is in tick {e.due}, so it is not missed in tick {e.tick}"
+    elif e.verdict == "kept" and e.tick > e.due:
+        yield f"the deadline of {e.of} was in tick {e.due}, so it is not kept in tick {e.tick}"
+
+
+@rule("outcome")
+def deadlines(e: Line, s: State) -> Iterator[str]:
+    """The outcome lists each missed deadline, and no other."""
+    late, over = {*(e.late or ())}, [*s.overdue(e.tick)] if e.outcome != "completed" else []
+    missed = {*s.missed, *(of for of in s.overdue(e.tick) if e.outcome == "completed")}
+    if forgotten := missed - late - {*over}:
+        yield f"the deadline of {', '.join(sorted(forgotten))} was missed, which is not listed"
+    if more := late - missed - {*over}:
+        yield f"no deadline of {', '.join(sorted(more))} was missed"
+    stops = s.scenario.promises is not None and s.scenario.promises.late == "stop"
+    if e.outcome == "late" and not (stops and late):
+        yield "no missed deadline ends the run"
+    yield from refused_problems(e, s) if e.refused else ()
+
+
+@rule("outcome")
+def end(e: Line, s: State) -> Iterator[str]:
+    """A completed run has met each objective as often as the scenario asks since the last
+    resolution, and ends where objectives end; a run ends at a limit only if it is reached."""
+    limits, wanted = s.scenario.limits, s.scenario.until.rounds
+    for name, robot in s.robots.items():
+        rounds = robot.progress.rounds(robot.own, e.tick) + robot.own.settles
+        if e.outcome == "completed" and wanted is not None:
+            if rounds < wanted:
+                yield f"{name} has met its objective {rounds} times of {wanted}"
+            elif not s.at_end(robot):
+                yield f"{name} is not at its last target"
+            elif robot.own.ends and not robot.progress.ended(robot.own):
+                yield f"{name} has not met all its targets"
+            elif s.away(name):
+                yield f"an input keeps {name} from its objective"
+        if (stated := e.rounds.get(name)) is None:
+            yield f"the rounds of {name} are missing"
+        elif stated > rounds and (
+            e.outcome == "completed" or stated > min(robot.progress.counts, default=0)
+        ):
+            yield f"{name} has {rounds} rounds, not {stated}"
+    if e.outcome == "completed":
+        if wanted is None:
+            yield "the scenario sets no rounds"
+        undone, later = sorted(n for n in s.orders if s.obstacles[n].open), later_change(s)
+        if undone and later is not None:
+            yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
+        last = limits.seconds if s.live else limits.ticks
+        to_come = [one for one in s.coming if one.ordered and (last is None or one.start <= last)]
+        if to_come and not s.external:
+            yield f"{to_come[0].name} is still to be ordered"
+    limit = limits.seconds if s.live else limits.ticks
+    if e.outcome == "tick_limit" and (s.live or e.ticks != limit or e.tick != limit):
+        yield f"the limit of {limit} ticks is not reached"
+    if not s.live and limits.ticks is not None and s.tick > limits.ticks + 1:
+        yield f"the limit is {limits.ticks} ticks"
+    if e.outcome == "assumption_violated" and not s.assumptions:
+        yield "no line records a violated assumption"
+    if e.outcome == "unrealizable":
+        if s.moves:
+            yield "unrealizable is for runs that never begin, but robots have moved"
+        elif not (s.unrealizable or e.refused):
+            yield "no robot is unrealizable, and nothing is refused"
+        elif s.unrealizable:
+            names = ", ".join(s.unrealizable)
+            yield NotJudged(f"whether {names} is unrealizable (a bundle proves it)")
+
+
+def later_change(s: State) -> float | None:
+    """Return when the scenario surely changes something later, within its limits."""
+    times = [float(change.at) for change in s.scenario.changes or ()]
+    for each in s.scenario.inputs or ():
+        times += [float(t) for first, last in each.spans or () for t in (first, last + 1)]
+    listed = [one.name for one in s.scenario.obstacles]
+    for one in s.obstacles.values():
+        if one.until is not None and one.open and listed.count(one.name) == 1:
+            times.append(float(one.until))
+    now, limits = s.time if s.live else s.tick, s.scenario.limits
+    last = (limits.seconds if s.live else None) or limits.ticks
+    times = [t for t in times if t > now and (last is None or t <= last)]
+    return None if s.external else min(times, default=None)
+
+
+@rule("outcome", "waiting")
+def negative(e: Line, s: State) -> Iterator[str]:
+    """A run that needs an operator proves that no sequence of moves completes the mission, and the
+    scenario changes nothing more."""
+    if e.outcome == "operator_needed":
+        if e.kind == "outcome" and e.tick > 0 and (later := later_change(s)) is not None:
+            yield f"the run ends, but the scenario changes something at {later:g}"
+        yield from negative_problems(e, s)
+
+
+@rule("blocked")
+def shut(e: Line, s: State) -> Iterator[str]:
+    """An obstacle is given up only with a proof that no robot can ever resolve it."""
+    if e.proof is not None:
+        yield from shut_problems(e, s)

@@ -1,0 +1,386 @@
+"""The state of a run at a line. Only ``effects.after`` changes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import takewhile
+from typing import NamedTuple
+
+from safenav.judge.formulas import Pose
+from safenav.judge.lines import Line, Objective
+from safenav.judge.world import World
+
+
+@dataclass
+class Progress:
+    """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
+    met in turn; ``turn``: the next target (None: any); ``seen``: those of a round of ``cover``;
+    ``counts``: how often each was met; ``ahead``: targets of ``once``;
+    ``stayed``: ticks at the last target, and ``since`` when the robot stands there."""
+
+    goals: int = 0
+    turn: int | None = None
+    seen: frozenset[int] = frozenset()
+    covered: int = 0
+    counts: tuple[int, ...] = ()
+    ahead: int = 0
+    stayed: int = 0
+    since: int | None = None
+
+    def rounds(self, own: Objective, tick: int) -> int:
+        """Return how often the robot has met its whole objective."""
+        if own.settles:
+            there = 0 if self.since is None else tick - self.since + 1
+            return self.stayed + there if not own.ends or self.ended(own) else 0
+        if own.covers:
+            return self.covered
+        if own.kind == "ltl":
+            return min((0, *self.counts)[1:], default=tick)  # without goals, each tick counts
+        return int(self.goals // own.count)
+
+    def ended(self, own: Objective) -> bool:
+        return own.ends and self.ahead >= own.count
+
+
+@dataclass
+class Clock:
+    """The present round of a robot with a deadline (``within`` ticks). ``away``, ``before``: it did
+    something else in this round, or in the one before."""
+
+    within: int | None = None
+    begun: int = 0
+    away: bool = False
+    before: bool = False
+    over: bool = False
+
+    def restart(self, tick: int) -> None:
+        self.begun, self.before, self.away, self.over = tick, self.away, False, False
+
+
+@dataclass
+class Robot:
+    """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region that it
+    is in transit to since tick ``began``; ``came``: the region that it entered its own from;
+    ``before``: its pose before its last move; ``given``: the objective that lines last gave it;
+    ``memories``: those that its formulas may have (None: not followed); ``stands``: live, since
+    when it uses its ``charge`` without a step; ``filled``: its battery was replaced; ``kept``: its
+    progress with the objective that it resumes after an input; ``first``: the target with which
+    its strategy begins; ``acts``: the action in which it takes part."""
+
+    name: str
+    data: Line
+    pose: Pose
+    holds: frozenset[int]
+    own: Objective
+    given: Objective
+    progress: Progress
+    clock: Clock
+    before: Pose
+    bound: int | None = None
+    began: int = 0
+    came: int | None = None
+    moved: int = 0
+    charge: float | None = None
+    stands: float | None = 0.0
+    filled: bool = False
+    out: bool = False
+    lost: bool = False
+    memories: set[int] | None = None
+    kept: Progress | None = None
+    first: int | None = None
+    acts: Line | None = None
+
+    @property
+    def faces(self) -> bool:
+        """Return whether it has a heading."""
+        return bool(self.data.mobility == "heading")
+
+    def charge_at(self, t: float, chargers: Iterable[int]) -> float:
+        """Return its charge at a second of a live run."""
+        battery, charge = self.data.battery, self.charge or 0.0
+        rate = battery.charge if self.pose[0] in chargers else -battery.stay
+        charge += rate * max(0.0, t - (t if self.stands is None else self.stands))
+        return float(round(min(battery.capacity, max(0.0, charge)), 6))
+
+
+class Need(NamedTuple):
+    """An action of an obstacle by ``robots`` of the ``able`` ones, which also have the actions of
+    the needs that the same robots must meet after it. ``cut``: those that do not take the load,
+    since no path leads to where it is put down."""
+
+    action: str
+    regions: frozenset[int]
+    robots: int
+    together: bool
+    same: bool
+    able: frozenset[str]
+    cut: frozenset[str] = frozenset()
+
+
+@dataclass
+class Obstacle:
+    """An obstacle. ``stage``: the number of needs met; ``done``: the robots that have stood where
+    the next one is met; ``group``: those that met the last one; ``there``: it is present;
+    ``shut``: it is permanent; ``known``: the team knows of it; ``declared``: by an operator."""
+
+    name: str
+    type: str
+    region: int
+    blocks: frozenset[str]
+    needs: list[Need]
+    truth: bool | None
+    within: int | None
+    ordered: bool
+    there: bool
+    until: int | None = None
+    stage: int = 0
+    done: frozenset[str] = frozenset()
+    group: frozenset[str] = frozenset()
+    resolved: bool = False
+    shut: bool = False
+    known: bool = False
+    declared: bool = False
+
+    @property
+    def open(self) -> bool:
+        return self.there and not self.resolved
+
+    @property
+    def need(self) -> Need:
+        return self.needs[min(self.stage, len(self.needs) - 1)]
+
+    def able(self) -> frozenset[str]:
+        """Return the robots that may meet the next need."""
+        return self.need.able & self.group if self.need.same else self.need.able
+
+    def entered_by(self, robot: str) -> bool:
+        """Return whether a robot alone resolves it by entering."""
+        last, need = self.stage == len(self.needs) - 1, self.need
+        alone = need.robots == 1 and not need.same
+        return last and alone and self.region in need.regions and robot in need.able
+
+    def takes(self) -> bool:
+        """Return whether the robots that meet the next need carry a load then."""
+        return not self.need.same and self.needs[self.stage + 1 : self.stage + 2] != [] and (
+            self.needs[self.stage + 1].same
+        )  # fmt: skip
+
+    def carried(self) -> bool:
+        """Return whether the robots that met its last need carry it."""
+        return self.open and self.stage < len(self.needs) and self.need.same
+
+    @property
+    def present(self) -> bool:
+        return self.there and (self.shut or not self.resolved)
+
+    def begin(self) -> None:
+        self.there, self.resolved, self.shut, self.known, self.declared = True, *[False] * 4
+        self.stage, self.done, self.group = 0, frozenset(), frozenset()
+
+
+@dataclass(frozen=True)
+class Step:
+    """A move, departure or arrival as one: from ``start``, the robot is ``at`` a region with a
+    ``heading``, in transit to ``bound`` (None: it is not), and ``holds`` regions. ``to``: where
+    the step ends. ``strays``: it ended elsewhere than commanded, or failed."""
+
+    start: int
+    at: int
+    heading: str | None
+    bound: int | None
+    holds: frozenset[int]
+    strays: bool
+
+    @property
+    def to(self) -> int:
+        return self.at if self.bound is None else self.bound
+
+
+class State:
+    """The state at a line. ``begun``: the header says what a run before has done; ``tick``,
+    ``time`` (live: seconds); ``coming``: the obstacles that the scenario lets appear, and
+    ``changes`` for robots, that have not come yet; ``dues``: open deadlines of obstacles and the
+    mission; ``missed``: deadlines that have passed; ``entering``: live, steps into the region of
+    an obstacle on which some robot acts, with their ticks; ``strays``, ``hands``: steps that ended
+    elsewhere than commanded, and changes by a user or the world."""
+
+    def __init__(self, header: Line) -> None:
+        self.scenario = h = header.scenario
+        self.live, self.external = header.clock == "live", h.world == "external"
+        self.world = World(h.map.grid, h.map.cols)
+        self.begun = h.begun or Line()
+        self.tick, self.time, self.last = 0, 0.0, header
+        promises = h.promises or Line(within={})
+        self.robots = {name: self._robot(name, data, promises) for name, data in h.robots.items()}
+        self.names = [*self.robots]
+        self.met_before = dict(self.begun.met or {})
+        self.obstacles: dict[str, Obstacle] = {}
+        self.at: dict[int, list[Obstacle]] = {}  # by region
+        for data in sorted(h.obstacles, key=lambda one: one.start is not None):
+            self.add(data)
+        listed = [one for one in h.obstacles if one.start is not None]
+        self.coming = sorted(listed, key=lambda one: one.start)
+        self.changes = sorted(h.changes or (), key=lambda one: one.at)
+        self.inputs = {each.name: False for each in h.inputs or ()}
+        self.by_user: set[str] = set()
+        self.dues = {} if promises.by is None else {"mission": promises.by}
+        self.dues |= self.begun.due or {}
+        self.missed: list[str] = []
+        self.orders: set[str] = set()
+        self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
+        self.found: set[str] = set()  # untraversable obstacles of this tick
+        self.entering: list[tuple[str, str, int]] = []
+        self.waiting: Line | None = None
+        self.moves = self.strays = self.hands = 0
+        self.assumptions = self.reopenings = 0
+        self.unrealizable: dict[str, str] = {}  # by robot, in this tick: the specification
+        self.lost_before: dict[str, str] = {}  # those as the team began to wait
+        self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
+        self.spec_memory: dict[tuple[str, str], dict[str, int]] = {}
+        self.ended: str | None = None
+        self.rivals = {
+            name: [one for one in self.names if one != name and self._conflict(name, one)]
+            for name in self.names
+        }
+        self.zones = [
+            (frozenset(zone.robots), zone.regions) for zone in h.never_together or ()
+        ]  # fmt: skip
+        for name in {*(self.begun.closed or ()), *(self.begun.stays or ())} & {*self.obstacles}:
+            self.obstacles[name].shut = self.obstacles[name].known = True
+        self.asked = {*(self.begun.asked or ())}  # known from the first tick on
+        for robot in self.robots.values():
+            self.stand(robot)
+
+    def _robot(self, name: str, data: Line, promises: Line) -> Robot:
+        pose, own = (
+            (data.start, data.heading if data.mobility == "heading" else None),
+            data.objective,
+        )
+        done = (self.begun.robots or {}).get(name) or Line()
+        seen = frozenset(done.seen or ())
+        goals = (done.rounds or 0) * own.count + len(seen)
+        turn = done.turn if goals or (own.in_turn and done.turn) else None
+        counts = tuple((done.rounds or 0) + (k in seen) for k in range(own.count))
+        ahead = (done.turn or 0) + bool(done.rounds) if own.ends else 0
+        progress = Progress(goals, turn, seen, done.rounds or 0, counts, ahead, done.rounds or 0)
+        told, clock = done.clock or Line(since=0), Clock(promises.within.get(name))
+        clock.begun, clock.away = -told.since, bool(told.disturbed)
+        clock.before, clock.over = bool(told.before), bool(told.over)
+        robot = Robot(name, data, pose, frozenset([pose[0]]), own, own, progress, clock, pose)
+        robot.charge = float(data.battery.start) if data.battery else None
+        robot.moved = int(name in (self.begun.had or ()))
+        robot.memories = begins(robot, done.memory)
+        return robot
+
+    def add(self, data: Line) -> None:
+        """Add an obstacle; several entries of one name are one."""
+        if data.name in self.obstacles:
+            return
+        one = Line(action=data.action, regions=data.resolution_regions)
+        listed, needs = data.needs or [one], list[Need]()
+        for k, need in enumerate(listed):
+            chain = [need, *takewhile(lambda other: other.same, listed[k + 1 :])]
+            actions = {each.action for each in chain}
+            able = frozenset(n for n, r in self.robots.items() if actions <= r.data.capabilities)
+            how = need.robots or 1, bool(need.together), bool(need.same)
+            needs.append(Need(need.action, need.regions, *how, able))
+        self.obstacles[data.name] = found = Obstacle(
+            *(data.name, data.type, data.region, data.blocks, needs, data.traversable),
+            *(data.resolve_within, bool(data.ordered), data.start is None, data.until),
+        )
+        self.at.setdefault(found.region, []).append(found)
+        if found.there:
+            self.resume(found)
+
+    def resume(self, one: Obstacle) -> None:
+        """Take the needs of an obstacle that the run before has met."""
+        for group in self.met_before.pop(one.name, ()):
+            one.stage, one.group = one.stage + 1, frozenset(group)
+
+    def _conflict(self, one: str, other: str) -> bool:
+        a, b = self.robots[one].data, self.robots[other].data
+        if a.conflicts is None or b.conflicts is None:
+            return bool(a.layer == b.layer)
+        return other in a.conflicts or one in b.conflicts
+
+    def step(self, e: Line) -> Step:
+        """Return the step of a ``move``, ``depart`` or ``arrive`` line."""
+        robot, strays = self.robots[e.robot], e.result not in (None, "arrived")
+        if e.kind == "depart":
+            return Step(e.start, e.start, robot.pose[1], e.to, frozenset([e.start, e.to]), False)
+        if e.kind == "arrive":
+            holds = frozenset([e.at]) | (e.regions or frozenset())
+            return Step(robot.pose[0], e.at, e.heading, None, holds, strays)
+        holds = frozenset([e.to] if e.toward is None else [e.to, e.toward])
+        return Step(e.start, e.to, e.heading, e.toward, holds, strays)
+
+    def closing(self, robot: str, region: int) -> Iterator[Obstacle]:
+        """Yield the obstacles that must keep a robot out of a region."""
+        for one in self.at.get(region, ()):
+            if not one.there or robot not in one.blocks:
+                continue
+            known = not self.external or one.known  # else it may be absent
+            if one.shut or (one.open and known and not one.entered_by(robot)):
+                yield one
+
+    def destination(self, name: str) -> Pose:
+        """Return a robot's pose; in transit, the one where it will arrive."""
+        robot = self.robots[name]
+        if robot.bound is None:
+            return robot.pose
+        return robot.bound, self.world.side(robot.pose[0], robot.bound) if robot.faces else None
+
+    def loads(self, robot: str) -> list[str]:
+        """Return the loads that a robot carries."""
+        every = self.obstacles.values()
+        return [one.name for one in every if one.carried() and robot in one.group]
+
+    def stand(self, robot: Robot) -> None:
+        """Begin, or end, to count the ticks of a robot at its last target."""
+        progress, own = robot.progress, robot.own
+        ends = own.settles and (not own.ends or progress.ended(own))
+        there = ends and robot.bound is None and robot.pose[0] in own.last and not robot.lost
+        if there and progress.since is None:
+            progress.since = self.tick
+        elif not there and progress.since is not None:
+            progress.stayed += self.tick - progress.since
+            progress.since = None
+
+    def at_end(self, robot: Robot) -> bool:
+        """Return whether a robot is where its objective lets the mission end."""
+        return not robot.own.settles or (robot.bound is None and robot.holds <= robot.own.last)
+
+    def away(self, robot: str) -> bool:
+        """Return whether an input gives a robot another objective."""
+        return any(self.inputs.get(each.input) for each in self.robots[robot].data.when or ())
+
+    def now(self, e: Line) -> float:
+        """Return the time of a line: its tick, or its second in a live run."""
+        return float(e.tick if e.t is None or not self.live else e.t)
+
+    def overdue(self, tick: int) -> Iterator[str]:
+        """Yield the open deadlines that a tick misses."""
+        yield from (of for of, due in self.dues.items() if due < tick)
+        for name, robot in self.robots.items():
+            clock = robot.clock
+            late = clock.within is not None and clock.begun + clock.within < tick
+            if late and not (clock.over or clock.away or clock.before):
+                yield name
+
+    def show(self, region: int) -> str:
+        return self.world.show(region)
+
+
+def begins(robot: Robot, stated: Mapping[str, int] | None = None) -> set[int] | None:
+    """Return the memories with which a robot begins its formulas; None if they are not followed."""
+    formulas = robot.own.formulas
+    if formulas is None or not formulas.whole or robot.own.kind != "ltl" or not formulas.names:
+        return None
+    if stated:
+        return {k for k, row in enumerate(formulas.values) if agrees(formulas.names, row, stated)}
+    return {*formulas.begins(robot.pose)}
+
+
+def agrees(names: list[str], row: tuple[int, ...], stated: Mapping[str, int]) -> bool:
+    return all(stated.get(name, value) == value for name, value in zip(names, row, strict=True))

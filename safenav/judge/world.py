@@ -1,0 +1,115 @@
+"""The map: free regions, steps of robots, and where steps lead.
+
+Regions count from 0 in reading order from the north-west: ``region = row * cols + col``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from functools import cache
+from typing import Any
+
+from safenav.judge.formulas import HEADINGS, Pose
+
+Poses = frozenset[Pose]
+Graph = Mapping[Pose, tuple[Pose, ...]]  # the poses after one step from each
+
+
+class World:
+    """The map of a trace. Regions off the map are accepted as arguments; they are not free."""
+
+    def __init__(self, grid: Sequence[str], cols: int) -> None:
+        self.cols, cells = cols, "".join(grid)
+        self.size = len(cells)
+        self.free = frozenset(k for k, cell in enumerate(cells) if cell != "#")
+        self.side, self.steps, self.graph = (
+            cache(self._side),
+            cache(self._steps),
+            cache(self._graph),
+        )
+
+    def _side(self, region: int, to: int) -> str | None:
+        """Return the heading of a single step between two regions; None if it is not one."""
+        if not 0 <= region < self.size or not 0 <= to < self.size:
+            return None
+        (row, col), (row_to, col_to) = divmod(region, self.cols), divmod(to, self.cols)
+        steps = {(-1, 0): "north", (0, 1): "east", (1, 0): "south", (0, -1): "west"}
+        return steps.get((row_to - row, col_to - col))
+
+    def _steps(self, faces: bool, pose: Pose) -> tuple[Pose, ...]:
+        """Return the poses after one step. With a heading (``faces``) a robot never goes backwards,
+        and faces the direction of its step."""
+        region, heading = pose
+        found = []
+        for way, delta in zip(HEADINGS, (-self.cols, 1, self.cols, -1), strict=True):
+            to = region + delta
+            back = faces and heading is not None and way == opposite(heading)
+            if to in self.free and not back and self.side(region, to) == way:
+                found.append((to, way if faces else None))
+        return tuple(found)
+
+    def _graph(self, faces: bool) -> Graph:
+        """Return the steps from each pose in a free region."""
+        headings: Iterable[str | None] = HEADINGS if faces else (None,)
+        poses = ((region, heading) for region in sorted(self.free) for heading in headings)
+        return {pose: self.steps(faces, pose) for pose in poses}
+
+    def connected(self, region: int, closed: Collection[int]) -> set[int]:
+        """Return the regions to which free ones outside ``closed`` lead, and the region."""
+        graph = self.graph(False)
+        return {r for r, _ in reach(graph, [(region, None)], closed)}
+
+    def show(self, region: int) -> str:
+        """Return a region as people read it: ``47 (3, 8)``."""
+        if not 0 <= region < self.size:
+            return f"{region} (off the map)"
+        return f"{region} ({', '.join(map(str, divmod(region, self.cols)))})"
+
+
+def opposite(heading: str) -> str:
+    return HEADINGS[HEADINGS.index(heading) - 2]
+
+
+def closure(starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> set[Any]:
+    """Return all states that some steps lead to."""
+    found = {*starts}
+    queue = [*found]
+    while queue:
+        for other in after(queue.pop()):
+            if other not in found:
+                found.add(other)
+                queue.append(other)
+    return found
+
+
+def reach(graph: Graph, starts: Iterable[Pose], walls: Collection[int]) -> set[Pose]:
+    """Return the poses that are reachable without entering ``walls``."""
+    return closure(starts, lambda pose: (q for q in graph.get(pose, ()) if q[0] not in walls))
+
+
+def around(graph: Graph, pose: Pose, walls: Collection[int]) -> set[Pose]:
+    """Return the poses that are reachable from a pose and from which it is reachable."""
+    there = reach(graph, [pose], walls)
+    before: dict[Pose, list[Pose]] = {}
+    for one in there:
+        for to in graph.get(one, ()):
+            if to in there:
+                before.setdefault(to, []).append(one)
+    return closure([pose], lambda one: before.get(one, ()))
+
+
+def can_continue(
+    graph: Graph, starts: Iterable[Pose], aims: Sequence[AbstractSet[Pose]], walls: Collection[int]
+) -> bool:
+    """Return whether each aim can be met infinitely often from some of the poses: whether some
+    reachable poses reach each other and include a pose of each aim."""
+    there, seen = reach(graph, starts, walls), set[Pose]()
+    for pose in there if not aims else there & aims[0]:
+        if pose in seen or pose[0] in walls:
+            continue
+        each = around(graph, pose, walls)
+        if all(aim & each for aim in aims):
+            return True
+        seen |= each
+    return False
