@@ -17,7 +17,7 @@ from safenav.plan.search import Answer, Exhausted, Goal, Guide, Search
 from safenav.scenario.settings import Clock
 from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint
-from safenav.team.state import Plan
+from safenav.team.state import Plan, Waypoint
 from safenav.world.poses import Mask
 
 Charges = tuple[float, ...]
@@ -180,4 +180,19 @@ def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
                 charge, due = before.charges[i], begun + 1 + tick
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge, tick=due)
         tick += max((floor.team.members[i].ticks for i in moving), default=1)
+    batteries = {i: e.battery for i in floor.robots if (e := floor.team.members[i].energy)}
+    for i in () if any(each.stay for each in batteries.values()) else batteries:
+        _needed(floor, states[-1], i, ways[i])
     return Plan(tuple(map(tuple, ways)), plan.foreseen, begun + 1 + tick)
+
+
+def _needed(floor: Floor, last: Joint, i: int, way: list[Waypoint]) -> None:
+    """Let a robot leave each charger as soon as it has the charge for its way to the next one, or
+    to the end: waiting elsewhere takes none."""
+    energy = floor.team.members[i].energy
+    assert energy is not None
+    need = energy.need(floor.allowed(i, last.stages), last.poses[i], energy.turn(last.counts[i][0]))
+    needed = min(need, last.charges[i])
+    for place in range(len(way) - 1, 0, -1):
+        needed = (0 if energy.chargers >> way[place].pose & 1 else needed) + energy.battery.move
+        way[place] = way[place]._replace(charge=needed, tick=0)
