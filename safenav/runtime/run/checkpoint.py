@@ -92,14 +92,15 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
 class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
     ticks; ``helps``: the obstacle that each robot serves; ``introduced``: the obstacles that the
-    scenario does not list; ``due``: the ticks in which steps under way end (lockstep)."""
+    scenario does not list, each with the robot whose battery it is; ``due``: the ticks in which
+    steps under way end (lockstep)."""
 
     state: Any
     own: tuple[dict[str, Any], ...]
     within: tuple[int | None, ...]
     helps: tuple[int | None, ...]
     memory: Memory
-    introduced: tuple[Obstacle, ...] = ()
+    introduced: tuple[tuple[Obstacle, int | None], ...] = ()
     due: dict[str, int] = field(default_factory=dict)
     truth: Truth | None = None
 
@@ -123,7 +124,7 @@ class Moment(NamedTuple):
             tuple(member.robot.within for member in members),
             tuple(role.helps for role in self.roles) or (None,) * len(members),
             self.memory,
-            tuple(each.source for each in self.team.obstacles[listed:]),
+            tuple((each.source, each.battery_of) for each in self.team.obstacles[listed:]),
             self.due,
             self.truth,
         )
@@ -187,10 +188,12 @@ def _restored(team: Team, kept: Kept) -> tuple[Team, State]:
     state, count = msgspec.convert(kept.state, _StateKept), len(team.members)
     for what in (state.robots, kept.own, kept.within, kept.helps):
         _require(len(what) == count, "it has other robots than the scenario")
-    for source in kept.introduced:
+    for source, battery_of in kept.introduced:
+        known = battery_of is None or _is_in(battery_of, team.members)
+        _require(known, "a robot is unknown")
         _require(team.world.is_free(source.region), f"{source.name} is in no free region")
         _require(source.name not in team.numbers, f"{source.name} is listed twice")
-        team = introduced(team, source)
+        team = introduced(team, source, battery_of)
     for i, objective in enumerate(map(_objective, kept.own)):
         if objective != team.members[i].robot.objective:
             _require_free(team, objective)
