@@ -23,12 +23,14 @@ HINT = "remove it: programs disagree on what it means, for example on whether a 
 
 
 MOST_BYTES = 100_000_000
-"""Largest file of foreign data that is read; its values take some 20 times its size."""
+"""Largest file of foreign data that is read."""
+MOST_VALUES = 6_000_000
+"""Most values in it, counted by their brackets and commas: each takes up to 80 bytes."""
 
 
 def read_file(path: str | Path | None, most: int = MOST_BYTES) -> bytes:
     """Return the content of a file, or of standard input. Raises OSError, also if it is larger than
-    ``most``; a device may have no end."""
+    ``most`` (a device may have no end) or has more than ``MOST_VALUES`` values."""
     if path is None:
         data = sys.stdin.buffer.read(most + 1)
     else:
@@ -36,6 +38,9 @@ def read_file(path: str | Path | None, most: int = MOST_BYTES) -> bytes:
             data = file.read(most + 1)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"it is larger than {most // 1_000_000} MB", str(path or "-"))
+    if sum(map(data.count, (b"[", b"{", b","))) > MOST_VALUES:
+        flaw = f"it has more than {MOST_VALUES // 1_000_000} million values"
+        raise OSError(errno.EFBIG, flaw, str(path or "-"))
     return data
 
 

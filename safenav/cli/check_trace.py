@@ -11,6 +11,7 @@ from msgspec import to_builtins
 from safenav.audit.check import Audit, audit
 from safenav.cli import options
 from safenav.errors import ExitCode, ResourceLimitError
+from safenav.line_values import MOST_JUDGED_REGIONS
 from safenav.trace.reading import Trace, read_trace
 from safenav.trace.words import counted
 
@@ -26,7 +27,7 @@ Examples:
 Exit codes:
   0  no rule is broken
   1  a rule is broken, or the trace ends before its outcome and --partial is not given
-  2  not a trace, or it cannot be read"""
+  2  not a trace, or it cannot be read   3  the map is too large to be judged"""
 
 
 @click.command(name="check-trace", epilog=EPILOG)
@@ -54,15 +55,11 @@ def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_js
     return ExitCode.OK if good else ExitCode.NEGATIVE
 
 
-MOST_REGIONS = 2**16
-"""Largest map whose trace is judged: its audit needs at most 500 MB."""
-
-
 def _of_bounded_size(trace: Trace) -> Trace:
     world = trace.header.scenario.map
-    if world.rows * world.cols > MOST_REGIONS:
+    if world.rows * world.cols > MOST_JUDGED_REGIONS:
         what = f"{trace.source}: a map of {world.rows} x {world.cols} regions"
-        raise ResourceLimitError(f"{what}; traces of at most {MOST_REGIONS:,} can be judged")
+        raise ResourceLimitError(f"{what}; traces of at most {MOST_JUDGED_REGIONS:,} can be judged")
     return trace
 
 

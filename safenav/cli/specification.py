@@ -28,13 +28,14 @@ from safenav.report.terminal.specification_text import (
 from safenav.report.terminal.table import table
 from safenav.scenario.yaml import source
 from safenav.spec.parsing import check_formulas, read_specification
-from safenav.spec.specification import Specification
+from safenav.spec.specification import Owner, Specification
 from safenav.strict_json import read_json
 from safenav.synthesis.export import StrategySize, statistics_of, to_dot, to_graphml
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.specification_file import load_specification
 from safenav.synthesis.strategy import Strategy
+from safenav.verify.counterstrategy import lost_opening
 from safenav.verify.measures import counterstrategy_measures, strategy_measures
 from safenav.verify.verification import (
     first_failure,
@@ -98,9 +99,19 @@ def synthesize(
         made = (counterstrategy_measures if negative else strategy_measures)(spec, shown.strategy)
         write_out(measures, json_line(made))
     if negative:
+        if not shown.states:
+            click.echo(f"it has no node: {_opening_words(spec)}")
         click.echo(f"the environment's strategy; to see why: safenav explain {file}", err=True)
         return ExitCode.NEGATIVE
     return ExitCode.NEGATIVE if _warn(file, result, synthesizer) and strict else ExitCode.OK
+
+
+def _opening_words(spec: Specification) -> str:
+    """Return in words how the environment wins at once, where its strategy has no node."""
+    row = lost_opening(spec) or ()
+    named = zip(spec.owned(Owner.INPUT), row, strict=False)
+    inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
+    return f"the initial inputs {inputs} leave no output" if inputs else "no output may begin"
 
 
 def words_of(result: SynthesisResult) -> str:
@@ -232,6 +243,8 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
     elif found.ok:
         good = click.style("correct:", fg="green", bold=True)
         what = "the environment wins with it" if counterstrategy else "all guarantees are satisfied"
+        if counterstrategy and not found.nodes:
+            what = f"the environment wins at once, {_opening_words(spec)}"
         click.echo(f"{good} {what} ({found.nodes} nodes, {found.edges} transitions checked)")
         if found.vacuous:
             warn(f"{Cause.NO_BEGINNING} (ENV_INIT)")

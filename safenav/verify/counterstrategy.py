@@ -17,7 +17,7 @@ from itertools import islice
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, clauses
-from safenav.verify.completions import Clause, Completions
+from safenav.verify.completions import Clause, Completions, Row, Slot
 from safenav.verify.failures import Failure, Fault
 
 _SOME = 256
@@ -50,6 +50,22 @@ def counterstrategy_failures(automaton: Automaton) -> Iterator[Failure]:
     yield from automaton.cycle_failures(Fault.GOALS_MET, every, [unmet for _, unmet in goals])
 
 
+def lost_opening(spec: Specification) -> Row | None:
+    """Return initial inputs that ENV_INIT allows and that leave no output, if there are any: a
+    counterstrategy that wins with them has no node."""
+    inputs, outputs = (
+        [Slot(variable, False) for variable in spec.owned(owner)]
+        for owner in (Owner.INPUT, Owner.OUTPUT)
+    )
+    answers = Completions(inputs, outputs, clauses(spec, Section.SYS_INIT))
+    openings = Completions((), inputs, clauses(spec, Section.ENV_INIT)).each(())
+    while rows := list(islice(openings, _SOME)):
+        counts = answers.count(rows)
+        if 0 in counts:
+            return rows[counts.index(0)]
+    return None
+
+
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:
     spec = automaton.spec
     inputs = [p for p in automaton.current if p.variable.owner is Owner.INPUT]
@@ -65,11 +81,8 @@ def _start_failures(automaton: Automaton) -> Iterator[Failure]:
                 yield Failure(Fault.NO_START, detail=detail)
         return
     # Without a start, the system must be unable to answer some initial input.
-    openings = Completions((), inputs, automaton.clauses(Section.ENV_INIT)).each(())
-    while rows := list(islice(openings, _SOME)):
-        if 0 in answers.count(rows):
-            return
-    yield Failure(Fault.NO_START, detail=f"of the counterstrategy for {spec.robot}")
+    if lost_opening(spec) is None:
+        yield Failure(Fault.NO_START, detail=f"of the counterstrategy for {spec.robot}")
 
 
 def _answer_failures(

@@ -19,7 +19,7 @@ from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton
 from safenav.verify.completions import Completions, Row
-from safenav.verify.counterstrategy import counterstrategy_starts
+from safenav.verify.counterstrategy import counterstrategy_starts, lost_opening
 
 
 class NoMeasureError(ValueError):
@@ -95,11 +95,10 @@ def _opening(automaton: Automaton) -> Row:
     """Return the initial inputs of the environment."""
     if automaton.starts:
         return automaton.part(automaton.starts[0], Owner.INPUT)
-    inputs = [place for place in automaton.current if place.variable.owner is Owner.INPUT]
-    outputs = [place for place in automaton.current if place.variable.owner is Owner.OUTPUT]
-    openings = Completions((), inputs, automaton.clauses(Section.ENV_INIT))
-    answers = Completions(inputs, outputs, automaton.clauses(Section.SYS_INIT))
-    return _unanswered(openings.each(()), answers, ())
+    found = lost_opening(automaton.spec)
+    if found is None:
+        raise NoMeasureError("the system has an output for each initial input")
+    return found
 
 
 def _unanswered(rows: Iterator[Row], answers: Completions, known: Row) -> Row:

@@ -95,6 +95,21 @@ def test_an_unrealizable_one_gets_the_strategy_of_the_environment(
     assert invoke(specification.verify, "--counterstrategy", file, strategy).status == 0
 
 
+def test_initial_inputs_that_win_at_once_are_named(tmp_path: Path, invoke: Invoke) -> None:
+    """The environment needs no strategy then: an automaton without nodes is one."""
+    text = "[INPUT]\nz\nw\n[OUTPUT]\ny\n[SYS_INIT]\nz -> y\n!w -> !y\n[SYS_LIVENESS]\ny\n"
+    file = written(tmp_path, "at_once.structuredslugs", text)
+    answer = invoke(synth.command, file, "-o", tmp_path)
+    said = "the initial inputs z=1 w=0 leave no output"
+    assert answer.status == 1 and said in answer.output
+    strategy = tmp_path / "at_once.counterstrategy.json"
+    answer = invoke(specification.verify, "--counterstrategy", file, strategy)
+    assert answer.status == 0 and said in answer.output
+    possible = text.replace("!w -> !y", "!w -> y")
+    file.write_text(possible)
+    assert invoke(specification.verify, "--counterstrategy", file, strategy).status == 1
+
+
 @pytest.mark.parametrize(
     ("owner", "status", "said"),
     [

@@ -188,6 +188,21 @@ def test_a_small_file_does_not_become_a_huge_one(name: str, tmp_path: Path) -> N
     assert done.status in ALLOWED.get(name, (2,)), (tmp_path / "err.txt").read_text()[:500]
 
 
+def test_a_large_file_of_tiny_values_is_refused_before_they_are_made(tmp_path: Path) -> None:
+    for folder in ("home", "sandbox"):
+        (tmp_path / folder).mkdir()
+    sandbox = tmp_path / "sandbox"
+    (sandbox / "s.slugs").write_text(SPEC.format("b"))
+    values = "[]," * 20_000_000
+    (sandbox / "s.json").write_text(
+        STRATEGY.replace("NODES", NODES[:-1] + f', "1": [{values}[]]}}')
+    )
+    done = attack([*SAFENAV, "verify", "s.slugs", "s.json"], sandbox)
+    (sandbox / "s.json").unlink()
+    assert done.flaws == () and done.status == 2
+    assert "more than 6 million values" in (tmp_path / "err.txt").read_text()
+
+
 def test_the_peak_is_that_of_the_program_alone(tmp_path: Path) -> None:
     """A large test process is not counted, and a large program is."""
     for folder in ("home", "sandbox"):
