@@ -7,6 +7,7 @@ and live sets of a 32 x 32 map take a fraction of a millisecond. Results are cac
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cached_property, lru_cache
 
@@ -17,12 +18,25 @@ from safenav.world.moves import Mobility, Pose
 Mask = int
 """A set of poses (or of regions), one bit each."""
 
+_SHORT = 2048
+_PIECES = re.compile(rb"[^\0]{1,16}")
+
 FAR = 1 << 30
 """The distance of an unreachable pose."""
 
 
 def bits(mask: Mask) -> Iterator[int]:
     """The members of a set, ascending."""
+    if mask.bit_length() > _SHORT:  # in pieces: an operation takes as long as its numbers are
+        data = mask.to_bytes(mask.bit_length() // 8 + 1, "little")
+        for piece in _PIECES.finditer(data):
+            first = piece.start() * 8
+            mask = int.from_bytes(piece.group(), "little")
+            while mask:
+                low = mask & -mask
+                yield first + low.bit_length() - 1
+                mask ^= low
+        return
     while mask:
         low = mask & -mask
         yield low.bit_length() - 1

@@ -85,6 +85,8 @@ def spots(mask: Blocked) -> Spots | None:
 
 def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> tuple[str, ...]:
     """Return sentences on the walls, rooms and passages that the division into regions removes."""
+    if layout.height == layout.width == 1:
+        return ()  # a region is a pixel
     sentences = []
     if share > 0:
         sentences += [
