@@ -76,9 +76,10 @@ def coordinate(
             ), decided
         if control.vain:
             decide(now.SetAside(control.vain))
-            failed, control = control.failed, replace(control, failed=(), vain=())
+            failed, vain = control.failed, control.vain
             control, decided = _again(team, state, control, answers, decided)
-            return replace(control, failed=failed + control.failed), decided
+            more = {"failed": failed + control.failed, "vain": vain + control.vain}
+            return replace(control, **more), decided
         if control.end is None:
             for i, role in enumerate(control.roles):
                 mine, robot = control.controllers[i], state.robots[i]
@@ -211,7 +212,8 @@ def _settled(
     end = never
     if failed := [(i, c) for i in new if (c := controllers[i]) and not c.realizable]:
         end = no_strategy(team, failed, begun=bool(before.roles))
-        vain = tuple(sorted({k for i, _ in failed if (k := roles[i].helps) is not None}))
+        helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
+        vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
         if vain:  # formulas remember what the decision does not know
             kept = replace(before, question=None, failed=tuple(c for _, c in failed))
             return replace(kept, vain=vain)

@@ -77,11 +77,12 @@ class Roles:
             self.floor.gates[duty.g],
             frozenset(bits(self.floor.graphs[i].regions_of(duty.goal))),
         )
-        alone = duty.stays or isinstance(rules, Ltl)
+        stays = duty.stays and self._may_stay(i, duty.goal)
+        alone = stays or isinstance(rules, Ltl)
         own = None if alone else self._own_target(i, duty.goal)
         wanted = (duty.goal,) if own is None else (duty.goal, graph.on(own))
         present = self.state.robots[i].objective
-        if duty.stays:
+        if stays:
             objective: Objective = waiting(places, rules)
         elif (
             isinstance(present, ALTERNATING)
@@ -113,11 +114,16 @@ class Roles:
         place = self._clear(i, next(iter(self._places(i)), here))
         if place != here and self._goes_between(i, (graph.on({place}),)):
             return self._toward(i, (graph.on({place}),), waiting(frozenset({place}), rules))
-        formulas, pose = formulas_in(rules), graph.pose(self.poses[i])
-        if formulas is not None and not guarantees_of(formulas).allows(pose, pose):
+        if not self._may_stay(i, 1 << self.poses[i]):
             there = alternating(frozenset({here}), None, rules)  # it leaves, and returns
             return self._toward(i, (graph.on({here}),), there)
         return Role(waiting(frozenset({here}), rules))
+
+    def _may_stay(self, i: int, places: Mask) -> bool:
+        """Whether the formulas of a robot let it stay in each of these poses."""
+        formulas, graph = formulas_in(self.team.members[i].objective), self.floor.graphs[i]
+        allows = None if formulas is None else guarantees_of(formulas).allows
+        return allows is None or all(allows(pose, pose) for pose in graph.poses(places))
 
     def _places(self, i: int) -> list[int]:
         asked = (dict(self.state.obstacles[k].asked) for k in reversed(self.state.requests))

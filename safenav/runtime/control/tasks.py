@@ -28,6 +28,9 @@ from safenav.trace.words import obstacle_words
 from safenav.world.partition import Partition
 from safenav.world.poses import region_mask
 
+COMMANDS = ("assigned", "request", "wait")
+"""The inputs by which an assignable robot is commanded."""
+
 
 class Controller(Struct, frozen=True, eq=False):
     """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``known``:
@@ -80,12 +83,16 @@ class Controller(Struct, frozen=True, eq=False):
         return [(values["region"], values.get("heading"), n) for n, values in found]
 
     def values(self, node: int | None) -> Values | None:
-        """The values of formulas at a node: of their memory, and of inputs."""
+        """The values at a node of the memory of formulas, of inputs that they name, and of
+        commands."""
         objective, strategy = self.task.objective, self.result.strategy
-        if node is None or strategy is None or not isinstance(objective, Ltl):
+        names: tuple[str, ...] = COMMANDS if self.task.assignable else ()
+        if isinstance(objective, Ltl):
+            names = (*names, *objective.memory, *objective.inputs)
+        if node is None or strategy is None or not names:
             return None
         found = strategy.values(node)
-        return tuple(sorted((name, found[name]) for name in (*objective.memory, *objective.inputs)))
+        return tuple(sorted((name, found[name]) for name in names))
 
 
 def assignable(team: Team, i: int) -> bool:

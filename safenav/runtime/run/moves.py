@@ -24,13 +24,34 @@ class MoveLines(Protocol):
     def resume(self, line: records.Record) -> None: ...
 
 
+class _Signals:
+    """The commands of assignable robots, as last recorded."""
+
+    def __init__(self) -> None:
+        self._told: dict[int, records.Signal] = {}
+
+    def new(self, i: int, values: now.Values | None) -> records.Signal | None:
+        """The command with which a robot moves or stays; None if it was told before."""
+        found = dict(values or ())
+        if "request" not in found:
+            return None
+        signal = records.Signal(bool(found["request"]), found["assigned"], bool(found["wait"]))
+        if self._told.get(i) == signal:
+            return None
+        self._told[i] = signal
+        return signal
+
+
 class TickLines:
     """Lockstep: a ``move`` line for each robot in each tick."""
 
     def __init__(self, team: Team, emit: Emit) -> None:
         self._team, self._emit = team, emit
+        self._signals = _Signals()
+        self._begun: dict[int, now.Values | None] = {}
 
     def departed(self, tick: int, event: now.Departed, before: State) -> None:
+        self._begun[event.robot] = event.values
         if event.under_way:
             start = before.robots[event.robot].pose
             self._move(tick, event.robot, start, start, event.pose, event.by)
@@ -47,6 +68,7 @@ class TickLines:
 
     def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
         pose = state.robots[event.robot].pose
+        self._begun[event.robot] = event.values
         self._move(tick, event.robot, pose, pose, None, event.by)
 
     def resume(self, line: records.Record) -> None:
@@ -67,7 +89,8 @@ class TickLines:
         goes = None if toward is None else toward % size
         place = start % size, *graph.pose(pose).place
         name = self._team.members[i].name
-        self._emit(records.Move(tick, name, *place, goes, origin, result=result))
+        signal = self._signals.new(i, self._begun.pop(i, None))
+        self._emit(records.Move(tick, name, *place, goes, origin, signal=signal, result=result))
 
 
 class CommandLines:
@@ -78,6 +101,7 @@ class CommandLines:
         self._team, self._emit = team, emit
         self._commands: dict[int, int] = {}
         self._holds: dict[int, HoldReason] = {}
+        self._signals = _Signals()
 
     def departed(self, tick: int, event: now.Departed, before: State) -> None:
         i, member = event.robot, self._team.members[event.robot]
@@ -87,7 +111,8 @@ class CommandLines:
         node = event.node if event.by == "strategy" else None
         seconds = None if event.seconds is None else round(event.seconds, 3)
         who, by = (tick, event.command, member.name), MovedBy(event.by)
-        self._emit(records.Depart(*who, *way, by, node, seconds=seconds))
+        signal = self._signals.new(i, event.values)
+        self._emit(records.Depart(*who, *way, by, node, signal=signal, seconds=seconds))
 
     def continued(self, tick: int, i: int, state: State) -> None:
         """A command says nothing until it ends."""
@@ -127,10 +152,10 @@ class CommandLines:
                 self._holds.pop(i, None)
 
     def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
-        why = _reason(event, state)
-        if self._holds.get(event.robot) is not why:
+        why, signal = _reason(event, state), self._signals.new(event.robot, event.values)
+        if signal is not None or self._holds.get(event.robot) is not why:
             self._holds[event.robot] = why
-            self._emit(records.Held(tick, self._team.members[event.robot].name, why))
+            self._emit(records.Held(tick, self._team.members[event.robot].name, why, signal))
 
 
 def _reason(event: now.Stayed, state: State) -> HoldReason:

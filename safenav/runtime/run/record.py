@@ -389,6 +389,7 @@ class Recorder:
             )
             bids[self._robot(i)] = None if steps is None else steps * self.team.members[i].ticks
         asked, aside = state.obstacles[k].asked, state.obstacles[k].aside and k not in self.aside
+        aside = aside and k not in control.vain
         if because is None:
             request = Request(self.team, state, control.found, k)
             helping = [i for i, role in enumerate(control.roles) if role.helps == k]
