@@ -203,7 +203,9 @@ def _settled(
         # A joint plan is the controller of the others.
         planned = i not in lone and (before.roles or pursues(team, floor, here, i))
         if (mine is None and not planned) or (
-            mine is not None and i in lone and outdated(team, state, i, role, mine)
+            mine is not None
+            and i in lone
+            and (not mine.realizable or outdated(team, state, i, role, mine))
         ):
             asked[i] = role
     for i, found_one in synthesized(team, state, asked, answers).items():
