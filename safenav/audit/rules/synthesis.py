@@ -88,7 +88,8 @@ class SynthesisRule(Rule):
         for robot, objective in now.objectives.items():
             same = _alternating(objective) == _alternating(turn.objectives[robot])
             owed = not same and robot not in now.out  # otherwise it is due on the robot's return
-            owed = owed and not now.rivals[robot]  # a joint plan is its controller
+            planned = now.rivals[robot] or robot in now.charge  # a joint plan is its controller
+            owed = owed and not planned
             if owed and (robot, objective) not in done:
                 yield robot, f"{robot} gets {objective} but no strategy for it", turn.records[-1]
 
