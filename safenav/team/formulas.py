@@ -81,7 +81,7 @@ def waiting(places: Target, rules: Objective) -> Objective:
     if not isinstance(rules, Ltl):
         return staying(places, rules)
     there = one_of("region", places)
-    stay = f"{there} -> region' = region"
+    stay = f"{there} -> region' = {next(iter(places)) if len(places) == 1 else 'region'}"
     return replace(rules, safety=(*rules.safety, stay), liveness=(there,))
 
 

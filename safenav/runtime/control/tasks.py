@@ -201,8 +201,8 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
     """Whether a strategy does not suffice for a role: another objective, or walls or poses unknown
     to it."""
     robot = state.robots[i]
-    if robot.node is None and robot.to is None:
-        return True  # it is astray
+    if not controller.realizable or (robot.node is None and robot.to is None):
+        return True  # it has none, or is astray
     if assignable(team, i):
         role = Role(team.members[i].objective)
     if controller.task.objective.relaxed() != role.objective.relaxed():
