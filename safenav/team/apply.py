@@ -217,7 +217,7 @@ def _stepped(team: Team, state: State, i: int, pose: int, values: now.Values | N
     strategy there; else its memory stays, or is that of its state."""
     robot, objective = state.robots[i], state.robots[i].objective
     if not isinstance(objective, Ltl):
-        return state
+        return state if values is None else _robot(state, i, values=values)
     if values is None:
         heard = {name: int(name in state.inputs) for name in objective.inputs}
         kept = dict(robot.values) | heard | dict(_memory(team.members[i], pose))

@@ -48,13 +48,11 @@ class TickLines:
     def __init__(self, team: Team, emit: Emit) -> None:
         self._team, self._emit = team, emit
         self._signals = _Signals()
-        self._begun: dict[int, now.Values | None] = {}
 
     def departed(self, tick: int, event: now.Departed, before: State) -> None:
-        self._begun[event.robot] = event.values
         if event.under_way:
-            start = before.robots[event.robot].pose
-            self._move(tick, event.robot, start, start, event.pose, event.by)
+            start, signal = before.robots[event.robot].pose, event.values
+            self._move(tick, event.robot, start, start, event.pose, event.by, signal=signal)
 
     def continued(self, tick: int, i: int, state: State) -> None:
         robot = state.robots[i]
@@ -64,12 +62,12 @@ class TickLines:
     def ended(self, tick: int, i: int, before: State, after: State, end: now.Ended) -> None:
         strayed = None if isinstance(end, now.Arrived) else MoveEnd.ELSEWHERE
         was = before.robots[i]
-        self._move(tick, i, was.pose, after.robots[i].pose, None, was.by, strayed)
+        signal = after.robots[i].values
+        self._move(tick, i, was.pose, after.robots[i].pose, None, was.by, strayed, signal)
 
     def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
         pose = state.robots[event.robot].pose
-        self._begun[event.robot] = event.values
-        self._move(tick, event.robot, pose, pose, None, event.by)
+        self._move(tick, event.robot, pose, pose, None, event.by, signal=event.values)
 
     def resume(self, line: records.Record) -> None:
         """A tick depends on no earlier line."""
@@ -83,14 +81,15 @@ class TickLines:
         toward: int | None,
         by: str | None,
         result: MoveEnd | None = None,
+        signal: now.Values | None = None,
     ) -> None:
         size, graph = self._team.size, self._team.members[i].graph
         origin = None if by is None else MovedBy(by)
         goes = None if toward is None else toward % size
         place = start % size, *graph.pose(pose).place
         name = self._team.members[i].name
-        signal = self._signals.new(i, self._begun.pop(i, None))
-        self._emit(records.Move(tick, name, *place, goes, origin, signal=signal, result=result))
+        told = self._signals.new(i, signal)
+        self._emit(records.Move(tick, name, *place, goes, origin, signal=told, result=result))
 
 
 class CommandLines:
