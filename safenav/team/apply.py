@@ -160,6 +160,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             task = robot.task if same else Count()
             values = robot.values if event.values is None else event.values
             begun = {"fresh": robot.fresh or not same, "came": robot.came if same else None}
+            if robot.by == "strategy" and node != robot.node:
+                begun["by"] = None  # another strategy decided the step under way
             return _robot(
                 state, i, objective=objective, task=task, node=node, values=values, **begun
             )
