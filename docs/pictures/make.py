@@ -1,4 +1,4 @@
-"""Makes the pictures of this folder: scenarios run and replayed, strategies drawn.
+"""Makes the pictures of this folder: scenarios run and replayed.
 
     python docs/pictures/make.py
 
