@@ -46,11 +46,14 @@ class Scene:
 
 
 @st.composite
-def scenes(draw: st.DrawFn, fairness: Fairness = Fairness.NONE) -> Scene:
+def scenes(
+    draw: st.DrawFn, fairness: Fairness = Fairness.NONE, *, danger: bool | None = None
+) -> Scene:
+    """``danger``: whether the robot must avoid the other one; None: drawn."""
     world = draw(maps())
     free = st.sampled_from(world.free)
     own, other = draw(free), draw(free)
-    danger = draw(st.booleans())
+    danger = draw(st.booleans()) if danger is None else danger
     assume(own != other or not danger)
     target = st.frozensets(free, min_size=1, max_size=3)
     radius = draw(st.sampled_from([1.0, 1.5, 2.0, 3.0, None]))

@@ -202,12 +202,9 @@ def test_out_of_sight_means_believed(scene: Scene, data: st.DataObject) -> None:
 
 
 @campaign(60)
-@given(scenes(Fairness.OUT_OF_MY_WAY), st.data())
+@given(scenes(Fairness.OUT_OF_MY_WAY, danger=True), st.data())
 def test_out_of_the_way_means_not_beside_it(scene: Scene, data: st.DataObject) -> None:
     live = formulas(scene, Section.ENV_LIVENESS)
-    if not scene.task.observed[0].danger:
-        assert not live
-        return
     for look in walk(scene, data, 8):
         following = {"region": look.after, **inputs(scene, look.knowledge)}
         (formula,) = live
@@ -215,9 +212,10 @@ def test_out_of_the_way_means_not_beside_it(scene: Scene, data: st.DataObject) -
         assert formula({"region": look.before}, following) == alone
 
 
-def test_a_harmless_robot_is_tracked_but_not_avoided() -> None:
+@pytest.mark.parametrize("fairness", [Fairness.OFF_MY_TARGETS, Fairness.OUT_OF_MY_WAY])
+def test_a_harmless_robot_is_tracked_but_not_avoided(fairness: Fairness) -> None:
     world = RegionMap.from_grid(["....", "...."])
-    encoding = _encoding(world, danger=False)
+    encoding = encode_others(_task(fairness, danger=False), world)
     assert [variable.name for variable in encoding.inputs] == ["at_other"]
     assert not encoding.guarantees
     rules = {constraint.origin.rule for constraint in encoding.assumptions}
@@ -311,5 +309,5 @@ def _task(fairness: Fairness, danger: bool = True) -> Task:
     )
 
 
-def _encoding(world: RegionMap, danger: bool = True) -> OthersEncoding:
-    return encode_others(_task(Fairness.OFF_MY_TARGETS, danger), world)
+def _encoding(world: RegionMap) -> OthersEncoding:
+    return encode_others(_task(Fairness.OFF_MY_TARGETS, danger=True), world)
