@@ -136,7 +136,7 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
             break
         if change.objective is not None:
             yield f"{change.robot} does not get its objective of {change.at}"
-        elif change.active is s.robots[change.robot].out and not s.live:
+        elif change.active is s.robots[change.robot].out and not (s.live and s.hands):
             yield f"the service of {change.robot} does not change at {change.at}"
     if s.live or e.kind != "move":
         return
