@@ -67,7 +67,7 @@ def a_step_aside(lines: list[Line], chance: random.Random) -> bool:
 
 
 @kind
-def rivals(lines: list[Line], chance: random.Random) -> bool:
+def rivals(lines: list[Line], _: random.Random) -> bool:
     """Robots that were never in conflict are."""
     robots = lines[0]["scenario"]["robots"]
     for name, robot in robots.items():
@@ -126,14 +126,14 @@ def another_robot_resolves(lines: list[Line], chance: random.Random) -> bool:
 
 
 @kind
-def without_the_capability(lines: list[Line], chance: random.Random) -> bool:
+def without_the_capability(lines: list[Line], _: random.Random) -> bool:
     for robot in lines[0]["scenario"]["robots"].values():
         robot["capabilities"] = []
     return bool(at(lines, "resolved"))
 
 
 @kind
-def a_further_need(lines: list[Line], chance: random.Random) -> bool:
+def a_further_need(lines: list[Line], _: random.Random) -> bool:
     found = lines[0]["scenario"]["obstacles"]
     for one in found:
         first = {"action": one["action"], "regions": one["resolution_regions"]}
@@ -142,7 +142,7 @@ def a_further_need(lines: list[Line], chance: random.Random) -> bool:
 
 
 @kind
-def another_truth(lines: list[Line], chance: random.Random) -> bool:
+def another_truth(lines: list[Line], _: random.Random) -> bool:
     found = at(lines, "resolved")
     for k in found:
         lines[k]["traversable"] = {None: True, True: None, False: True}[lines[k]["traversable"]]
@@ -169,7 +169,7 @@ def a_goal_left_out(lines: list[Line], chance: random.Random) -> bool:
 
 
 @kind
-def one_round_more(lines: list[Line], chance: random.Random) -> bool:
+def one_round_more(lines: list[Line], _: random.Random) -> bool:
     rounds = lines[0]["scenario"]["until"].get("rounds")
     lines[0]["scenario"]["until"]["rounds"] = (rounds or 1) + 1
     for name in lines[-1].get("rounds", {}):
