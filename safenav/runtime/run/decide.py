@@ -9,6 +9,8 @@ from safenav.plan.order import next_step
 from safenav.runtime.control.assignable import commanded
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.observing import heard
+from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.objective import Ltl
 from safenav.team.floor import reserved
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
@@ -35,9 +37,22 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     if not team.members[i].planned:
         return next(iter(_successors(team, state, control, i)), stay)
     pose = next_step(team, state, i)
-    if pose is None or reserved(team, state, i) >> pose % team.size & 1:
+    if pose is None or not _is_kept(team, state, i, pose):
+        return stay
+    if reserved(team, state, i) >> pose % team.size & 1:
         return stay
     return Proposal(pose, "plan")
+
+
+def _is_kept(team: Team, state: State, i: int, pose: int) -> bool:
+    """Whether the inputs of its formulas let a robot take a step now: plans do not foresee them."""
+    robot, graph, objective = state.robots[i], team.members[i].graph, team.members[i].objective
+    if not isinstance(objective, Ltl) or not objective.inputs:
+        return True
+    heard = {name: int(name in state.inputs) for name in objective.inputs}
+    after = dict(robot.values) | heard | dict(graph.memory(pose))
+    places = graph.pose(robot.pose), graph.pose(pose)
+    return guarantees_of(objective).allows_with(places[0], dict(robot.values), places[1], after)
 
 
 def _successors(team: Team, state: State, control: Control, i: int) -> list[Proposal]:
