@@ -4,10 +4,14 @@ import pytest
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
+from safenav.outcome import Outcome
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Ltl
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.formulas import StateGraph, graph_of, targets_of
+from safenav.trace.records import Move, Record, Resolved
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, bits
@@ -112,3 +116,48 @@ def test_formulas_constrain_headings() -> None:
     east = Pose(8, Heading.EAST)
     assert found.remembered({}, east, Pose(9, Heading.EAST)) == {}
     assert found.remembered({}, east, Pose(8, Heading.NORTH)) is None
+
+
+ALARM = """
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+catalogue: {robots: {free: {mobility: free, layer: ground, capabilities: []}}}
+robots:
+  a:
+    model: free
+    start: 7
+    objective: {ltl: {liveness: [region = 9], safety: ["alarm' -> region' = region"]}}
+  b: {model: free, start: 10, objective: {hold: 10}}
+inputs: {alarm: {at: [1-9], always_eventually: off}}
+until: {rounds: 1}
+"""
+
+
+def test_inputs_hold_a_robot_that_follows_a_joint_plan() -> None:
+    lines = list[Record]()
+    result = Mission(load_scenario_text(ALARM), listeners=[lines.append]).run()
+    steps = [x.tick for x in lines if isinstance(x, Move) and x.robot == "a" and x.to != x.from_]
+    assert (result.outcome, steps) == (Outcome.COMPLETED, [10, 11])
+
+
+def test_a_request_for_which_the_memory_leaves_no_strategy_is_set_aside() -> None:
+    text = """
+safenav: 1
+map: {grid: ["....."]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles: {parcel: {action: lift, blocks: []}, box: {action: lift, blocks: []}}
+robots:
+  a:
+    model: cart
+    start: 2
+    objective:
+      ltl: {memory: {m: bool}, init: "!m", liveness: region = 2,
+            safety: ["m' <-> m | region = 2", "m -> region' != 4"]}
+orders: [{type: box, region: 0, at: 2}, {type: parcel, region: 4, at: 3}]
+until: {rounds: 1}
+"""
+    lines = list[Record]()
+    result = Mission(load_scenario_text(text), listeners=[lines.append]).run()
+    done = [line.obstacle for line in lines if isinstance(line, Resolved)]
+    assert (result.outcome, done) == (Outcome.COMPLETED, ["box@0"])
