@@ -58,6 +58,9 @@ def wrong_type(
             hint = hint or f"write the number alone, without a unit{alone}"
         elif truth is not None and expected == "true or false":
             hint = hint or f"write {truth}"
+    elif isinstance(node, Mapping):
+        keys = (key.text for key, _ in node.entries)
+        hint = hint or next((FORMER_PARTS[key] for key in keys if key in FORMER_PARTS), "")
     findings.add(node, f"{what}: found {described(node)}, expected {expected}", hint)
 
 
@@ -163,6 +166,16 @@ REPLACED = {
     "expect.never": "state it in 'requirements', by requested_door@47 and resolved_door@47",
 }
 """Former keys, by the definition of their table, and what to write instead."""
+
+FORMER_PARTS = {
+    "file": "write the name of the file alone: 'image: floor.png'; 'names' names regions",
+    "kind": "write the kind alone: 'motion: disc'",
+    "least": "write one number of ticks: 'timing: 2'",
+    "at_least": "write the most ticks alone: 'ticks: 60'",
+    "at_most": "write the most ticks alone: 'ticks: 60'",
+    "probability": "write 'true' or 'false'",
+}
+"""Former keys of values that no longer are mappings, and what to write instead."""
 
 
 def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
