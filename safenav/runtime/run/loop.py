@@ -198,6 +198,8 @@ class Run:
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
+            if isinstance(event, now.Acted) and not on_own(self.team, self.state, i):
+                return  # the action was its duty, which is over
             if robot.idle and (robot.fresh or robot.objective == before.robots[i].objective):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
