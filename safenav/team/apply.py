@@ -381,6 +381,8 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
             for step in _counts(team, robot, i, robot.objective, task, 1, ticks):
                 task = step[1]
         robot = replace(robot, own=own, task=task, fresh=False)
+    if robot == state.robots[i]:
+        return state
     return replace(state, robots=(*state.robots[:i], robot, *state.robots[i + 1 :]))
 
 

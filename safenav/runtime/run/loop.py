@@ -16,6 +16,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import is_
 
 from msgspec.structs import replace
 
@@ -56,6 +57,7 @@ class Run:
         self.check = check
         self.state = initial(team)  # 1 to 3
         self.control = Control()
+        self.settled: tuple[Team, now.State, Control] | None = None
 
     def run(self) -> End:
         self.begin()
@@ -241,6 +243,8 @@ class Run:
     def settle(self) -> None:
         """Update the intentions of the team; its decisions are events like all others."""
         before, intended = self.state, self.control
+        if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
+            return  # nothing has changed since
         self.control, decided = coordinate(self.team, before, intended, self.answers)
         for event in decided:
             self.state = apply(self.team, self.state, event)
@@ -249,6 +253,9 @@ class Run:
         self.recorder.tell_plan(before, self.state)
         if self.control.end is not None and self.waits():
             self.recorder.waiting(self.control.end, self.until())
+        thinks = self.control.thinks or self.control.pending or self.control.question is None
+        final = not (decided or thinks or self.control.end)
+        self.settled = (self.team, self.state, self.control) if final else None
 
     def has_ended(self, event: now.Event) -> bool:
         """Whether nothing can help after this turn, so that the other robots stand."""

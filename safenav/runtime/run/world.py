@@ -320,6 +320,10 @@ class World:
         yield from map(now.Gone, gone)
 
     def _changes(self, run: Running, i: int) -> tuple[tuple[int, now.Stage], ...]:
+        if not run.team.members[i].robot.capabilities or not any(
+            each.known for each in run.state.obstacles
+        ):
+            return ()
         where = standing(run.team, run.state, moving=self.moving)
         return acts_on(run.team, run.state, where, i)
 
