@@ -128,7 +128,7 @@ class Waypoint(NamedTuple):
     tick: float = 0
 
 
-class Plan(Struct, frozen=True, eq=False):
+class Plan(Struct, frozen=True):
     """A joint plan in execution: the way of each robot (its present place first; others: empty).
     ``foreseen``: the obstacles that it knows; ``until``: the tick by which it
     ends, if the charges suffice for it."""
