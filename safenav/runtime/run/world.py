@@ -86,7 +86,9 @@ class World:
         self.still = False
         self._inputs = truth if protocol.implements(truth, InputWorld) else None
         self._set: frozenset[str] = frozenset()
-        self._last: State | None = None
+        self._places: object = None
+        self._stood: list[State] = []
+        """The states since a robot moved last: strategies may go in a circle where they stand."""
         self._asked: set[int] = set()
         self._opened: dict[str, float] = {}
         """When obstacles were opened last: earlier reports of them are late."""
@@ -122,8 +124,13 @@ class World:
         commands = self.commands
         if self.live:
             here = replace(run.state, time=0)
-            changed = here != self._last or run.answers.fresh() or bool(self.operator.asked)
-            self._last, marks = here, (self.coming(run), charging_ends(run.team, run.state))
+            places = tuple((robot.pose, robot.to, robot.acting) for robot in here.robots)
+            if places != self._places:
+                self._places, self._stood = places, []
+            news = here not in self._stood
+            self._stood += [here] if news else []
+            changed = news or run.answers.fresh() or bool(self.operator.asked)
+            marks = self.coming(run), charging_ends(run.team, run.state)
             due = min((t for t in marks if t is not None), default=None)
             idle = commands.simulated and commands.idle and not changed
             self.still = idle and due is None
