@@ -144,6 +144,7 @@ bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/case_studies.py
 	$(BIN)/python benchmarks/teams.py
 	$(BIN)/python benchmarks/teams.py --bars
+	$(BIN)/python benchmarks/scale.py
 	$(BIN)/python benchmarks/explain.py
 	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/replay.py

@@ -89,7 +89,7 @@ def run_once(command: str, name: str) -> dict[str, float]:
         "wall": wall,
         "syntheses": result["syntheses"],
         "synthesis": result["synthesis_seconds"],
-        "longest": max(line["seconds"] for line in lines if line["type"] == "synthesis"),
+        "longest": max((x["seconds"] for x in lines if x["type"] == "synthesis"), default=0.0),
     }
 
 
