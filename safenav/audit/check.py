@@ -62,7 +62,7 @@ def audit(trace: Trace, after: Trace | None = None) -> Audit:
         outcome.outcome.value if outcome else None,
         outcome is not None and not trace.cut_off,
         tuple(one for one in found if not one.note),
-        _statistics(trace),
+        statistics(trace),
         tuple(one for one in found if one.note),
     )
 
@@ -73,7 +73,7 @@ def _plain_proof(record: Any) -> Any:
     return record if proof is None else record.__replace__(proof=plain(proof))
 
 
-def _statistics(trace: Trace) -> dict[str, int]:
+def statistics(trace: Trace) -> dict[str, int]:
     """Return counts of the lines of a trace. ``steps``: moves to another region."""
     count = Counter(record.type for record in trace.records)
     moves = [record for record in trace.records if isinstance(record, Move | Arrive)]

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 
 import click
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
 
-from safenav.audit.check import Audit, audit
+from safenav.audit.check import audit, statistics
+from safenav.audit.continuation import NAME
 from safenav.cli import options
-from safenav.errors import ExitCode, ResourceLimitError
+from safenav.errors import Diagnostic, ExitCode, InputError, ResourceLimitError
+from safenav.judge.engine import Finding, judge
+from safenav.judge.lines import NotATraceError
 from safenav.line_values import MOST_JUDGED_REGIONS
-from safenav.trace.reading import Trace, read_trace
+from safenav.trace.reading import Trace, read_bytes, read_content, read_trace
 from safenav.trace.words import counted
 
 EPILOG = """\b
@@ -39,20 +44,54 @@ Exit codes:
 @click.option("--partial", is_flag=True, help="Accept a trace that ends before its outcome.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole result as JSON.")
 def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_json: bool) -> int:
-    """Check a trace (`-`: standard input) against the audit rules (docs/audit.md).
+    """Check a trace (`-`: standard input) against the rules of a run (docs/judge.md).
 
-    Walls, mobility, obstacles, collisions, requests, the objective stack, goals and the outcome
-    are recomputed from the trace alone. With --after, the header of a resumed run is compared
+    Walls, mobility, obstacles, collisions, goals and the outcome are recomputed from the trace
+    alone; what cannot be judged is listed. With --after, the header of a resumed run is compared
     with the end of the run that it continues.
     """
     first = None if after is None else read_trace(after)
-    found = audit(_of_bounded_size(read_trace(trace)), first)
+    found = _judged(trace, first)
     if as_json:
-        click.echo(json.dumps({"ok": found.ok, **to_builtins(found)}, indent=2))
+        click.echo(json.dumps({"ok": not found.findings, **to_builtins(found)}, indent=2))
     else:
         _tell(found, show_all, partial)
-    good = found.ok and (found.complete or partial)
+    good = not found.findings and (found.complete or partial)
     return ExitCode.OK if good else ExitCode.NEGATIVE
+
+
+class CheckedTrace(Struct, frozen=True):
+    """Result of a check. ``complete``: the trace has its outcome; ``notes``: what was not judged;
+    ``strays``: steps that ended elsewhere than commanded; ``hands``: changes by a user, an operator
+    or the world."""
+
+    source: str
+    outcome: str | None
+    complete: bool
+    findings: tuple[Finding, ...]
+    statistics: Mapping[str, int]
+    notes: tuple[Finding, ...]
+    strays: int
+    hands: int
+
+
+def _judged(path: str, first: Trace | None) -> CheckedTrace:
+    """Judge a trace. ``first``: the trace of the run that it continues."""
+    content, source = read_content(path), "<stdin>" if path == "-" else path
+    trace = _of_bounded_size(read_bytes(content, source))
+    try:
+        found = judge(BytesIO(content))
+    except NotATraceError as error:
+        raise InputError([Diagnostic(source, 0, 0, str(error))]) from error
+    findings, notes = [*found.findings], [*found.notes]
+    if first is not None:  # the audit compares the header with the end of the first run
+        notes = [note for note in notes if note.rule != "header"]
+        for each in audit(trace, first).findings:
+            if each.rule == NAME:
+                findings.append(Finding(each.rule, each.tick, None, each.line, each.explanation))
+    complete = found.outcome is not None and not trace.cut_off
+    told = tuple(findings), statistics(trace), tuple(notes), found.strays, found.hands
+    return CheckedTrace(source, found.outcome, complete, *told)
 
 
 def _of_bounded_size(trace: Trace) -> Trace:
@@ -63,18 +102,23 @@ def _of_bounded_size(trace: Trace) -> Trace:
     return trace
 
 
-def _tell(found: Audit, show_all: bool, partial: bool) -> None:
+def _tell(found: CheckedTrace, show_all: bool, partial: bool) -> None:
     options.print_findings(found.source, found.findings, show_all)
     options.print_findings(found.source, found.notes, show_all, "more not judged")
     if not found.complete:
         click.echo("The trace ends before its outcome; checked as far as it goes.")
         if not partial:
             click.echo("The outcome is missing. Pass --partial to accept that.")
-    if found.ok:
+    if not found.findings:
         numbers = found.statistics
         click.echo(
             f"{found.source}: no rule broken in {counted(numbers['ticks'], 'tick')} of "
             f"{counted(numbers['robots'], 'robot')} ({counted(numbers['moves'], 'move')}, "
             f"{counted(numbers['goals'], 'goal')}, {numbers['resolved']} resolved, "
             f"outcome {found.outcome or 'unknown'})."
+        )
+    if found.strays or found.hands:
+        click.echo(
+            f"{counted(found.strays, 'step')} ended elsewhere than commanded, "
+            f"{counted(found.hands, 'change')} by a user or the world."
         )

@@ -236,7 +236,7 @@ def counts(e: Line, robot: Robot) -> bool:
         if e.goal >= own.count or not robot.given.serves(own):
             return False
         if formulas is None or not formulas.goals:
-            return True  # it is said to be not judged
+            return True  # a rule reports that it is not judged
         pairs = (robot.before, robot.pose), (robot.pose, robot.pose)
         return any(formulas.meets(e.goal, *pair) for pair in pairs)
     return bool(e.goal < own.count and e.region in own.targets[e.goal])

@@ -17,18 +17,22 @@ assert {rule.judge.__module__ for rule in FACTS} == {m.__name__ for m in (motion
 
 @dataclass(frozen=True)
 class Finding:
-    """What is wrong with a line."""
+    """A broken rule, or something that is not judged, at a line."""
 
     rule: str
     tick: int
     robot: str | None
     line: int
-    text: str
+    explanation: str
+
+    def __str__(self) -> str:
+        whom = "" if self.robot is None else f", {self.robot}"
+        return f"line {self.line}: {self.rule} (tick {self.tick}{whom}): {self.explanation}"
 
 
 @dataclass
 class Judgement:
-    """``findings``: what is wrong; ``notes``: what is not judged; ``outcome``: None if the trace
+    """``findings``: broken rules; ``notes``: parts that are not judged; ``outcome``: None if the trace
     ends before it; ``strays``: steps that ended elsewhere than commanded; ``hands``: changes by a
     user, an operator or the world."""
 
@@ -64,5 +68,7 @@ def judge(texts: Iterable[str | bytes], rules: Iterable[Rule] = FACTS) -> Judgem
 
 def _add(found: Judgement, rule: Rule, line: Line, text: str) -> None:
     robot = line.robot if isinstance(line.robot, str) else None
-    finding = Finding(rule.name, line.tick, robot, line.number, str(text))
-    (found.notes if isinstance(text, NotJudged) else found.findings).append(finding)
+    noted = isinstance(text, NotJudged)
+    said = f"not judged: {text}" if noted else text
+    finding = Finding(rule.name, line.tick, robot, line.number, str(said))
+    (found.notes if noted else found.findings).append(finding)

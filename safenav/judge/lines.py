@@ -67,7 +67,7 @@ class Objective(Line):
 
     @property
     def strict(self) -> bool:
-        """Return whether it leaves a target at once, and touches none out of turn."""
+        """Return whether it leaves a target immediately, and touches none out of turn."""
         return self.kind == "patrol"
 
     @property

@@ -1,4 +1,4 @@
-"""The table of rules, and what they yield."""
+"""The table of rules, and their messages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from safenav.judge.state import State
 
 
 class NotJudged(str):
-    """What a rule cannot judge, and why: said, and neither right nor wrong."""
+    """A part that a rule cannot judge, and why."""
 
 
 Judge = Callable[[Line, State], Iterator[str]]

@@ -90,13 +90,16 @@ _TEXTS = ("explanation", "because", "reason")
 def read_trace(path: str | Path) -> Trace:
     """The trace in a file (``-``: standard input). Raises InputError if it cannot be read or is not
     a trace."""
-    source = "<stdin>" if str(path) == "-" else str(path)
+    return read_bytes(read_content(path), "<stdin>" if str(path) == "-" else str(path))
+
+
+def read_content(path: str | Path) -> bytes:
+    """The bytes of a file (``-``: standard input). Raises InputError if it cannot be read."""
     try:
-        content = read_file(None if source == "<stdin>" else path)
+        return read_file(None if str(path) == "-" else path)
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
-    return read_bytes(content, source)
 
 
 def read_lines(lines: Iterable[str], source: str = "<trace>") -> Trace:

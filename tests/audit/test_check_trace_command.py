@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 import warm
 from audit.good_traces import GOOD
@@ -16,7 +15,6 @@ from safenav.audit.rules import proofs
 from safenav.certify.checker.check import open_bundle
 from safenav.certify.checker.check_run import Evidence
 from safenav.certify.record import bundle_of_trace
-from safenav.cli.check_trace import command
 
 
 def run(*arguments: str, stdin: str = "") -> warm.Done:
@@ -50,14 +48,14 @@ def test_a_broken_trace_exits_1_and_names_the_first_rule_or_all(bad: Path) -> No
     results = [run(*options, str(bad)) for options in ([], ["--all"], ["--json"], ["--partial"])]
     assert [result.returncode for result in results] == [1] * 4
     first, rest = results[0].stdout.splitlines()
-    assert "line 33: map (tick 8, digit): digit enters 17 (2, 5), which is a wall" in first
+    assert "line 33: mobility (tick 8, digit): digit enters 17 (2, 5), which is not free" in first
     assert rest == "and 3 more (--all shows them)"
     rules = [line.split(": ")[2].split(" ")[0] for line in results[1].stdout.splitlines()]
-    assert rules == ["map", "mobility", "goal", "outcome"]
+    assert rules == ["mobility", "mobility", "mobility", "goal"]
     data = json.loads(results[2].stdout)
     assert (data["ok"], data["outcome"], data["statistics"]["moves"]) == (False, "completed", 16)
     told = data["findings"][0]
-    assert [told[key] for key in ("rule", "tick", "robot", "line")] == ["map", 8, "digit", 33]
+    assert [told[key] for key in ("rule", "tick", "robot", "line")] == ["mobility", 8, "digit", 33]
 
 
 def test_a_file_that_is_not_a_trace_exits_2(tmp_path: Path) -> None:
@@ -90,7 +88,7 @@ def test_a_trace_without_outcome_takes_partial(good: Path, cut: int) -> None:
     assert run("--partial", str(good)).returncode == 0
 
 
-def test_a_request_that_is_too_large_to_judge_is_noted_and_certified(
+def test_a_request_that_is_too_large_to_judge_is_noted_in_a_bundle(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "trace.jsonl"
@@ -103,8 +101,6 @@ def test_a_request_that_is_too_large_to_judge_is_noted_and_certified(
     assert (note.rule, note.robot) == ("proof", "c1")
     said = "whether shutter@11 can be resolved and the mission completed (more than 5 joint states)"
     assert note.explanation == f"not judged: {said}"
-    printed = CliRunner().invoke(command, [str(path)])
-    assert (printed.exit_code, str(note) in printed.output) == (0, True)
     bundle_of_trace(path, tmp_path / "bundle")
     evidence = Evidence(open_bundle(tmp_path / "bundle")[0])
     evidence.replay()

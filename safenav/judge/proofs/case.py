@@ -198,7 +198,8 @@ class Case:
         return laden.union(*(one.carriers() for one in obstacles))
 
     def fits(self, group: Iterable[str], at: Sets) -> bool:
-        """Return whether a group can stand at some of their poses at once, rivals apart."""
+        """Return whether a group can stand at some of their poses simultaneously, rivals
+        apart."""
         rivals, group = self.state.rivals, [*group]
         crowd = [name for name in group if {*rivals[name]} & {*group}]
         for regions in product(*({pose[0] for pose in at[name]} for name in crowd)):

@@ -12,7 +12,7 @@ from safenav.judge.state import Obstacle, Robot, State
 @rule("met", "resolved")
 def resolution(e: Line, s: State) -> Iterator[str]:
     """An obstacle that is there is resolved need by need, each by enough robots that have its
-    action and stand where it is done (at once, if together); that reveals its truth."""
+    action and stand where it is done (simultaneously, if together); that reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
     untold = s.external and not one.known  # its first needs may have been met before
@@ -120,7 +120,7 @@ def _by_inputs(robot: str, s: State) -> Line:
 
 @rule("move", "depart", "outcome")
 def due_changes(e: Line, s: State) -> Iterator[str]:
-    """What the scenario lists for a time has happened by then, in a simulated world."""
+    """A simulated world applies each appearance, change and input of the scenario at its time."""
     first = e.kind == "depart" or e.robot == s.names[0]
     if s.external or not first or (e.kind == "outcome" and e.outcome != "completed"):
         return

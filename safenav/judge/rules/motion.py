@@ -107,7 +107,7 @@ def never_together(e: Line, s: State) -> Iterator[str]:
 
 
 @rule(*STEPS)
-def obstacle(e: Line, s: State) -> Iterator[str]:
+def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it so;
     the obstacle must be resolved in that turn, or else the robot leaves to where it came from."""
     robot, step = s.robots[e.robot], s.step(e)
