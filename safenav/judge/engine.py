@@ -32,9 +32,9 @@ class Finding:
 
 @dataclass
 class Judgement:
-    """``findings``: broken rules; ``notes``: parts that are not judged; ``outcome``: None if the trace
-    ends before it; ``strays``: steps that ended elsewhere than commanded; ``hands``: changes by a
-    user, an operator or the world."""
+    """``findings``: broken rules; ``notes``: parts that are not judged; ``outcome``: None if the
+    trace ends before it; ``strays``: steps that ended elsewhere than commanded; ``hands``: changes
+    by a user, an operator or the world."""
 
     findings: list[Finding] = field(default_factory=list)
     notes: list[Finding] = field(default_factory=list)
