@@ -36,12 +36,13 @@ class Found(Struct, frozen=True):
 
 
 class Deadlock(Struct, frozen=True):
-    """No order of moves of ``robots`` completes the mission. ``why``: what the proof does not
-    say."""
+    """No order of moves of ``robots`` completes the mission. ``why``: what the proof does not say;
+    ``whole``: with the open obstacles."""
 
     robots: tuple[int, ...]
     proof: proofs.JointSearch | proofs.NoRoom
     why: str = ""
+    whole: bool = False
 
 
 class Unserved(Struct, frozen=True):
@@ -84,7 +85,7 @@ def ask(
         alone = possible or _search(floor, joint, frozenset(), seed, check)
         if not isinstance(alone, Exhausted):
             return Unserved(tuple(g for g in served if g not in possible))
-    return Deadlock(floor.robots, _stated(floor, joint, answer))
+    return Deadlock(floor.robots, _stated(floor, joint, answer), whole=True)
 
 
 def ask_charged(

@@ -83,6 +83,8 @@ def coordinate(
         if control.end is None:
             for i, role in enumerate(control.roles):
                 mine, robot = control.controllers[i], state.robots[i]
+                if not robot.active:
+                    continue
                 if role.objective != robot.objective or (
                     i in control.new and not team.members[i].planned
                 ):
@@ -93,6 +95,7 @@ def coordinate(
             for i, robot in enumerate(state.robots):
                 if (
                     robot.fresh
+                    and robot.active
                     and robot.to is None
                     and not (before.roles and team.members[i].planned)
                 ):
@@ -271,7 +274,10 @@ def _planned(
             decide(now.Planned(plan))  # type: ignore[operator]
         case Unserved(gates):
             decide(now.SetAside(tuple(floor.gates[g] for g in gates)))  # type: ignore[operator]
-        case Deadlock(robots, proof, why):
+        case Deadlock(robots, proof, why, whole):
+            if isinstance(proof, JointSearch) and whole:
+                begun = {team.obstacles[k].name: state.obstacles[k].stage.need for k in floor.gates}
+                proof = replace(proof, stages=begun)  # nobody has acted yet
             if isinstance(proof, JointSearch):
                 proof = _whole(team, state, robots, proof)
             return deadlocked(team, state, robots, proof, why)

@@ -202,7 +202,8 @@ class Run:
             robot = self.state.robots[i]
             if isinstance(event, now.Acted) and not on_own(self.team, self.state, i):
                 return  # the action was its duty, which is over
-            if robot.idle and (robot.fresh or robot.objective == before.robots[i].objective):
+            same = robot.fresh or robot.objective == before.robots[i].objective
+            if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
     def drains(self, i: int) -> None:

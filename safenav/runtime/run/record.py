@@ -382,7 +382,8 @@ class Recorder:
         floor = floor_now(self.team, state)
         stages, g = stages_of(floor, state), floor.gates.index(k)
         need, number, bids = floor.need(g, stages), stages[g].need, {}
-        for i in floor.skilled(g, stages):
+        every = replace(floor, robots=tuple(range(len(self.team.members))))
+        for i in every.skilled(g, stages):
             graph, allowed = floor.graphs[i], floor.allowed(i, stages)
             steps = graph.steps_between(
                 1 << state.robots[i].next, graph.poses_on(need.regions), allowed

@@ -254,7 +254,7 @@ class World:
     def reaches(self, run: Running, i: int) -> bool:
         """Whether a robot would change something by acting where it stands."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
-        if not (robot.capabilities and there.active) or there.acting is not None:
+        if not robot.capabilities or there.acting is not None:
             return False
         if there.to is not None and not self.moving:
             return False
