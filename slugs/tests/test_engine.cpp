@@ -3,6 +3,7 @@
 // verdicts are the right ones is for the corpus and the brute-force oracle.
 
 #include "expect.hpp"
+#include "game/fixpoint.hpp"
 #include "game/solver.hpp"
 #include "read/diagnostics.hpp"
 #include "read/reader.hpp"
@@ -129,6 +130,134 @@ busy = 0
 at = 0 & done
 at = 4 & !done'
 )";
+
+// The game solved as the definition says, without any technique of game/fixpoint.cpp:
+//
+//   nu Z. /\_j mu Y. \/_i nu X. cpre( (G_j & Z') | Y' | (!A_i & X') )
+//   cpre(T) = forall x'. ENV_TRANS -> exists y'. SYS_TRANS & T
+class PlainGame {
+public:
+  BddStore store;
+
+  explicit PlainGame(const Specification &s, const std::vector<std::uint32_t> &order)
+      : store(static_cast<std::uint32_t>(s.variables.size()), order, {}), specification_(s) {
+    for (std::uint32_t v = 0; v < s.variables.size(); ++v)
+      next_[s.variables[v].owner == Owner::Output].push_back(next_var(v));
+    next_inputs_ = store.make_set(next_[0]);
+    next_outputs_ = store.make_set(next_[1]);
+  }
+
+  Bdd winning() {
+    const Bdd env = all(Section::EnvTrans), sys = all(Section::SysTrans);
+    const auto cpre = [&](const Bdd &t) {
+      return store.forall((!env) | store.exists(sys & t, next_outputs_), next_inputs_);
+    };
+    const auto iterate = [&](bool start, const auto &step) {
+      Bdd last = store.constant(start);
+      for (Bdd next = step(last); next != last; next = step(last))
+        last = next;
+      return last;
+    };
+    return iterate(true, [&](const Bdd &z) {
+      Bdd result = store.constant(true);
+      for (const Bdd &goal : each(Section::SysLiveness))
+        result &= iterate(false, [&](const Bdd &y) {
+          Bdd larger = store.constant(false);
+          for (const Bdd &assumption : each(Section::EnvLiveness))
+            larger |= iterate(true, [&](const Bdd &x) {
+              return cpre((goal & store.to_next(z)) | store.to_next(y) | ((!assumption) & store.to_next(x)));
+            });
+          return larger;
+        });
+      return result;
+    });
+  }
+
+private:
+  std::vector<Bdd> each(Section section) {
+    std::vector<Bdd> result;
+    for (const Constraint &constraint : specification_[section])
+      result.push_back(Translation(store, specification_.formulas)(constraint.formula));
+    return result.empty() ? std::vector<Bdd>{store.constant(true)} : result;
+  }
+  Bdd all(Section section) {
+    Bdd result = store.constant(true);
+    for (const Bdd &part : each(section))
+      result &= part;
+    return result;
+  }
+
+  const Specification &specification_;
+  std::vector<Var> next_[2];
+  VarSet next_inputs_ = 0, next_outputs_ = 0;
+};
+
+// The fast fixpoint restricts the game to reachable states.  There it finds the same states if
+// the system wins, and no smaller set if it loses.
+void the_fixpoint_is_the_plain_one() {
+  std::size_t won = 0, lost = 0;
+  for (unsigned seed = 1000; seed < 1400; ++seed) {
+    const Specification specification = RandomGame(seed).make();
+    const Conjuncts conjuncts(specification, {});
+    const Environment environment = independent_parts(specification, conjuncts, {});
+    const std::vector<std::uint32_t> order =
+        start_order(specification.variables.size(), conjuncts, environment.parts, {});
+    PlainGame plain(specification, order);
+    const FrozenBdd winning(plain.store, plain.winning());
+    for (const Steps steps : {Steps::Plain, Steps::BiasForAction, Steps::Fewest}) {
+      Game game(specification, order, {});
+      game.build(conjuncts, environment);
+      game.restrict_to(reachable_states(game));
+      game.reordering.start_fixpoints();
+      Fixpoint fixpoint(game, seed % 2, steps);
+      const Bdd wanted = winning.thaw(game.store);
+      const bool wins = fixpoint.solve();
+      ++(wins ? won : lost);
+      EXPECT_EQ(wins, game.wins_initially(wanted, seed % 2));
+      EXPECT((wanted & game.states & !fixpoint.winning()).is_false());
+      EXPECT(!wins || (fixpoint.winning() & !wanted).is_false());
+    }
+  }
+  EXPECT(won > 300);
+  EXPECT(lost > 300);
+}
+
+// Constants drawn from their ranges: diagrams are sifted, collected and split at any moment.
+void bytes_do_not_depend_on_the_tuning() {
+  std::mt19937_64 random(11);
+  for (unsigned seed = 0; seed < 150; ++seed) {
+    const Specification specification = RandomGame(seed).make();
+    SolverOptions options;
+    options.bias_for_action = seed % 3 == 0;
+    options.robotics_init = seed % 5 == 0;
+    const Result wanted = solve(specification, options);
+    Budget budget;
+    budget.tuning.each([&](std::size_t &value, std::size_t least, std::size_t most) {
+      if (random() % 4 == 0)
+        return;
+      value = least;
+      for (std::uint64_t k = random() % 12; k > 0 && 2 * value <= most; --k)
+        value *= 2; // some have to be powers of two
+    });
+    const Result found = solve(specification, options, budget);
+    EXPECT(found.verdict == wanted.verdict);
+    EXPECT_EQ(found.json, wanted.json);
+  }
+}
+
+// A product of 30,000 variables: diagrams far deeper than the usual stack of 8 MB.
+void deep_diagrams_need_no_deep_stack() {
+  Specification s;
+  s.file = "deep";
+  FormulaId all = s.formulas.constant(true);
+  for (std::uint32_t v = 0; v < 30000; ++v) {
+    s.variables.push_back({"v" + std::to_string(v), Owner::Output, 1});
+    all = s.formulas.conjunction(all, s.formulas.variable(v, true));
+  }
+  s.add(Section::SysTrans, all, 1, "", false);
+  Solver solver(s, {}, {});
+  EXPECT(solver.verdict() == Verdict::Realizable);
+}
 
 void bytes_do_not_depend_on_the_order_of_variables() {
   std::mt19937 random(5);
@@ -354,7 +483,10 @@ void a_specification_without_variables_has_one_state() {
 
 int main() {
   return expect::run([] {
+    the_fixpoint_is_the_plain_one();
+    bytes_do_not_depend_on_the_tuning();
     bytes_do_not_depend_on_the_order_of_variables();
+    deep_diagrams_need_no_deep_stack();
     a_bias_for_action_changes_choices_not_verdicts();
     a_verdict_alone_is_the_same_verdict();
     both_forms_show_the_same_automaton();

@@ -75,7 +75,7 @@ void an_edge_without_a_handle_dies_with_a_collection() {
 }
 
 void a_handle_does_not_come_after_the_collection() {
-  EXPECT(asserts("node.var != free_var", [](BddStore &store) {
+  EXPECT(asserts("alive(f)", [](BddStore &store) {
     const Edge f = store.variable(current_var(0)).edge();
     store.collect();
     const Bdd late(store, f);

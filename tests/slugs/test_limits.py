@@ -1,13 +1,16 @@
 """Limits of time, memory and nodes, and interrupts, end the command in order."""
 
 import json
+import resource
 import signal
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from children import ran
 from slugs.commands import STRATEGY, run
 
 
@@ -128,3 +131,42 @@ def test_an_interrupt_ends_waiting_for_input(own_slugs: Path, folder: Path) -> N
         process.send_signal(signal.SIGTERM)
         assert process.stderr.read().startswith("slugs: interrupted while reading")
         assert process.wait(timeout=300) == 3
+
+
+def _limited(kind: int, size: int) -> Callable[[], None]:
+    return lambda: resource.setrlimit(kind, (size, size))
+
+
+def test_the_default_memory_limit_is_half_of_what_the_machine_allows(
+    own_slugs: Path, folder: Path
+) -> None:
+    """A text of 60 MB where a process may have 100 MB; `--memory` lifts the limit."""
+    (folder / "large.slugsin").write_text("[OUTPUT]\na\n" + ("#" * 999 + "\n") * 60_000)
+    allowed = {"preexec_fn": _limited(resource.RLIMIT_AS, 100 << 20)}
+    done = ran([own_slugs, "large.slugsin"], cwd=folder, **allowed)
+    assert done.returncode == 3
+    assert done.stderr.splitlines()[-1] == (
+        "slugs: memory limit reached while reading the specification; the limit is half of what "
+        "this machine allows, 50 MB: --memory MB sets another"
+    )
+    assert (
+        ran([own_slugs, "--memory", "90", "large.slugsin"], cwd=folder, **allowed).returncode == 0
+    )
+
+
+def test_deep_diagrams_need_no_deep_stack(own_slugs: Path, folder: Path) -> None:
+    """Diagrams of 20,000 levels, and a strategy of 2,000 bits, on a stack of 256 KB."""
+
+    def text(count: int, *, stays: bool) -> str:
+        names = [f"o{k}" for k in range(count)]
+        product = " ".join(["&"] * (count - 1) + [f"{name}'" for name in names])
+        held = "\n".join(f"! ^ {name}' {name}" for name in names) if stays else product
+        sections = ("[OUTPUT]", *names, "[SYS_INIT]", *names, "[SYS_TRANS]", held)
+        return "\n".join([*sections, "[SYS_LIVENESS]", product, ""])
+
+    small = {"cwd": folder, "preexec_fn": _limited(resource.RLIMIT_STACK, 256 << 10)}
+    done = ran([own_slugs, "-"], input=text(20_000, stays=False), **small)
+    assert done.returncode == 0, done.stderr
+    done = ran([own_slugs, *STRATEGY, "-"], input=text(2_000, stays=True), **small)
+    assert done.returncode == 0, done.stderr
+    assert [node["trans"] for node in json.loads(done.stdout)["nodes"].values()] == [[0]]

@@ -22,6 +22,7 @@ void Bdd::link() {
     return;
   before_ = nullptr;
   after_ = store_->handles_;
+  assert(!after_ || !after_->before_);
   if (after_)
     after_->before_ = this;
   store_->handles_ = this;
@@ -30,6 +31,8 @@ void Bdd::link() {
 void Bdd::unlink() {
   if (!store_)
     return;
+  assert((before_ ? before_->after_ : store_->handles_) == this);
+  assert(!after_ || after_->before_ == this);
   (before_ ? before_->after_ : store_->handles_) = after_;
   if (after_)
     after_->before_ = before_;
@@ -49,8 +52,10 @@ template <typename Work> Bdd BddStore::run(const Work &work) {
       set_bounds();
       const Edge result = work();
       release_bounds();
+      assert(operations_.is_alive(result));
       return Bdd(*this, result);
     } catch (const OperationAborted &) {
+      assert(reordering_ && collection_allowed_); // else there are no limits
       release_bounds();
       reordering_->after_abort(++given_up);
     } catch (const LimitReached &limit) {
@@ -87,16 +92,20 @@ void BddStore::release_bounds() {
 // Dead nodes cost memory and cache misses; collections cost time and cached results.
 // So the first collections keep the table small, and later ones are rarer.
 void BddStore::plan_collection() {
-  const std::size_t least = collections_ < 8 ? 1 << 16 : 1 << 18;
-  collect_at_ = std::max(least, 3 * live_nodes());
+  const Tuning &t = tuning();
+  const std::size_t least = collections_ < t.collections_early ? t.collect_early : t.collect_late;
+  collect_at_ = std::max(least, t.collect_growth * live_nodes());
+  assert(collect_at_ >= live_nodes());
 }
 
 void BddStore::collect() {
   UniqueTable &table = operations_.table();
   table.clear_marks();
   for (const Bdd *h = handles_; h; h = h->after_)
-    table.mark(h->edge_);
+    table.mark(h->edge_); // asserts that the node is alive
+  [[maybe_unused]] const std::size_t before = live_nodes();
   operations_.sweep();
+  assert(live_nodes() <= before);
   ++collections_;
   collected_ = live_nodes();
   plan_collection();
@@ -112,22 +121,27 @@ void BddStore::order_changed() {
 }
 
 Bdd BddStore::variable(Var v) {
+  assert(v < 2 * bits());
   return run([&] { return operations_.node(v, bdd_false, bdd_true); });
 }
 
 Bdd BddStore::conjunction(const Bdd &f, const Bdd &g) {
+  assert(owns(f) && owns(g));
   return run([&] { return operations_.conjunction(f.edge(), g.edge()); });
 }
 
 Bdd BddStore::exclusive_or(const Bdd &f, const Bdd &g) {
+  assert(owns(f) && owns(g));
   return run([&] { return operations_.exclusive_or(f.edge(), g.edge()); });
 }
 
 Bdd BddStore::ite(const Bdd &f, const Bdd &g, const Bdd &h) {
+  assert(owns(f) && owns(g) && owns(h));
   return run([&] { return operations_.ite(f.edge(), g.edge(), h.edge()); });
 }
 
 Bdd BddStore::exists(const Bdd &f, VarSet set) {
+  assert(owns(f));
   if (operations_.is_empty(set))
     return f;
   return run([&] { return operations_.exists(f.edge(), set); });
@@ -136,12 +150,14 @@ Bdd BddStore::exists(const Bdd &f, VarSet set) {
 Bdd BddStore::forall(const Bdd &f, VarSet set) { return !exists(!f, set); }
 
 Bdd BddStore::and_exists(const Bdd &f, const Bdd &g, VarSet set) {
+  assert(owns(f) && owns(g));
   if (operations_.is_empty(set))
     return conjunction(f, g);
   return run([&] { return operations_.and_exists(f.edge(), g.edge(), set); });
 }
 
 Bdd BddStore::minus_and_exists(const Bdd &f, const Bdd &g, const Bdd &h, VarSet set) {
+  assert(owns(f) && owns(g) && owns(h));
   if (operations_.is_empty(set))
     return conjunction(f, !conjunction(g, h));
   operations_.select_minus_set(set);
@@ -149,34 +165,39 @@ Bdd BddStore::minus_and_exists(const Bdd &f, const Bdd &g, const Bdd &h, VarSet 
 }
 
 Bdd BddStore::to_next(const Bdd &f) {
+  assert(owns(f));
   return run([&] { return operations_.shift(f.edge(), Operations::ToNext); });
 }
 
 Bdd BddStore::to_current(const Bdd &f) {
+  assert(owns(f));
   return run([&] { return operations_.shift(f.edge(), Operations::ToCurrent); });
 }
 
 Bdd BddStore::simplify(const Bdd &f, const Bdd &care) {
-  assert(!care.is_false());
+  assert(owns(f) && owns(care) && !care.is_false());
   return run([&] { return operations_.simplify(f.edge(), care.edge()); });
 }
 
 // Evaluation, satisfying valuations, support and size of functions.
 
 bool BddStore::evaluate(Edge f, const std::vector<bool> &value_of_var) const {
+  assert(value_of_var.size() == 2 * std::size_t{bits()});
   while (f > 1)
     f = value_of_var[operations_.var_of(f)] ? operations_.high_of(f) : operations_.low_of(f);
   return f == bdd_true;
 }
 
 std::vector<bool> BddStore::some_valuation(const Bdd &f) const {
-  assert(!f.is_false());
+  assert(owns(f) && !f.is_false());
   std::vector<bool> result(2 * std::size_t{bits()}, false);
   for (Edge e = f.edge(); e > 1;) {
     const bool value = operations_.low_of(e) == bdd_false;
     result[operations_.var_of(e)] = value;
     e = value ? operations_.high_of(e) : operations_.low_of(e);
+    assert(e != bdd_false);
   }
+  assert(evaluate(f.edge(), result));
   return result;
 }
 
@@ -190,12 +211,14 @@ double BddStore::count(const Bdd &f, const std::vector<Var> &over) const {
       return known->second;
     const double low = self(self, operations_.low_of(e));
     const double high = self(self, operations_.high_of(e));
+    assert(low >= 0 && low <= 1 && high >= 0 && high <= 1);
     return fraction[e] = (low + high) / 2;
   };
   return std::ldexp(visit(visit, f.edge()), static_cast<int>(over.size()));
 }
 
 std::vector<Var> BddStore::support(const Bdd &f) {
+  assert(owns(f));
   UniqueTable &table = operations_.table();
   table.clear_marks();
   std::vector<std::uint8_t> seen(table.levels(), 0);
@@ -204,6 +227,7 @@ std::vector<Var> BddStore::support(const Bdd &f) {
     if (!n || table.marked(n))
       return;
     table.set_mark(n);
+    assert(table.var_of(e) < 2 * bits());
     seen[table.var_of(e)] = 1;
     self(self, table.low_of(e));
     self(self, table.high_of(e));
@@ -217,6 +241,7 @@ std::vector<Var> BddStore::support(const Bdd &f) {
 }
 
 std::size_t BddStore::size(const Bdd &f) {
+  assert(owns(f));
   UniqueTable &table = operations_.table();
   table.clear_marks();
   table.mark(f.edge());
@@ -237,12 +262,15 @@ FrozenBdd::FrozenBdd(BddStore &store, const Bdd &f) : nodes_(store.account()) {
       return *known << 1 | (e & 1);
     const Edge low = self(self, edges.low_of(regular));
     const Edge high = self(self, edges.high_of(regular));
+    assert((low & 1) == 0 && low >> 1 <= list.size() && high >> 1 <= list.size()); // children first
     list.push_back({edges.var_of(regular), low, high});
     const auto place = static_cast<std::uint32_t>(list.size());
     places.add(regular >> 1, place);
     return place << 1 | (e & 1);
   };
+  assert(store.owns(f));
   root_ = visit(visit, f.edge());
+  assert(root_ >> 1 == list.size()); // the root is last
   nodes_.resize(list.size());
   for (std::size_t i = 0; i < list.size(); ++i)
     nodes_[i] = list[i];
@@ -252,6 +280,7 @@ Bdd FrozenBdd::thaw(BddStore &store) const {
   store.collect_or_reorder_if_due();
   std::vector<Edge> built(nodes_.size() + 1, bdd_false);
   const auto edge = [&](Edge e) { return built[e >> 1] ^ (e & 1); };
+  assert(root_ >> 1 == nodes_.size());
   for (std::size_t i = 0; i < nodes_.size(); ++i)
     built[i + 1] = store.edges().branch(nodes_[i].var, edge(nodes_[i].low), edge(nodes_[i].high));
   return Bdd(store, edge(root_));

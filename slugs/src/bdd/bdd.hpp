@@ -50,7 +50,10 @@ public:
   bool operator==(const Bdd &other) const { return edge_ == other.edge_; }
   bool operator!=(const Bdd &other) const { return edge_ != other.edge_; }
 
-  Bdd operator!() const { return Bdd(*store_, edge_ ^ 1); }
+  Bdd operator!() const {
+    assert(store_);
+    return Bdd(*store_, edge_ ^ 1);
+  }
   Bdd operator&(const Bdd &other) const;
   Bdd operator|(const Bdd &other) const;
   Bdd operator^(const Bdd &other) const;
@@ -99,6 +102,11 @@ public:
   // (Coudert and Madre 1990, "restrict").  `care` must not be false.
   Bdd simplify(const Bdd &f, const Bdd &care);
 
+  // Whether the handle belongs to this store and protects a node of it; and whether f
+  // implies g.  For assertions.
+  bool owns(const Bdd &f) const { return f.store_ == this && operations_.is_alive(f.edge()); }
+  bool implies(const Bdd &f, const Bdd &g) { return conjunction(f, !g).is_false(); }
+
   bool evaluate(Edge f, const std::vector<bool> &value_of_var) const;
   double count(const Bdd &f, const std::vector<Var> &over) const; // satisfying valuations; `over` ⊇ support
   std::vector<bool> some_valuation(const Bdd &f) const;           // indexed by variable; f is not false
@@ -116,6 +124,7 @@ public:
   void collect();
 
   MemoryAccount &account() { return account_; }
+  const Tuning &tuning() const { return account_.budget().tuning; }
   // Survivors of the last collection plus all nodes created since.
   std::size_t live_nodes() const { return operations_.table().live(); }
   std::size_t collected_nodes() const { return collected_; } // survivors of the last collection
@@ -156,7 +165,10 @@ private:
 // Scope in which only explicit calls of collect() invalidate edges without handles.
 class CollectionPause {
 public:
-  explicit CollectionPause(BddStore &store) : store_(store) { store.collection_allowed_ = false; }
+  explicit CollectionPause(BddStore &store) : store_(store) {
+    assert(store.collection_allowed_); // pauses do not nest
+    store.collection_allowed_ = false;
+  }
   ~CollectionPause() { store_.collection_allowed_ = true; }
   CollectionPause(const CollectionPause &) = delete;
   CollectionPause &operator=(const CollectionPause &) = delete;

@@ -18,9 +18,12 @@ void Operations::order_changed() {
 VarSet Operations::make_set(const std::vector<Var> &members) {
   QuantifiedSet set;
   set.contains.assign(table_.levels(), 0);
-  for (const Var v : members)
+  for (const Var v : members) {
+    assert(v < 2 * table_.bits());
     set.contains[v] = 1;
+  }
   find_last_level(set);
+  assert(set.empty == members.empty() && !set.contains.back());
   sets_.push_back(std::move(set));
   return static_cast<VarSet>(sets_.size() - 1);
 }
@@ -33,6 +36,7 @@ void Operations::find_last_level(QuantifiedSet &set) const {
       set.empty = false;
       set.last_level = std::max(set.last_level, table_.level_of(v));
     }
+  assert(set.empty || set.contains[table_.var_at(set.last_level)]);
 }
 
 void Operations::sweep() {
@@ -43,8 +47,10 @@ void Operations::sweep() {
 
 // Look up a result and return whether it is cached.  A miss counts as a step of work.
 inline bool Operations::find_or_count_step(Operation op, Edge f, Edge g, Edge h, Edge &result) {
-  if (cache_.find(op, f, g, h, result))
+  if (cache_.find(op, f, g, h, result)) {
+    assert(table_.alive(result)); // else a sweep did not remove it
     return true;
+  }
   if ((++work_ & 0x3FFF) == 0) {
     table_.account().budget().check();
     if (work_ > work_limit)
@@ -66,6 +72,7 @@ Edge Operations::conjunction(Edge f, Edge g) {
     return f;
   if (f > g)
     std::swap(f, g);
+  assert(f > 1 && f < g && (f ^ g) != 1);
   Edge result;
   if (find_or_count_step(Operation::And, f, g, 0, result))
     return result;
@@ -77,6 +84,7 @@ Edge Operations::conjunction(Edge f, Edge g) {
   const Edge r0 = conjunction(f0, g0);
   const Edge r1 = conjunction(f1, g1);
   result = table_.make(v, r0, r1);
+  assert(table_.level(result) >= std::min(table_.level(f), table_.level(g)));
   cache_.add(Operation::And, f, g, 0, result);
   return result;
 }
@@ -91,6 +99,7 @@ Edge Operations::exclusive_or(Edge f, Edge g) {
     std::swap(f, g);
   if (f == bdd_false)
     return g ^ complement;
+  assert(f > 1 && f < g && f % 2 == 0 && g % 2 == 0);
   Edge result;
   if (find_or_count_step(Operation::Xor, f, g, 0, result))
     return result ^ complement;
@@ -102,6 +111,7 @@ Edge Operations::exclusive_or(Edge f, Edge g) {
   const Edge r0 = exclusive_or(f0, g0);
   const Edge r1 = exclusive_or(f1, g1);
   result = table_.make(v, r0, r1);
+  assert(result != bdd_false && table_.level(result) >= std::min(table_.level(f), table_.level(g)));
   cache_.add(Operation::Xor, f, g, 0, result);
   return result ^ complement;
 }
@@ -128,6 +138,7 @@ Edge Operations::ite(Edge f, Edge g, Edge h) {
   const Edge complement = g & 1;
   g ^= complement;
   h ^= complement;
+  assert(f % 2 == 0 && g % 2 == 0 && f > 1 && g > 1 && h > 1);
   Edge result;
   if (find_or_count_step(Operation::Ite, f, g, h, result))
     return result ^ complement;
@@ -137,14 +148,17 @@ Edge Operations::ite(Edge f, Edge g, Edge h) {
   };
   const Edge f0 = child(f, false), f1 = child(f, true), g0 = child(g, false), g1 = child(g, true);
   const Edge h0 = child(h, false), h1 = child(h, true);
+  assert(table_.var_at(l) == table_.var_of(f) || table_.level(f) > l);
   const Edge r0 = ite(f0, g0, h0);
   const Edge r1 = ite(f1, g1, h1);
   result = table_.make(table_.var_at(l), r0, r1);
+  assert(table_.level(result) >= l);
   cache_.add(Operation::Ite, f, g, h, result);
   return result ^ complement;
 }
 
 Edge Operations::exists(Edge f, VarSet set) {
+  assert(!is_empty(set));
   if (table_.level(f) > sets_[set].last_level)
     return f;
   Edge result;
@@ -159,11 +173,13 @@ Edge Operations::exists(Edge f, VarSet set) {
     const Edge r1 = exists(f1, set);
     result = table_.make(v, r0, r1);
   }
+  assert(is_free_of(result, set) && table_.level(result) >= table_.level(f));
   cache_.add(Operation::Exists, f, set, 0, result);
   return result;
 }
 
 Edge Operations::and_exists(Edge f, Edge g, VarSet set) {
+  assert(set < sets_.size());
   if (f == bdd_false || g == bdd_false || (f ^ g) == 1)
     return bdd_false;
   if (f == g || g == bdd_true)
@@ -193,6 +209,7 @@ Edge Operations::and_exists(Edge f, Edge g, VarSet set) {
     const Edge r1 = and_exists(f1, g1, set);
     result = table_.make(v, r0, r1);
   }
+  assert(is_free_of(result, set) && table_.level(result) >= l);
   cache_.add(Operation::AndExists, f, g, set, result);
   return result;
 }
@@ -200,6 +217,7 @@ Edge Operations::and_exists(Edge f, Edge g, VarSet set) {
 // The cache key of three operands has no room for the set, so the cache holds the
 // results of one set at a time.
 void Operations::select_minus_set(VarSet set) {
+  assert(set < sets_.size());
   if (minus_set_ == set)
     return;
   clear_cache();
@@ -209,7 +227,7 @@ void Operations::select_minus_set(VarSet set) {
 // If the top variable is quantified, the high branches of g and h are evaluated only
 // on the part of f that remains after the low branches.
 Edge Operations::minus_and_exists(Edge f, Edge g, Edge h, VarSet set) {
-  assert(set == minus_set_);
+  assert(set == minus_set_ && is_free_of(f, set));
   if (f == bdd_false)
     return bdd_false;
   if (g == bdd_false || h == bdd_false || (g ^ h) == 1)
@@ -242,6 +260,7 @@ Edge Operations::minus_and_exists(Edge f, Edge g, Edge h, VarSet set) {
     const Edge r1 = minus_and_exists(f1, g1, h1, set);
     result = table_.make(v, r0, r1);
   }
+  assert(is_free_of(result, set) && table_.level(result) >= l);
   cache_.add(Operation::MinusAndExists, f, g, h, result);
   return result;
 }
@@ -262,11 +281,13 @@ Edge Operations::shift(Edge f, Direction direction) {
   const Edge r0 = shift(f0, direction);
   const Edge r1 = shift(f1, direction);
   result = table_.make(v ^ 1, r0, r1);
+  assert(table_.var_of(result) == (v ^ 1)); // the shape is kept
   cache_.add(Operation::Shift, f, direction, 0, result);
   return result ^ complement;
 }
 
 Edge Operations::simplify(Edge f, Edge care) {
+  assert(care != bdd_false);
   if (f <= 1 || care == bdd_true)
     return f;
   if (f == care)
@@ -280,10 +301,12 @@ Edge Operations::simplify(Edge f, Edge care) {
     return result ^ complement;
   const std::uint32_t fl = table_.level(f), cl = table_.level(care);
   if (cl < fl) {
+    assert(!is_terminal(care));
     result = simplify(f, disjunction(table_.low_of(care), table_.high_of(care)));
   } else {
     const Var v = table_.node_of(f).var;
     const Edge f0 = table_.low_of(f), f1 = table_.high_of(f);
+    assert(care > 1);
     const Edge c0 = cl == fl ? table_.low_of(care) : care, c1 = cl == fl ? table_.high_of(care) : care;
     if (c0 == bdd_false) {
       result = simplify(f1, c1);
@@ -295,6 +318,7 @@ Edge Operations::simplify(Edge f, Edge care) {
       result = table_.make(v, r0, r1);
     }
   }
+  assert(table_.level(result) >= fl); // no variable is added at the top
   cache_.add(Operation::Simplify, f, care, 0, result);
   return result ^ complement;
 }
@@ -308,10 +332,12 @@ Edge Operations::cofactor(Edge f, Var v, bool value) {
     return value ? table_.high_of(f) : table_.low_of(f);
   // Restrict to a literal as the care set, which shares the cache with simplify().
   const Edge literal = table_.make(v, bdd_false, bdd_true);
+  assert(table_.level(literal) == l);
   return simplify(f, value ? literal : literal ^ 1);
 }
 
 Edge Operations::branch(Var v, Edge low, Edge high) {
+  assert(table_.alive(low) && table_.alive(high));
   const std::uint32_t l = table_.level_of(v);
   if (l < table_.level(low) && l < table_.level(high))
     return table_.make(v, low, high);

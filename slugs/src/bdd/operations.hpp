@@ -39,7 +39,11 @@ public:
   Edge ite(Edge f, Edge g, Edge h); // if f then g else h
 
   VarSet make_set(const std::vector<Var> &members);
-  bool is_empty(VarSet set) const { return sets_[set].empty; }
+  bool is_empty(VarSet set) const {
+    assert(set < sets_.size());
+    return sets_[set].empty;
+  }
+  bool is_alive(Edge f) const { return table_.alive(f); }
   Edge exists(Edge f, VarSet set);
   Edge and_exists(Edge f, Edge g, VarSet set); // exists set. f & g
   // f & !exists set. g & h, where f depends on no variable of the set.  The set must
@@ -76,6 +80,8 @@ private:
 
   bool find_or_count_step(Operation op, Edge f, Edge g, Edge h, Edge &result);
   void find_last_level(QuantifiedSet &set) const;
+  // Whether the topmost variable of f, if any, is not in the set; for assertions.
+  bool is_free_of(Edge f, VarSet set) const { return !sets_[set].contains[table_.var_of(f)]; }
 
   OperationCache cache_;
   UniqueTable table_;

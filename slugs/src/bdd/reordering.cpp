@@ -10,15 +10,16 @@ namespace slugs {
 
 namespace {
 
-constexpr std::size_t first_sift = 1u << 14;
-constexpr std::size_t first_operation_limit = 1u << 18;
-// Growth of the diagrams tolerated while a pair moves.  Early sifts are followed by
-// others, and in the fixpoint the order is already good: there less growth suffices.
-constexpr double growth = 1.2, early_growth = 1.1, late_growth = 1.05;
-constexpr std::uint64_t least_work = 1u << 21;
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
-bool shrank(std::size_t after, std::size_t before) { return after < before - before / 5; }
+// Growth of the diagrams tolerated while a pair moves.  Early sifts are followed by
+// others, and in the fixpoint the order is already good: there less growth suffices.
+double ratio(std::size_t per_cent) { return static_cast<double>(per_cent) / 100; }
+
+bool shrank(std::size_t after, std::size_t before) {
+  assert(after <= before); // sifting ends at the best position
+  return after < before - before / 5;
+}
 
 class ScopedDisable {
 public:
@@ -35,12 +36,16 @@ private:
 } // namespace
 
 Reordering::Reordering(BddStore &store)
-    : store_(store), sift_at_(first_sift), operation_node_limit_(first_operation_limit) {
+    : store_(store), tuning_(store.tuning()), sift_at_(tuning_.sift_first),
+      operation_node_limit_(tuning_.operation_nodes) {
   assert(!store_.reordering_);
   store_.reordering_ = this;
 }
 
-Reordering::~Reordering() { store_.reordering_ = nullptr; }
+Reordering::~Reordering() {
+  assert(store_.reordering_ == this);
+  store_.reordering_ = nullptr;
+}
 
 std::size_t Reordering::node_limit() const {
   if (!active_)
@@ -51,7 +56,8 @@ std::size_t Reordering::node_limit() const {
 std::uint64_t Reordering::work_limit() const {
   if (!active_)
     return unlimited;
-  return store_.work() + work_limit_factor_ * std::max(least_work, sifting_cost(store_.collected_nodes()));
+  return store_.work() + work_limit_factor_ * std::max<std::uint64_t>(tuning_.operation_work,
+                                                                      sifting_cost(store_.collected_nodes()));
 }
 
 void Reordering::before_operation() {
@@ -60,42 +66,44 @@ void Reordering::before_operation() {
   if (!active_ || in_fixpoints_ || store_.live_nodes() < least)
     return;
   store_.collect();
+  assert(store_.collected_nodes() == store_.live_nodes());
   const std::size_t before = store_.live_nodes();
   if (before < sift_at_)
     return;
   SiftingLog log;
-  sift(store_, log, early_growth, tentative_budget());
+  sift(store_, log, ratio(tuning_.growth_early), tentative_budget());
   // If sifting gained little, postpone the next attempt.
-  plan(shrank(store_.live_nodes(), before) ? 2 : 16);
+  plan(shrank(store_.live_nodes(), before) ? tuning_.sift_later : tuning_.sift_vain);
 }
 
 void Reordering::after_abort(unsigned times) {
-  assert(active_);
+  assert(active_ && times > 0);
   const ScopedDisable inactive(active_);
   SiftingLog log;
   if (times == 1) {
-    sift(store_, log, growth, tentative_budget());
+    sift(store_, log, ratio(tuning_.growth), tentative_budget());
     return;
   }
   const std::size_t before = store_.live_nodes();
-  sift_all(store_, log, growth, tentative_budget());
+  sift_all(store_, log, ratio(tuning_.growth), tentative_budget());
   const bool gained = shrank(store_.live_nodes(), before);
-  operation_node_limit_ *= gained ? 2 : 8;
-  work_limit_factor_ *= gained ? 2 : 8;
+  const std::size_t factor = gained ? tuning_.operation_later : tuning_.operation_vain;
+  assert(factor > 1); // else the operation could be abandoned forever
+  operation_node_limit_ *= factor;
+  work_limit_factor_ *= factor;
 }
 
 // Sift repeatedly.  A pass moves each pair once, given the present positions of all
 // others; later passes often gain more than the first.
 SiftingLog Reordering::sift_thoroughly() {
-  constexpr int most_passes = 6;
   // A pass is quadratic in the number of pairs, so very many pairs need a budget.
-  constexpr std::uint32_t many = 1000;
-  const std::uint64_t budget = store_.bits() > many ? tentative_budget() : unlimited;
+  const std::uint64_t budget = store_.bits() > tuning_.sift_pairs ? tentative_budget() : unlimited;
   SiftingLog log;
-  for (int pass = 0; pass < most_passes; ++pass) {
+  for (std::size_t pass = 0; pass < tuning_.sift_passes; ++pass) {
     store_.collect();
     const std::size_t before = store_.live_nodes();
-    sift(store_, log, growth, budget);
+    sift(store_, log, ratio(tuning_.growth), budget);
+    assert(store_.live_nodes() <= before);
     if (store_.live_nodes() > before - before / 10)
       break;
   }
@@ -103,20 +111,23 @@ SiftingLog Reordering::sift_thoroughly() {
 }
 
 void Reordering::plan(std::size_t times) {
+  assert(times > 1);
   store_.collect();
-  sift_at_ = std::max<std::size_t>(times * store_.live_nodes(), first_sift);
+  sift_at_ = std::max(times * store_.live_nodes(), tuning_.sift_first);
 }
 
 void Reordering::start_fixpoints() {
+  assert(!in_fixpoints_);
   sift_thoroughly();
   in_fixpoints_ = true;
-  plan(8);
+  plan(tuning_.sift_fixpoints);
   work_at_measurement_ = store_.work();
 }
 
 // Measure the work of a step in the present order, starting with an empty cache and
 // stopping slightly above `limit`.
 std::uint64_t Reordering::cost(const Work &step, std::uint64_t limit) {
+  assert(!active_ && in_fixpoints_);
   store_.operations_.clear_cache();
   const std::uint64_t before = store_.work();
   if (limit < unlimited)
@@ -126,10 +137,12 @@ std::uint64_t Reordering::cost(const Work &step, std::uint64_t limit) {
   } catch (const WorkLimitReached &) {
   }
   store_.operations_.work_limit = unlimited;
+  assert(store_.work() >= before);
   return store_.work() - before;
 }
 
 void Reordering::between_steps(const Work &step) {
+  assert(in_fixpoints_ && store_.work() >= work_at_measurement_);
   const std::uint64_t work = store_.work() - work_at_measurement_;
   const auto expensive = [&](std::size_t nodes) {
     return work >= work_until_measurement_ && work >= sifting_cost(nodes);
@@ -146,9 +159,8 @@ void Reordering::between_steps(const Work &step) {
   SiftingLog log;
   // Much work may only mean that the game is large and its steps are cheap.  Then the
   // gain is uncertain, and sifting may take only a share of the work.
-  constexpr std::uint64_t share = 8;
   if (expensive(store_.live_nodes()))
-    sift_all(store_, log, late_growth, std::max(work / share, old_cost));
+    sift_all(store_, log, ratio(tuning_.growth_late), std::max(work / tuning_.sift_share, old_cost));
   else if (grown)
     log = sift_thoroughly();
   else {
@@ -161,8 +173,8 @@ void Reordering::between_steps(const Work &step) {
   const bool gained = new_cost < old_cost - old_cost / 5;
   const std::uint64_t spent = (store_.sifting_work() - sifting_before) / 2 + std::min(new_cost, old_cost);
   // If sifting gained little, postpone the next attempt.
-  plan(gained ? 4 : 16);
-  work_until_measurement_ = (gained ? 2 : 16) * spent;
+  plan(gained ? tuning_.sift_step : tuning_.sift_vain);
+  work_until_measurement_ = (gained ? tuning_.sift_later : tuning_.sift_vain) * spent;
   work_at_measurement_ = store_.work();
 }
 
@@ -173,12 +185,12 @@ std::uint64_t Reordering::sifting_cost(std::size_t nodes) const {
 }
 
 // Return the number of nodes that sifting may visit without success where its gain is
-// uncertain.  It suffices to move all pairs of a diagram of size first_sift (else
+// uncertain.  It suffices to move all pairs of a diagram of size sift_first (else
 // genbuf_100 ends with 25,000 nodes instead of 600), unless there are tens of
 // thousands of pairs.
 std::uint64_t Reordering::tentative_budget() const {
-  constexpr std::uint64_t least = 1u << 22, most = 1u << 24;
-  return std::clamp(sifting_cost(first_sift), least, most);
+  assert(tuning_.sift_least <= tuning_.sift_most);
+  return std::clamp<std::uint64_t>(sifting_cost(tuning_.sift_first), tuning_.sift_least, tuning_.sift_most);
 }
 
 } // namespace slugs

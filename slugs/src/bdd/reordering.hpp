@@ -26,7 +26,10 @@ public:
     if (nodes > counts_.size())
       counts_.resize(nodes);
   }
-  void add(Edge e) { ++counts_[e >> 1]; }
+  void add(Edge e) {
+    ++counts_[e >> 1];
+    assert(counts_[e >> 1] != 0 || e <= 1); // no overflow; the constant may have any number
+  }
   // Remove one reference and return whether none is left.
   bool remove(Edge e) {
     assert(counts_[e >> 1] > 0); // else a reference was not counted, or removed twice
@@ -117,6 +120,7 @@ private:
   std::uint64_t cost(const Work &step, std::uint64_t limit);
 
   BddStore &store_;
+  const Tuning &tuning_;
   bool in_fixpoints_ = false;
   bool active_ = true; // false while a step is measured and during sifting itself
   std::size_t sift_at_;

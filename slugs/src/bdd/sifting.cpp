@@ -35,13 +35,16 @@ public:
       weight[b] = nodes_of_[current_var(b)].size() + nodes_of_[next_var(b)].size();
     std::stable_sort(bits.begin(), bits.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return weight[a] > weight[b]; });
+    assert(growth_ >= 1);
     std::uint64_t start = store_.sifting_work_;
     std::size_t nodes = table_.live_;
     for (const std::uint32_t b : bits) {
       if (weight[b] == 0 || store_.sifting_work_ - start > budget)
         break;
       const std::uint32_t from = table_.level_of_var_[current_var(b)] / 2;
+      [[maybe_unused]] const std::size_t before = table_.live_;
       place(b);
+      assert(table_.live_ <= before);
       if (table_.level_of_var_[current_var(b)] / 2 != from)
         log.push_back({b, from});
       if (table_.live_ < nodes / 2) {
@@ -63,6 +66,7 @@ public:
         exchange_pairs(at);
       for (; at > log[i].from; --at)
         exchange_pairs(at - 1);
+      assert(table_.var_at_level_[2 * log[i].from] == current_var(log[i].bit));
     }
     store_.order_changed();
   }
@@ -82,10 +86,11 @@ private:
         continue;
       references_.add(node.low);
       references_.add(node.high);
+      assert(node.var < 2 * table_.bits());
       nodes_of_[node.var].push_back(n);
     }
     for (const Bdd *h = store_.handles_; h; h = h->after_)
-      references_.add(h->edge_);
+      references_.add(h->edge_); // of handles
     if (roots == Roots::All)
       for (std::uint32_t n = 1; n < table_.used_; ++n)
         if (!references_.has_any(n << 1) && table_.nodes_[n].var != UniqueTable::free_var)
@@ -112,6 +117,7 @@ private:
           break;
       }
     };
+    assert(at <= last && table_.var_at_level_[2 * at] == current_var(bit));
     const bool down_first = at > last / 2;
     travel(down_first);
     travel(!down_first);
@@ -119,10 +125,13 @@ private:
       exchange_pairs(at);
     for (; at > best_at; --at)
       exchange_pairs(at - 1);
+    // In one order, functions have one reduced form.
+    assert(at == best_at && table_.live_ == best);
   }
 
   // Positions p and p + 1: a a' b b' becomes b b' a a'.
   void exchange_pairs(std::uint32_t p) {
+    assert(p + 1 < table_.bits());
     store_.account_.budget().check();
     exchange(2 * p + 1);
     exchange(2 * p);
@@ -134,6 +143,7 @@ private:
   }
 
   void exchange(std::uint32_t l) {
+    assert(l + 2 < table_.levels()); // never the level of the constant
     const Var upper = table_.var_at_level_[l], lower = table_.var_at_level_[l + 1];
     std::swap(table_.var_at_level_[l], table_.var_at_level_[l + 1]);
     table_.level_of_var_[upper] = l + 1;
@@ -148,6 +158,7 @@ private:
       if (node.var != upper || table_.marked(n))
         continue;
       table_.set_mark(n);
+      assert(references_.has_any(n << 1)); // without references it would be free
       if (table_.nodes_[node.low >> 1].var == lower || table_.nodes_[node.high >> 1].var == lower)
         moved_.push_back(n);
       else
@@ -168,6 +179,7 @@ private:
 
   void rewrite(std::uint32_t n, Var upper, Var lower) {
     const Edge low = table_.nodes_[n].low, high = table_.nodes_[n].high;
+    assert((low & 1) == 0);
     const bool low_splits = table_.nodes_[low >> 1].var == lower,
                high_splits = table_.nodes_[high >> 1].var == lower;
     const Edge f00 = low_splits ? table_.low_of(low) : low, f01 = low_splits ? table_.high_of(low) : low;
@@ -175,7 +187,9 @@ private:
                f11 = high_splits ? table_.high_of(high) : high;
     const Edge new_low = child(upper, f00, f10);
     const Edge new_high = child(upper, f01, f11);
+    assert((new_low & 1) == 0 && new_low != new_high);
     UniqueTable::Node &node = table_.nodes_[n];
+    assert(node.var == UniqueTable::free_var);
     const std::size_t b = table_.bucket(lower, new_low, new_high);
     node = {new_low, new_high, table_.buckets_[b], lower};
     table_.buckets_[b] = n;
@@ -196,6 +210,7 @@ private:
       nodes_of_[v].push_back(e >> 1);
     }
     references_.add(e);
+    assert(table_.alive(e));
     return e;
   }
 
@@ -206,6 +221,7 @@ private:
     const Edge low = table_.nodes_[n].low, high = table_.nodes_[n].high;
     unchain(n);
     table_.free_node(n);
+    assert(table_.live_ > 0);
     --table_.live_;
     release(low);
     release(high);
@@ -214,8 +230,10 @@ private:
   void unchain(std::uint32_t n) {
     const UniqueTable::Node &node = table_.nodes_[n];
     std::uint32_t *link = &table_.buckets_[table_.bucket(node.var, node.low, node.high)];
-    while (*link != n)
+    while (*link != n) {
+      assert(*link != 0); // the node is in its chain
       link = &table_.nodes_[*link].chain;
+    }
     *link = node.chain;
   }
 

@@ -49,6 +49,7 @@ public:
 
   // Look up a result and return whether it is cached.
   bool find(Operation op, Edge f, std::uint32_t g, std::uint32_t h, Edge &result) const {
+    assert(op < Operation::count);
     const std::uint32_t key = key_of(op, f);
     const Entry &entry = entries_[slot_of(key, g, h)];
     if (entry.f_and_operation != key || entry.g != g || entry.h != h)
@@ -57,6 +58,7 @@ public:
     return true;
   }
   void add(Operation op, Edge f, std::uint32_t g, std::uint32_t h, Edge result) {
+    assert(op < Operation::count && result >> operation_shift == 0);
     const std::uint32_t key = key_of(op, f);
     entries_[slot_of(key, g, h)] = {key, g, h, result};
   }
@@ -148,8 +150,14 @@ public:
   Edge high_of(Edge f) const { return node_of(f).high ^ (f & 1); }
 
   std::uint32_t level(Edge f) const { return level_of_var_[node_of(f).var]; }
-  std::uint32_t level_of(Var v) const { return level_of_var_[v]; }
-  Var var_at(std::uint32_t level) const { return var_at_level_[level]; }
+  std::uint32_t level_of(Var v) const {
+    assert(v < level_of_var_.size());
+    return level_of_var_[v];
+  }
+  Var var_at(std::uint32_t level) const {
+    assert(level < var_at_level_.size());
+    return var_at_level_[level];
+  }
   std::uint32_t bits() const { return static_cast<std::uint32_t>(level_of_var_.size() / 2); }
   // Number of levels, including the last one for the constant's pseudo-variable.
   std::size_t levels() const { return level_of_var_.size(); }
@@ -160,8 +168,14 @@ public:
 
   // Marks denote nodes in use, or visited by a traversal.
   void clear_marks() { marks_.clear_to_zero(); }
-  bool marked(std::uint32_t n) const { return (marks_[n >> 5] >> (n & 31)) & 1; }
-  void set_mark(std::uint32_t n) { marks_[n >> 5] |= 1u << (n & 31); }
+  bool marked(std::uint32_t n) const {
+    assert(n < used_);
+    return (marks_[n >> 5] >> (n & 31)) & 1;
+  }
+  void set_mark(std::uint32_t n) {
+    assert(n < used_ && nodes_[n].var != free_var);
+    marks_[n >> 5] |= 1u << (n & 31);
+  }
   void mark(Edge f); // including all descendants
   std::size_t count_marks() const;
   // Free all unmarked nodes.
@@ -188,6 +202,7 @@ private:
   void grow_nodes();
   void grow_buckets();
   void free_node(std::uint32_t n) {
+    assert(n > 0 && n < used_); // never the constant
     nodes_[n] = {0, 0, free_list_, free_var};
     free_list_ = n;
   }

@@ -2,6 +2,7 @@
 
 #include "command/files.hpp"
 
+#include <cassert>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -40,10 +41,12 @@ public:
       budget.check();
       ready = ::poll(&waiting, 1, milliseconds);
     } while (ready == 0 || (ready < 0 && errno == EINTR));
+    assert(descriptor_ >= 0);
     const std::size_t before = text.size();
     text.resize(before + chunk);
     const ssize_t got = ::read(descriptor_, text.data() + before, chunk);
     const int reason = errno;
+    assert(got <= static_cast<ssize_t>(chunk));
     text.resize(before + (got > 0 ? static_cast<std::size_t>(got) : 0));
     if (got < 0)
       fail(reason);
@@ -114,6 +117,7 @@ protected:
 
   int sync() override {
     const char *at = pbase();
+    assert(at <= pptr() && pptr() <= epptr());
     while (error_ == 0 && at < pptr()) {
       const ssize_t written = ::write(descriptor_, at, static_cast<std::size_t>(pptr() - at));
       if (written >= 0)
@@ -188,6 +192,7 @@ OutFile::~OutFile() {
 }
 
 void OutFile::commit() {
+  assert(buffer_);
   stream_.flush();
   if (const int reason = buffer_->close(); reason != 0)
     buffer_->fail(reason);
@@ -196,6 +201,7 @@ void OutFile::commit() {
       buffer_->fail(errno);
     temporary_.clear();
   }
+  assert(temporary_.empty()); // nothing is left to discard
 }
 
 } // namespace slugs

@@ -11,6 +11,7 @@
 #include "strategy/sink.hpp"
 
 #include <atomic>
+#include <cassert>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -80,6 +81,19 @@ struct InputRejected : Error {
   std::string message() const override { return ""; }
 };
 
+// Half of what this process may use: of the machine's memory, or of a lower limit.
+std::size_t default_memory() {
+  std::size_t bytes = static_cast<std::size_t>(-1);
+  const long pages = ::sysconf(_SC_PHYS_PAGES), size = ::sysconf(_SC_PAGESIZE);
+  if (pages > 0 && size > 0)
+    bytes = static_cast<std::size_t>(pages) * static_cast<std::size_t>(size);
+  rlimit limit;
+  if (::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur < bytes)
+    bytes = static_cast<std::size_t>(limit.rlim_cur);
+  assert(bytes > 1);
+  return bytes / 2;
+}
+
 Budget budget_of(const Options &options) {
   Budget budget;
   budget.interrupted = &interrupted;
@@ -87,12 +101,15 @@ Budget budget_of(const Options &options) {
   if (options.timeout_seconds && *options.timeout_seconds < longest)
     budget.deadline = Budget::Clock::now() + std::chrono::duration_cast<Budget::Clock::duration>(
                                                  std::chrono::duration<double>(*options.timeout_seconds));
-  if (options.memory_megabytes && *options.memory_megabytes < (static_cast<std::size_t>(-1) >> 20))
+  if (!options.memory_megabytes)
+    budget.memory_bytes = default_memory();
+  else if (*options.memory_megabytes < (static_cast<std::size_t>(-1) >> 20))
     budget.memory_bytes = *options.memory_megabytes << 20;
   return budget;
 }
 
 Specification read(const std::string &file, const Budget &budget) try {
+  assert(!file.empty());
   const std::string text = read_file(file, budget);
   const Source source(file, text);
   Diagnostics diagnostics(source);
@@ -140,6 +157,7 @@ ExitStatus solve(const Options &options, const Budget &budget) {
     const bool realizable = solver.verdict() == Verdict::Realizable;
     report(std::string("RESULT: Specification is ") + (realizable ? "realizable" : "unrealizable") + ".\n");
     if (realizable ? options.explicit_strategy : options.counter_strategy) {
+      assert(out);
       const std::unique_ptr<StrategySink> sink = sink_for(options, specification, out->stream());
       if (realizable)
         solver.strategy(*sink);
@@ -149,11 +167,8 @@ ExitStatus solve(const Options &options, const Budget &budget) {
     }
     return realizable ? ExitStatus::Realizable : ExitStatus::Unrealizable;
   } catch (const LimitReached &limit) {
-    std::cerr << "slugs: " << limit.what() << ' ' << solver.progress() << '\n';
-  } catch (const std::bad_alloc &) {
-    std::cerr << "slugs: memory limit reached " << solver.progress() << '\n';
+    throw LimitReached(limit.kind, limit.what() + (' ' + solver.progress()));
   }
-  return ExitStatus::Limit;
 }
 
 ExitStatus print_translation(const Options &options, const Budget &budget) {
@@ -176,9 +191,15 @@ ExitStatus dispatch(const std::vector<std::string> &arguments) {
     return ExitStatus::Realizable;
   }
   const Budget budget = budget_of(options);
-  if (options.translate)
-    return print_translation(options, budget);
-  return solve(options, budget);
+  try {
+    return options.translate ? print_translation(options, budget) : solve(options, budget);
+  } catch (const LimitReached &limit) {
+    if (limit.kind != LimitKind::Memory || options.memory_megabytes)
+      throw;
+    throw LimitReached(limit.kind, limit.what() + ("; the limit is half of what this machine allows, " +
+                                                   std::to_string(budget.memory_bytes >> 20) +
+                                                   " MB: --memory MB sets another"));
+  }
 }
 
 } // namespace
@@ -210,22 +231,6 @@ static ExitStatus run_command(const std::vector<std::string> &arguments) {
 
 } // namespace slugs
 
-namespace {
-
-// Diagrams are as deep as there are variables, and operations on them recurse.
-// The limit may be raised now: it applies whenever the main thread's stack grows.
-void allow_deep_recursion() {
-  constexpr rlim_t wanted = rlim_t{100} << 20;
-  rlimit limit;
-  if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= wanted)
-    return;
-  limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
-  ::setrlimit(RLIMIT_STACK, &limit);
-}
-
-} // namespace
-
 int main(int argc, char **argv) {
-  allow_deep_recursion();
   return static_cast<int>(slugs::run_command({argv + (argc > 0 ? 1 : 0), argv + argc}));
 }

@@ -4,6 +4,7 @@
 
 #include "read/diagnostics.hpp"
 
+#include <cassert>
 #include <charconv>
 #include <cmath>
 #include <ostream>
@@ -49,6 +50,7 @@ void set_nodes(Options &options, const std::string &name, const std::string &val
   const auto [stop, error] = std::from_chars(value.data(), end, number);
   if (error != std::errc() || stop != end || number == 0)
     throw UsageError("found '" + value + "' after " + name + ", expected a positive whole number");
+  assert(number > 0);
   options.most_nodes = number;
 }
 
@@ -76,7 +78,10 @@ constexpr Row rows[] = {
      &Options::bias_for_action, nullptr},
     {"Limits", nullptr, nullptr, nullptr, nullptr},
     {"--timeout", "SECONDS", "stop after this time", nullptr, set_timeout},
-    {"--memory", "MB", "stop before using more memory than this", nullptr, set_memory},
+    {"--memory", "MB",
+     "stop before using more memory than this (default: half\n"
+     "of what the machine allows)",
+     nullptr, set_memory},
     {"--nodes", "COUNT", "stop if the strategy has more nodes than this", nullptr, set_nodes},
     {"About", nullptr, nullptr, nullptr, nullptr},
     {"--help", nullptr, "print this text", &Options::help, nullptr},
@@ -187,6 +192,7 @@ Options parse_options(const std::vector<std::string> &arguments) {
     }
     if (equals == std::string::npos && i + 1 == arguments.size())
       throw UsageError("option " + name + " needs a value: " + row->value);
+    assert(row->set && row->value);
     row->set(options, name, equals == std::string::npos ? arguments[++i] : argument.substr(equals + 1));
   }
   if (options.help || options.version)
@@ -201,6 +207,7 @@ Options parse_options(const std::vector<std::string> &arguments) {
   if (files.size() > 1 && files[1] != "-")
     options.outfile = files[1];
   check_combination(options);
+  assert(!options.file.empty());
   return options;
 }
 

@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "core/tuning.hpp"
+
 #include <atomic>
 #include <cassert>
 #include <chrono>
@@ -28,7 +30,9 @@ enum class ExitStatus {
 
 class Error : public std::runtime_error {
 public:
-  Error(ExitStatus status, const std::string &what) : std::runtime_error(what), status(status) {}
+  Error(ExitStatus status, const std::string &what) : std::runtime_error(what), status(status) {
+    assert(status != ExitStatus::Realizable && status != ExitStatus::Unrealizable);
+  }
   // Return the text that the command prints: complete lines.
   virtual std::string message() const { return std::string("slugs: ") + what() + '\n'; }
 
@@ -59,6 +63,7 @@ struct Budget {
   Clock::time_point deadline = Clock::time_point::max();
   std::size_t memory_bytes = static_cast<std::size_t>(-1); // limit of the engine's tables
   const std::atomic<bool> *interrupted = nullptr;          // set by a signal handler
+  Tuning tuning;
 
   // Throw LimitReached for time and interrupt.  Memory is checked before each
   // allocation instead.
@@ -92,7 +97,7 @@ private:
 
 class MemoryAccount {
 public:
-  explicit MemoryAccount(const Budget &budget) : budget_(budget) {}
+  explicit MemoryAccount(const Budget &budget) : budget_(budget) { assert(budget.tuning.in_range()); }
 
   bool has_room(std::size_t bytes) const {
     return bytes <= budget_.memory_bytes && used_ <= budget_.memory_bytes - bytes;
@@ -102,6 +107,7 @@ public:
     if (!has_room(bytes))
       refuse();
     used_ += bytes;
+    assert(used_ >= bytes && used_ <= budget_.memory_bytes);
     if (used_ > peak_)
       peak_ = used_;
   }
@@ -111,7 +117,11 @@ public:
   }
   [[noreturn]] static void refuse() { throw LimitReached(LimitKind::Memory, "memory limit reached"); }
 
-  std::size_t peak() const { return peak_; }
+  std::size_t used() const { return used_; }
+  std::size_t peak() const {
+    assert(peak_ >= used_);
+    return peak_;
+  }
   const Budget &budget() const { return budget_; }
 
 private:
@@ -137,6 +147,8 @@ public:
   // Change the size; keep the common prefix and set new entries to zero.
   void resize(std::size_t size) {
     const std::size_t old_bytes = size_ * sizeof(T), bytes = size * sizeof(T);
+    assert(bytes / sizeof(T) == size); // no overflow
+    assert((data_ == nullptr) == (size_ == 0));
     if (size == 0)
       return release();
     if (bytes > old_bytes)
@@ -153,6 +165,7 @@ public:
     else
       account_.release(old_bytes - bytes);
     size_ = size;
+    assert(account_.used() >= bytes);
   }
   void release() {
     std::free(static_cast<void *>(data_));
@@ -161,6 +174,7 @@ public:
     size_ = 0;
   }
   void clear_to_zero() {
+    assert(data_ || size_ == 0);
     if (size_)
       std::memset(static_cast<void *>(data_), 0, size_ * sizeof(T));
   }

@@ -27,9 +27,12 @@ std::uint32_t tag_of(std::uint64_t hash) { return static_cast<std::uint32_t>(has
 
 } // namespace
 
-FormulaPool::FormulaPool() : slots_(first_slots) {
+FormulaPool::FormulaPool(const Tuning &tuning)
+    : slots_(first_slots), most_slots_(tuning.pool_slots), recent_slots_(tuning.pool_recent) {
+  assert((most_slots_ & (most_slots_ - 1)) == 0 && (recent_slots_ & (recent_slots_ - 1)) == 0);
   nodes_.push_back({Op::False, 0, 0});
   nodes_.push_back({Op::True, 0, 0});
+  assert(nodes_[constant(false)].op == Op::False && nodes_[constant(true)].op == Op::True);
 }
 
 FormulaId FormulaPool::add(const FormulaNode &node) {
@@ -42,6 +45,7 @@ FormulaId FormulaPool::add(const FormulaNode &node) {
 FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
   // Operands precede their operator, so a traversal in order needs no recursion.
   assert(left < nodes_.size() && right < nodes_.size());
+  assert(op >= Op::Not && left > 1 && (op == Op::Not || left < right)); // in normal form
   const FormulaNode node{op, left, right};
   const std::uint64_t h = hash(node);
   Slot &slot = slots_[slot_of(node, h)];
@@ -49,6 +53,7 @@ FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
     return slot.id;
   const FormulaId id = add(node);
   slot = {tag_of(h), id};
+  assert(nodes_[id].op == op && nodes_[id].left == left && nodes_[id].right == right);
   if (3 * ++used_slots_ > 2 * slots_.size())
     rehash();
   return id;
@@ -57,6 +62,7 @@ FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
 // Open addressing.  Single entries are never removed, so an empty slot ends the search.
 std::size_t FormulaPool::slot_of(const FormulaNode &node, std::uint64_t hash) const {
   const std::size_t last = slots_.size() - 1;
+  assert((slots_.size() & last) == 0 && used_slots_ < slots_.size());
   const std::uint32_t tag = tag_of(hash);
   for (std::size_t place = hash & last;; place = (place + 1) & last) {
     const Slot &slot = slots_[place];
@@ -73,14 +79,15 @@ std::size_t FormulaPool::slot_of(const FormulaNode &node, std::uint64_t hash) co
 // Double the table, or clear it at its maximum size: then only later formulas are found.
 void FormulaPool::rehash() {
   const bool forget = slots_.size() >= most_slots_;
-  const std::size_t size = forget ? recent_slots : 2 * slots_.size();
+  const std::size_t size = forget ? recent_slots_ : 2 * slots_.size();
   slots_ = std::vector<Slot>(); // free the old table before allocating the new one
   slots_.resize(size);
   if (forget) {
-    most_slots_ = recent_slots;
+    most_slots_ = recent_slots_;
     oldest_ = static_cast<FormulaId>(nodes_.size());
     used_slots_ = 0;
   }
+  assert(oldest_ <= nodes_.size());
   for (FormulaId id = oldest_; id < nodes_.size(); ++id) {
     const FormulaNode &node = nodes_[id];
     if (node.op < Op::Not)
@@ -96,10 +103,12 @@ FormulaId FormulaPool::variable(std::uint32_t index, bool next) {
     variables_.resize(std::max(place + 1, 2 * variables_.size()));
   if (!variables_[place])
     variables_[place] = add({Op::Variable, index, next ? 1u : 0u});
+  assert(nodes_[variables_[place]].op == Op::Variable && nodes_[variables_[place]].left == index);
   return variables_[place];
 }
 
 FormulaId FormulaPool::negation(FormulaId f) {
+  assert(f < nodes_.size());
   if (f <= 1)
     return 1 - f;
   if (nodes_[f].op == Op::Not)
@@ -108,6 +117,7 @@ FormulaId FormulaPool::negation(FormulaId f) {
 }
 
 FormulaId FormulaPool::conjunction(FormulaId f, FormulaId g) {
+  assert(f < nodes_.size() && g < nodes_.size());
   if (f > g)
     std::swap(f, g);
   if (f == 0)
@@ -118,6 +128,7 @@ FormulaId FormulaPool::conjunction(FormulaId f, FormulaId g) {
 }
 
 FormulaId FormulaPool::disjunction(FormulaId f, FormulaId g) {
+  assert(f < nodes_.size() && g < nodes_.size());
   if (f > g)
     std::swap(f, g);
   if (f == 1)
@@ -128,6 +139,7 @@ FormulaId FormulaPool::disjunction(FormulaId f, FormulaId g) {
 }
 
 FormulaId FormulaPool::exclusive_or(FormulaId f, FormulaId g) {
+  assert(f < nodes_.size() && g < nodes_.size());
   if (f > g)
     std::swap(f, g);
   if (f == g)

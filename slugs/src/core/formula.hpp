@@ -15,6 +15,8 @@
 
 #pragma once
 
+#include "core/tuning.hpp"
+
 #include <cassert>
 #include <cstdint>
 #include <deque>
@@ -29,7 +31,9 @@ using FormulaId = std::uint32_t;
 // Packed into eight bytes, since a specification may have tens of millions.
 struct FormulaNode {
   static constexpr std::uint32_t most = std::uint32_t{1} << 29; // range of `left`
-  FormulaNode(Op o, std::uint32_t l, std::uint32_t r) : op(o), left(l & (most - 1)), right(r) {}
+  FormulaNode(Op o, std::uint32_t l, std::uint32_t r) : op(o), left(l & (most - 1)), right(r) {
+    assert(l < most);
+  }
 
   Op op : 3;
   // Variable: left is the index into Specification::variables and right is 1
@@ -38,9 +42,11 @@ struct FormulaNode {
   std::uint32_t right;
 };
 
+static_assert(sizeof(FormulaNode) == 8);
+
 class FormulaPool {
 public:
-  FormulaPool();
+  explicit FormulaPool(const Tuning &tuning = Tuning());
 
   // Constructors simplify by constants, idempotence, absorption (f & (f & g)) and
   // double negation, and order the operands of commutative operators.
@@ -61,10 +67,9 @@ public:
 
 private:
   static constexpr std::size_t first_slots = 64;
-  static constexpr std::size_t ordinary_slots = std::size_t{1} << 20; // table of all formulas
-  static constexpr std::size_t recent_slots = std::size_t{1} << 16;   // fits into a core's own cache
 
   bool contains(Op op, FormulaId whole, FormulaId part) const {
+    assert(whole < nodes_.size() && part < nodes_.size());
     const FormulaNode &node = nodes_[whole];
     return node.op == op && (node.left == part || node.right == part);
   }
@@ -86,7 +91,8 @@ private:
   std::vector<Slot> slots_;          // operators from oldest_ on
   FormulaId oldest_ = 0;
   std::size_t used_slots_ = 0; // number of used slots
-  std::size_t most_slots_ = ordinary_slots;
+  std::size_t most_slots_;     // of a table of all formulas
+  std::size_t recent_slots_;   // of one of recent formulas, which fits into a core's own cache
 };
 
 } // namespace slugs

@@ -30,6 +30,7 @@ public:
 
   // Return the value of the key, or null.  Valid until the next add() or clear().
   const Value *find(std::uint32_t key) const {
+    assert(key != 0);
     const Slot &slot = slots_[slot_of(key)];
     return slot.key ? &slot.value : nullptr;
   }
@@ -40,6 +41,7 @@ public:
     if (2 * ++count_ > slots_.size())
       grow();
     slots_[slot_of(key)] = {key, value};
+    assert(find(key));
   }
 
   void clear() {
@@ -55,6 +57,7 @@ private:
 
   // Return the index of the slot that contains the key, or of the empty slot for it.
   std::size_t slot_of(std::uint32_t key) const {
+    assert(2 * count_ <= slots_.size() + 1); // the search ends at an empty slot
     std::size_t place = (key * golden_multiplier >> 32) & (slots_.size() - 1);
     while (slots_[place].key && slots_[place].key != key)
       place = (place + 1) & (slots_.size() - 1);
@@ -62,6 +65,7 @@ private:
   }
 
   void grow() {
+    assert((slots_.size() & (slots_.size() - 1)) == 0);
     const std::vector<Slot> old(slots_.data(), slots_.data() + slots_.size());
     slots_.resize(2 * slots_.size());
     slots_.clear_to_zero();

@@ -7,6 +7,7 @@
 #include "core/formula.hpp"
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -51,6 +52,8 @@ struct Constraint {
   std::uint64_t range_limit : 1; // whether an integer's declaration generated it
 };
 
+static_assert(sizeof(Constraint) == 16);
+
 struct Specification {
   std::string file; // as named on the command line, "-" for standard input
   FormulaPool formulas;
@@ -61,12 +64,16 @@ struct Specification {
 
   void add(Section section, FormulaId formula, int line, std::string_view text, bool range_limit) {
     constexpr std::size_t longest_text = 1000; // for messages
+    static_assert(longest_text < 1u << 11);
     text = text.substr(0, longest_text);
+    assert(formula < formulas.size() && line >= 1);
+    assert(texts.size() >> 52 == 0);
     (*this)[section].push_back({formula, line, texts.size(), text.size(), range_limit});
     texts += text;
   }
   // Return the source text; "name:min...max" for a range limit.
   std::string_view text(const Constraint &constraint) const {
+    assert(constraint.text + constraint.text_length <= texts.size());
     return std::string_view(texts).substr(constraint.text, constraint.text_length);
   }
 

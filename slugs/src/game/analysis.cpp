@@ -3,6 +3,7 @@
 #include "game/analysis.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -17,6 +18,7 @@ public:
   explicit MarkedNumbers(std::size_t most) : marked_(most, false) {}
   // Insert a number and return whether it is new.
   bool insert(std::size_t number) {
+    assert(number < marked_.size());
     if (marked_[number])
       return false;
     marked_[number] = true;
@@ -26,6 +28,7 @@ public:
   void clear() {
     for (const std::uint32_t number : numbers_)
       marked_[number] = false;
+    assert(std::none_of(numbers_.begin(), numbers_.end(), [&](std::uint32_t n) { return marked_[n]; }));
     numbers_.clear();
   }
 
@@ -53,6 +56,7 @@ public:
       if (!seen_.insert(signed_number(f, negative)))
         continue;
       const FormulaNode &node = formulas_[f];
+      assert(node.op < Op::Not || node.left < f); // operands precede operators
       if (node.op == Op::Not) {
         todo.emplace_back(node.left, !negative);
       } else if (node.op == (negative ? Op::Or : Op::And)) {
@@ -75,6 +79,7 @@ public:
       pacer_.step();
       const FormulaNode &node = formulas_[todo.back()];
       todo.pop_back();
+      assert(node.op != Op::Variable || node.right <= 1);
       if (node.op == Op::Variable)
         reads.push_back({node.left & 0x7FFFFFFFu, node.right & 1u});
       if (node.op >= Op::Not)
@@ -108,8 +113,10 @@ Conjuncts::Conjuncts(const Specification &specification, const Budget &budget) {
           all.push_back({f, negative, static_cast<std::uint32_t>(reads_.size() - first), first});
           place = static_cast<std::uint32_t>(all.size());
         }
+        assert(place >= 1 && place <= all.size());
         occurrences_[section].push_back(place - 1);
       });
+    assert(occurrences_[section].size() >= all.size());
     for (const Conjunct &conjunct : all)
       known[signed_number(conjunct.formula, conjunct.negative)] = 0;
   }
@@ -122,11 +129,15 @@ class Groups {
 public:
   explicit Groups(std::size_t n) : leader_(n) { std::iota(leader_.begin(), leader_.end(), 0u); }
   std::uint32_t of(std::uint32_t v) {
+    assert(v < leader_.size());
     while (leader_[v] != v)
       v = leader_[v] = leader_[leader_[v]];
     return v;
   }
-  void join(std::uint32_t v, std::uint32_t w) { leader_[of(v)] = of(w); }
+  void join(std::uint32_t v, std::uint32_t w) {
+    leader_[of(v)] = of(w);
+    assert(of(v) == of(w));
+  }
 
 private:
   std::vector<std::uint32_t> leader_;
@@ -136,8 +147,6 @@ private:
 
 Environment independent_parts(const Specification &specification, const Conjuncts &conjuncts,
                               const Budget &budget) {
-  // A part with fewer own inputs does not justify a separate relation.
-  constexpr std::size_t least_own = 2;
   constexpr std::uint32_t none = static_cast<std::uint32_t>(-1);
   BudgetPacer pacer(budget);
   const auto is_input = [&](Read read) {
@@ -186,8 +195,10 @@ Environment independent_parts(const Specification &specification, const Conjunct
   for (std::uint32_t v = 0; v < n; ++v)
     if (specification.variables[v].owner == Owner::Input && !read_elsewhere[v])
       parts[groups.of(v)].own.push_back(v);
+  // A part with few own inputs does not justify a separate relation.
   for (auto part = parts.begin(); part != parts.end();)
-    part = part->second.own.size() < least_own ? parts.erase(part) : std::next(part);
+    part = part->second.own.size() < budget.tuning.part_inputs ? parts.erase(part) : std::next(part);
+  assert(first_next.size() == environment.shared.size());
   if (parts.size() < 2)
     return environment;
   const std::vector<Conjunct> all = std::exchange(environment.shared, {});
@@ -197,6 +208,9 @@ Environment independent_parts(const Specification &specification, const Conjunct
   }
   for (auto &[group, part] : parts)
     environment.parts.push_back(std::move(part));
+  assert(environment.parts.size() >= 2);
+  for ([[maybe_unused]] const IndependentPart &part : environment.parts)
+    assert(std::is_sorted(part.own.begin(), part.own.end()));
   return environment;
 }
 
@@ -220,6 +234,7 @@ public:
           pins_.push_back(read.variable);
         }
         const auto first = pins_.begin() + static_cast<std::ptrdiff_t>(before);
+        assert(before <= pins_.size());
         std::sort(first, pins_.end());
         pins_.erase(std::unique(first, pins_.end()), pins_.end());
         if (pins_.size() > before + 1)
@@ -233,6 +248,7 @@ public:
   std::size_t pins() const { return pins_.size(); }
   // Call use(begin, end) for each hyperedge.
   template <class Use> void for_each(Use use) const {
+    assert(ends_.empty() || ends_.back() == pins_.size());
     const std::uint32_t *begin = pins_.data();
     for (const std::size_t end : ends_) {
       use(begin, pins_.data() + end);
@@ -245,10 +261,19 @@ private:
   std::vector<std::size_t> ends_;
 };
 
+[[maybe_unused]] bool is_permutation(std::vector<std::uint32_t> order) {
+  std::sort(order.begin(), order.end());
+  for (std::uint32_t k = 0; k < order.size(); ++k)
+    if (order[k] != k)
+      return false;
+  return true;
+}
+
 std::uint64_t total_span(const HyperEdges &edges, const std::vector<double> &position, BudgetPacer &pacer) {
   double span = 0;
   edges.for_each([&](const std::uint32_t *v, const std::uint32_t *end) {
     pacer.step();
+    assert(v + 1 < end); // at least two pins
     double low = position[*v], high = low;
     for (++v; v != end; ++v) {
       low = std::min(low, position[*v]);
@@ -256,6 +281,7 @@ std::uint64_t total_span(const HyperEdges &edges, const std::vector<double> &pos
     }
     span += high - low;
   });
+  assert(span >= 0);
   return static_cast<std::uint64_t>(span);
 }
 
@@ -271,12 +297,11 @@ std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts
   std::iota(position.begin(), position.end(), 0.0);
   std::vector<std::uint32_t> best = order;
   std::uint64_t best_span = total_span(edges, position, pacer);
-  constexpr int most_rounds = 60, max_stale_rounds = 5;
   // A round visits all pins, so millions of constraints allow few rounds.
-  constexpr std::size_t most_pins = std::size_t{1} << 26;
+  const Tuning &t = budget.tuning;
   std::size_t pins = 0;
-  for (int round = 0, stale = 0; round < most_rounds && stale < max_stale_rounds && pins < most_pins;
-       ++round) {
+  for (std::size_t round = 0, stale = 0;
+       round < t.force_rounds && stale < t.force_stale && pins < t.force_pins; ++round) {
     budget.check();
     pins += edges.pins();
     std::vector<double> pull(n, 0.0);
@@ -302,16 +327,18 @@ std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts
     const std::uint64_t span = total_span(edges, position, pacer);
     ++stale;
     if (span < best_span) {
+      assert(order.size() == n);
       best_span = span;
       best = order;
       stale = 0;
     }
   }
+  assert(is_permutation(best));
   return best;
 }
 
-std::vector<std::uint32_t> hubs_first(std::vector<std::uint32_t> order, const Conjuncts &conjuncts) {
-  constexpr std::size_t many = 8;
+std::vector<std::uint32_t> hubs_first(std::vector<std::uint32_t> order, const Conjuncts &conjuncts,
+                                      const Tuning &tuning) {
   std::vector<std::size_t> degree(order.size(), 0);
   for (std::size_t i = 0; i < section_count; ++i) {
     const Section section = static_cast<Section>(i);
@@ -319,17 +346,20 @@ std::vector<std::uint32_t> hubs_first(std::vector<std::uint32_t> order, const Co
       for (const Read read : conjuncts.reads(conjuncts[section][occurrence]))
         ++degree[read.variable];
   }
+  assert(is_permutation(order));
   std::vector<std::size_t> sorted = degree;
   const auto median = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
   std::nth_element(sorted.begin(), median, sorted.end());
-  const std::size_t most = sorted.empty() ? 0 : many * (*median + 1);
+  const std::size_t most = sorted.empty() ? 0 : tuning.hub_factor * (*median + 1);
   std::stable_partition(order.begin(), order.end(), [&](std::uint32_t v) { return degree[v] > most; });
+  assert(is_permutation(order));
   return order;
 }
 
 std::vector<std::uint32_t> start_order(std::size_t variables, const Conjuncts &conjuncts,
                                        const std::vector<IndependentPart> &parts, const Budget &budget) {
-  const std::vector<std::uint32_t> order = hubs_first(force_order(variables, conjuncts, budget), conjuncts);
+  const std::vector<std::uint32_t> order =
+      hubs_first(force_order(variables, conjuncts, budget), conjuncts, budget.tuning);
   if (parts.empty())
     return order;
   // Parts in the order of their first variables, with the shared variables second.
@@ -342,10 +372,12 @@ std::vector<std::uint32_t> start_order(std::size_t variables, const Conjuncts &c
   for (const std::uint32_t v : order)
     if (part_of[v] < parts.size() && place[part_of[v]] == 0)
       place[part_of[v]] = ++places == 1 ? 1 : places + 1;
+  assert(places == parts.size() && place.back() == 0); // each part has an input
   place.back() = 2;
   std::vector<std::uint32_t> result = order;
   std::stable_sort(result.begin(), result.end(),
                    [&](std::uint32_t v, std::uint32_t w) { return place[part_of[v]] < place[part_of[w]]; });
+  assert(is_permutation(result));
   return result;
 }
 

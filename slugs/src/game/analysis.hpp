@@ -6,6 +6,7 @@
 #include "core/specification.hpp"
 
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
@@ -50,12 +51,16 @@ public:
     const Read *end() const { return last; }
   };
   Reads reads(const Conjunct &conjunct) const {
+    assert(conjunct.first_read + conjunct.read_count <= reads_.size());
     const Read *first = reads_.data() + conjunct.first_read;
     return {first, first + conjunct.read_count};
   }
 
 private:
-  static std::size_t index(Section section) { return static_cast<std::size_t>(section); }
+  static std::size_t index(Section section) {
+    assert(static_cast<std::size_t>(section) < section_count);
+    return static_cast<std::size_t>(section);
+  }
 
   std::array<std::vector<Conjunct>, section_count> all_;
   std::array<std::vector<std::uint32_t>, section_count> occurrences_;
@@ -91,11 +96,12 @@ Environment independent_parts(const Specification &specification, const Conjunct
 std::vector<std::uint32_t> force_order(std::size_t variables, const Conjuncts &conjuncts,
                                        const Budget &budget);
 
-// Move hubs to the top: variables with more than eight times as many occurrences as the
-// median variable.  FORCE places them amid the variables that they interact with, and
+// Move hubs to the top: variables with far more occurrences than the median
+// variable.  FORCE places them amid the variables that they interact with, and
 // diagrams must then encode all variables above them.  For example, the position of a
 // lift selects the relevant button, so it belongs above the buttons.
-std::vector<std::uint32_t> hubs_first(std::vector<std::uint32_t> order, const Conjuncts &conjuncts);
+std::vector<std::uint32_t> hubs_first(std::vector<std::uint32_t> order, const Conjuncts &conjuncts,
+                                      const Tuning &tuning);
 
 // Return the order of FORCE with hubs first and the inputs of each independent part of
 // the environment contiguous: the first part above all shared variables, the others

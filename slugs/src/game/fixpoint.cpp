@@ -3,6 +3,7 @@
 #include "game/fixpoint.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <optional>
 #include <utility>
 
@@ -15,19 +16,20 @@ void ReachedGoals::add(const Bdd &last) {
 
 // Check the latest goal first: goals near each other are often listed consecutively.
 bool ReachedGoals::covered(const Bdd &open) {
-  constexpr std::uint64_t share = 8;
+  assert(store_.work() >= work_at_start_);
   for (std::size_t i = goals_.size(); i-- > 0;) {
     Goal &goal = goals_[i];
     if (store_.evaluate(open.edge(), goal.uncovered))
       continue;
     const std::uint64_t work = store_.work();
-    if (check_work_ > (work - work_at_start_) / share)
+    if (check_work_ > (work - work_at_start_) / store_.tuning().reached_share)
       return false;
     const Bdd uncovered = goal.last.thaw(store_) & open;
     check_work_ += store_.work() - work + goal.last.size();
     if (uncovered.is_false())
       return true;
     goal.uncovered = store_.some_valuation(uncovered);
+    assert(store_.evaluate(open.edge(), goal.uncovered));
   }
   return false;
 }
@@ -58,6 +60,7 @@ Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order)
       progress_(game.guarantees.size()), y_converged_(game.guarantees.size()), reached_(game) {
   for (const Bdd &assumption : game.assumptions) {
     const std::vector<Var> support = game.store.support(assumption);
+    assert(!assumption.is_false() || support.empty());
     decided_by_input_.push_back(std::none_of(support.begin(), support.end(), [&](Var v) {
       return v % 2 == 1 && game.specification.variables[v / 2].owner == Owner::Output;
     }));
@@ -80,8 +83,11 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed) {
   for (;;) {
     const Bdd lost = step();
     const Bdd kept = x & !lost;
-    if (kept == x)
+    assert(store.implies(kept, x)); // decreases
+    if (kept == x) {
+      assert(store.implies(x, start));
       return x;
+    }
     x = kept;
     open = game_.narrowed(open, !lost);
     game_.reordering.between_steps(step);
@@ -92,9 +98,14 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed) {
 // `sys_trans` restricts the system's responses.
 void Fixpoint::leave_stuck_states() { z_ &= !game_.stuck_states(); }
 
-void Fixpoint::close_under_safety() { z_ = stay(z_, game_.moves_from(z_), game_.store.constant(true)); }
+void Fixpoint::close_under_safety() {
+  const Bdd before = z_;
+  z_ = stay(z_, game_.moves_from(z_), game_.store.constant(true));
+  assert(game_.store.implies(z_, before));
+}
 
 bool Fixpoint::solve() {
+  assert(!progress_.empty() && outer_iterations_ == 0);
   leave_stuck_states();
   close_under_safety();
   std::size_t agreeing = 0;
@@ -104,6 +115,7 @@ bool Fixpoint::solve() {
     if (!game_.wins_initially(z_, robotics_init_))
       return false;
     const Bdd y = reach_goal(j);
+    assert(game_.store.implies(y, z_)); // Z decreases
     ++agreeing;
     if (y != z_) {
       agreeing = 0;
@@ -119,6 +131,7 @@ bool Fixpoint::solve() {
 // `open` by staying in the subset while assumption i is not met.
 Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i) {
   BddStore &store = game_.store;
+  assert(i < game_.assumptions.size() && store.owns(start));
   const Bdd &assumption = game_.assumptions[i];
   if (!decided_by_input_[i])
     return stay(start, open, !assumption);
@@ -126,6 +139,7 @@ Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i) {
   const Bdd x = start & !game_.sources(open, assumption);
   if (assumption.is_true())
     return x;
+  assert(store.implies(x, start));
   return stay(x, open & !assumption, store.constant(true));
 }
 
@@ -138,6 +152,7 @@ public:
         order_(fixpoint.order_), progress_(fixpoint.progress_[j]), converged_(fixpoint.y_converged_[j]),
         before_(std::exchange(progress_, {})), all_bounded_(std::exchange(converged_, true)),
         moves_(game_.moves_from(z_)), open_(moves_) {
+    assert(progress_.empty());
     answer(game_.guarantees[j] & store_.to_next(z_));
     if (verdict_only())
       met_ = moves_ & !open_;
@@ -163,7 +178,9 @@ public:
         return finish(z_);
       }
       const bool biased = order_ == Steps::BiasForAction;
+      assert(store_.implies(y, *closer));
       const Bdd larger = *closer | wait(round, biased ? open_before : open_, biased ? y : *closer);
+      assert(store_.implies(*closer, larger) && store_.implies(larger, z_)); // Y increases within Z
       progress_.push_back(std::move(round));
       if (larger == y || larger == z_) { // Y cannot outgrow Z.
         converged_ = larger == y;
@@ -182,7 +199,9 @@ private:
     const auto step = [&] {
       return store_.minus_and_exists(open_, game_.sys_trans, targets, game_.next_outputs);
     };
+    [[maybe_unused]] const Bdd before = open_;
     open_ = step();
+    assert(store_.implies(open_, before)); // answered moves stay answered
     game_.reordering.between_steps(step);
   }
 
@@ -191,12 +210,15 @@ private:
   bool covered() {
     if (!verdict_only() || !fixpoint_.reached_.covered(open_))
       return false;
+    assert(before_.empty() || !fixpoint_.progress_.empty());
     converged_ = false;
     progress_.clear();
     return true;
   }
 
   Bdd finish(const Bdd &y) {
+    assert(verdict_only() || !progress_.empty());
+    assert(store_.implies(y, z_) && store_.implies(open_, moves_));
     if (verdict_only() && y == z_)
       fixpoint_.reached_.add(met_);
     return y;
@@ -210,6 +232,7 @@ private:
       if (order_ == Steps::BiasForAction)
         round.steps.emplace_back(store_, closer);
       const Bdd next = closer | (z_ & !game_.sources(open_));
+      assert(store_.implies(closer, next) && store_.implies(next, z_));
       if (next == closer)
         return closer;
       answer(store_.to_next(next & !closer));
@@ -226,6 +249,7 @@ private:
     // previous iteration, when Z was larger.  Later rounds are contained in its last
     // round only if Y had converged there; if Y had reached Z, they have no known bound.
     const std::size_t k = progress_.size();
+    assert(round.waiting.empty());
     const bool bounded = !before_.empty() && (all_bounded_ || k < before_.size());
     Bdd result = store_.constant(false);
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
@@ -233,9 +257,11 @@ private:
       if (bounded)
         start &= before_[std::min(k, before_.size() - 1)].waiting[i].thaw(store_);
       const Bdd waiting = closer | fixpoint_.wait(unanswered, start, i);
+      assert(store_.implies(closer, waiting) && store_.implies(waiting, z_));
       round.waiting.emplace_back(store_, waiting);
       result |= waiting;
     }
+    assert(round.waiting.size() == game_.assumptions.size());
     return result;
   }
 
@@ -275,6 +301,7 @@ Bdd Fixpoint::reach_goal(std::size_t j) { return GoalFixpoint(*this, j).solve();
 CounterFixpoint::CounterFixpoint(Game &game, const Bdd &losing, bool robotics_init)
     : game_(game), losing_(losing), robotics_init_(robotics_init), won_(game.store.constant(false)),
       moves_(game.assumptions.size(), game.store.constant(false)) {
+  assert(moves_.size() == game.assumptions.size());
   bool progress = true;
   attract();
   while (progress && !decided()) {
@@ -290,6 +317,7 @@ CounterFixpoint::CounterFixpoint(Game &game, const Bdd &losing, bool robotics_in
 bool CounterFixpoint::decided() { return !game_.wins_initially(!won_, robotics_init_); }
 
 Bdd CounterFixpoint::initial() {
+  assert(game_.store.implies(won_, losing_));
   const Bdd lost = game_.env_init & game_.sys_init & won_;
   if (robotics_init_)
     return lost;
@@ -298,6 +326,7 @@ Bdd CounterFixpoint::initial() {
 }
 
 Bdd CounterFixpoint::forcing(const Bdd &targets) {
+  assert(game_.store.owns(targets));
   const Bdd stuck = game_.env_trans & !game_.answerable;
   return stuck | game_.store.minus_and_exists(game_.env_trans, game_.sys_trans, !targets, game_.next_outputs);
 }
@@ -310,6 +339,7 @@ void CounterFixpoint::attract() {
       return;
     for (Bdd &all : moves_)
       all |= moves & fresh;
+    assert((won_ & fresh).is_false() && game_.store.implies(fresh, losing_));
     won_ |= fresh;
   }
 }
@@ -319,6 +349,7 @@ void CounterFixpoint::attract() {
 // stages.  Return whether there are any.
 bool CounterFixpoint::prevent(std::size_t j) {
   BddStore &store = game_.store;
+  assert(j < game_.guarantees.size());
   const Bdd won_next = store.to_next(won_);
   Bdd y = losing_ & !won_;
   std::vector<Bdd> stage(moves_.size(), store.constant(false));
@@ -334,9 +365,11 @@ bool CounterFixpoint::prevent(std::size_t j) {
         const Bdd fresh = y & !x & store.exists(moves, game_.next_inputs);
         if (fresh.is_false())
           break;
+        assert((x & fresh).is_false()); // layers are disjoint
         stage[i] |= moves & fresh;
         x |= fresh;
       }
+      assert(store.implies(x, y)); // Y decreases
       y = x;
       if (y.is_false())
         return false;
@@ -344,9 +377,12 @@ bool CounterFixpoint::prevent(std::size_t j) {
     if (y == before)
       break;
   }
+  assert((won_ & y).is_false() && !y.is_false()); // each stage is new
   won_ |= y;
   for (std::size_t i = 0; i < stage.size(); ++i)
     moves_[i] |= stage[i];
+  for ([[maybe_unused]] const Bdd &moves : moves_)
+    assert(store.implies(moves, game_.env_trans & won_)); // legal moves of won states
   return true;
 }
 

@@ -25,7 +25,7 @@ Bdd Translation::take(FormulaId id) {
   default:
     break;
   }
-  assert(uses_[id] > 0);
+  assert(uses_[id] > 0 && place_[id] < values_.size());
   Bdd &value = values_[place_[id]];
   const Bdd result = value;
   if (--uses_[id] == 0) {
@@ -40,6 +40,7 @@ void Translation::keep(FormulaId id, const Bdd &value) {
     free_places_.push_back(static_cast<std::uint32_t>(values_.size()));
     values_.emplace_back();
   }
+  assert(is_operator(id) && free_places_.back() < values_.size());
   place_[id] = free_places_.back();
   free_places_.pop_back();
   values_[place_[id]] = value;
@@ -48,12 +49,12 @@ void Translation::keep(FormulaId id, const Bdd &value) {
 // Sort operators after their operands.  If they are a large share of their id range,
 // scan the range instead of sorting.
 void Translation::bring_into_order(std::vector<FormulaId> &needed) {
-  constexpr std::size_t share = 4;
   if (needed.empty())
     return;
   const auto [low, high] = std::minmax_element(needed.begin(), needed.end());
   const FormulaId first = *low, last = *high;
-  if ((last - first) / share > needed.size()) {
+  assert(is_operator(first) && first <= last);
+  if ((last - first) / store_.tuning().scan_share > needed.size()) {
     std::sort(needed.begin(), needed.end());
     return;
   }
@@ -83,13 +84,17 @@ Bdd Translation::operator()(FormulaId root) {
   for (const FormulaId id : needed) {
     pacer_.step();
     const FormulaNode &node = formulas_[id];
+    assert(node.left < id && (node.op == Op::Not || node.right < id)); // operands come first
     const Bdd left = take(node.left);
     keep(id, node.op == Op::Not   ? !left
              : node.op == Op::And ? left & take(node.right)
              : node.op == Op::Or  ? left | take(node.right)
                                   : left ^ take(node.right));
   }
-  return take(root);
+  assert(needed.empty() || needed.back() == root);
+  const Bdd result = take(root);
+  assert(free_places_.size() == values_.size()); // nothing is kept
+  return result;
 }
 
 Product::Product(BddStore &store, const std::vector<Bdd> &relations, const std::vector<Var> &quantified)
@@ -101,12 +106,14 @@ Product::Product(BddStore &store, const std::vector<Bdd> &relations, const std::
     const auto dropped = std::partition(left.begin(), left.end(), [&](Var v) { return !reads(v); });
     factors_.push_back({relations[i], store.make_set({dropped, left.end()})});
     left.erase(dropped, left.end());
+    assert(left.size() <= quantified.size());
   }
   std::reverse(factors_.begin(), factors_.end());
   unread_ = store.make_set(left);
 }
 
 Bdd Product::operator()(const Bdd &f) const {
+  assert(store_.owns(f));
   Bdd result = store_.exists(f, unread_);
   for (const Factor &factor : factors_)
     result = store_.and_exists(result, factor.relation, factor.dropped);
@@ -130,10 +137,10 @@ std::vector<Bdd> factors(BddStore &store, Translation &translate, const Conjunct
                          std::size_t most = static_cast<std::size_t>(-1)) {
   // A conjunction traverses all levels above its second operand, so very many parts are
   // conjoined bottom up.
-  constexpr std::size_t many = 1000;
+  assert(most > 0);
   std::vector<std::uint32_t> order(parts.size());
   std::iota(order.begin(), order.end(), 0u);
-  if (parts.size() > many) {
+  if (parts.size() > store.tuning().bottom_up) {
     std::vector<std::uint32_t> top;
     for (const Conjunct &part : parts) {
       const Conjuncts::Reads reads = conjuncts.reads(part);
@@ -146,10 +153,9 @@ std::vector<Bdd> factors(BddStore &store, Translation &translate, const Conjunct
                      [&](std::uint32_t f, std::uint32_t g) { return top[f] > top[g]; });
   }
   // Computing a size traverses the diagram.
-  constexpr std::size_t between_looks = 32;
   std::vector<Bdd> result{store.constant(true)};
   for (std::size_t i = 0; i < parts.size() && !result.back().is_false(); ++i) {
-    if (i % between_looks == 0 && store.live_nodes() > most && store.size(result.back()) > most)
+    if (i % store.tuning().factor_looks == 0 && store.live_nodes() > most && store.size(result.back()) > most)
       result.push_back(store.constant(true));
     const Conjunct &part = parts[order[i]];
     const Bdd value = translate(part.formula);
@@ -164,7 +170,18 @@ std::vector<Bdd> goals(BddStore &store, Translation &translate, const std::vecto
     result.push_back(translate(constraint.formula));
   if (result.empty())
     result.push_back(store.constant(true));
+  assert(!result.empty());
   return result;
+}
+
+// Whether f depends only on variables of these kinds; for assertions.
+[[maybe_unused]] bool reads_only(const Game &game, const Bdd &f, bool outputs, bool next_inputs,
+                                 bool next_outputs) {
+  const std::vector<Var> support = const_cast<BddStore &>(game.store).support(f);
+  return std::all_of(support.begin(), support.end(), [&](Var v) {
+    const bool input = game.specification.variables[v / 2].owner == Owner::Input;
+    return v % 2 ? (input ? next_inputs : next_outputs) : (input || outputs);
+  });
 }
 
 } // namespace
@@ -182,7 +199,6 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
 
 void Game::build(const Conjuncts &conjuncts, const Environment &environment) {
   // Each factor costs one conjunction per set of states.
-  constexpr std::size_t most_nodes_of_factor = 10000;
   Translation translate(store, specification.formulas);
   const auto conjunction = [&](const std::vector<Conjunct> &parts) {
     return factors(store, translate, conjuncts, parts).back();
@@ -196,7 +212,7 @@ void Game::build(const Conjuncts &conjuncts, const Environment &environment) {
       return read.next && specification.variables[read.variable].owner == Owner::Output;
     });
   });
-  env_factors_ = factors(store, translate, conjuncts, environment.shared, most_nodes_of_factor);
+  env_factors_ = factors(store, translate, conjuncts, environment.shared, store.tuning().factor_nodes);
   if (environment.parts.empty())
     answerable = conjunction({answers.begin(), of_outputs});
   sys_trans = conjunction({of_outputs, answers.end()});
@@ -204,6 +220,12 @@ void Game::build(const Conjuncts &conjuncts, const Environment &environment) {
     build_parts(translate, conjuncts, environment, {answers.begin(), of_outputs});
   assumptions = goals(store, translate, specification[Section::EnvLiveness]);
   guarantees = goals(store, translate, specification[Section::SysLiveness]);
+  assert(!assumptions.empty() && !guarantees.empty());
+  assert(reads_only(*this, env_init, false, false, false));
+  assert(reads_only(*this, sys_init, true, false, false));
+  for ([[maybe_unused]] const Bdd &factor : env_factors_)
+    assert(reads_only(*this, factor, true, true, false));
+  assert(parts_ || reads_only(*this, answerable, true, true, false));
   const std::vector<Var> unread = unread_variables();
   if (!unread.empty())
     unread_ = store.make_set(unread);
@@ -236,6 +258,11 @@ void Game::build_parts(Translation &translate, const Conjuncts &conjuncts, const
     parts_->answerable.push_back(conjunction(constraints));
 
   const std::vector<Bdd> &moves = parts_->moves;
+  assert(environment.parts.size() > 1 && moves.size() > environment.parts.size() - 1);
+  for ([[maybe_unused]] const Bdd &move : moves)
+    assert(reads_only(*this, move, true, true, false));
+  for ([[maybe_unused]] const Bdd &part : parts_->answerable)
+    assert(reads_only(*this, part, true, true, false));
   parts_->move.emplace(store, moves, own);
   // Shared constraints first: they are often functional, which makes sets smaller.
   parts_->undo.emplace(store, std::vector<Bdd>(moves.rbegin(), moves.rend()),
@@ -243,6 +270,7 @@ void Game::build_parts(Translation &translate, const Conjuncts &conjuncts, const
   std::vector<Bdd> all = moves;
   all.insert(all.end(), parts_->answerable.begin(), parts_->answerable.end());
   all.push_back(sys_trans);
+  assert(all.size() == moves.size() + parts_->answerable.size() + 1);
   parts_->step.emplace(store, all, current_vars());
 }
 
@@ -268,11 +296,13 @@ Bdd Game::environment_moves(const Bdd &from) const {
 }
 
 void Game::restrict_to(const Bdd &some) {
+  assert(reads_only(*this, some, true, false, false));
   states = some;
   if (parts_)
     return;
   assert(!env_factors_.empty());
   env_trans = environment_moves(some);
+  assert(store.implies(env_trans, some));
   env_factors_.clear();
 }
 
@@ -285,16 +315,23 @@ void Game::join_parts() {
   for (const Bdd &part : parts_->answerable)
     answerable &= part;
   parts_.reset();
+  assert(reads_only(*this, env_trans, true, true, false) && store.implies(env_trans, states));
 }
 
-Bdd Game::moves_from(const Bdd &some) { return parts_ ? (*parts_->move)(some) : env_trans & some; }
+Bdd Game::moves_from(const Bdd &some) {
+  assert(env_factors_.empty() || parts_); // after restrict_to()
+  return parts_ ? (*parts_->move)(some) : env_trans & some;
+}
 
 std::vector<Bdd> Game::environment(const Bdd &some) {
   return parts_ ? parts_->moves : std::vector<Bdd>{env_trans & some};
 }
 
 Bdd Game::sources(const Bdd &moves) {
-  return parts_ ? (*parts_->undo)(moves) : store.exists(moves, next_inputs);
+  assert(reads_only(*this, moves, true, true, false));
+  const Bdd result = parts_ ? (*parts_->undo)(moves) : store.exists(moves, next_inputs);
+  assert(reads_only(*this, result, true, false, false));
+  return result;
 }
 
 Bdd Game::sources(const Bdd &moves, const Bdd &allowed) {
@@ -312,15 +349,21 @@ Bdd Game::stuck_states() {
 }
 
 Bdd Game::image(const Bdd &from) {
+  assert(reads_only(*this, from, true, false, false));
   if (parts_)
     return store.to_current((*parts_->step)(from));
   assert(!env_factors_.empty());
   return store.to_current(store.and_exists(environment_moves(from) & answerable, sys_trans, current));
 }
 
-Bdd Game::with_equivalent(const Bdd &some) { return unread_ ? store.exists(some, *unread_) : some; }
+Bdd Game::with_equivalent(const Bdd &some) {
+  const Bdd result = unread_ ? store.exists(some, *unread_) : some;
+  assert(store.implies(some, result));
+  return result;
+}
 
 bool Game::wins_initially(const Bdd &winning, bool robotics_init) {
+  assert(reads_only(*this, winning, true, false, false));
   if (robotics_init)
     return (env_init & sys_init & !winning).is_false();
   return (env_init & !store.and_exists(sys_init, winning, current_outputs)).is_false();
@@ -340,6 +383,8 @@ Bdd reachable_states(Game &game) {
     frontier = image & !reached;
     reached |= image;
   }
+  assert(game.store.implies(game.image(reached), reached)); // closed
+  assert(game.store.implies(game.env_init & game.sys_init, reached));
   return reached;
 }
 

@@ -8,10 +8,57 @@
 #include "game/game.hpp"
 #include "strategy/extraction.hpp"
 
+#include <cassert>
+#include <exception>
+#include <functional>
 #include <new>
 #include <optional>
 
+#include <pthread.h>
+#include <sys/resource.h>
+
 namespace slugs {
+
+namespace {
+
+// Run `work` where the stack has at least this many bytes: on the present one, or on a
+// thread's own.
+void run_with_stack(std::size_t bytes, const Budget &budget, const std::function<void()> &work) {
+  constexpr std::size_t used = 1u << 18; // by main(), the environment and the arguments
+  rlimit limit;
+  if (::getrlimit(RLIMIT_STACK, &limit) == 0 &&
+      (limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur > bytes + used))
+    return work();
+  if (bytes > budget.memory_bytes)
+    MemoryAccount::refuse();
+  struct Task {
+    const std::function<void()> &work;
+    std::exception_ptr failure;
+  } task{work, nullptr};
+  const auto run = [](void *argument) -> void * {
+    Task &task = *static_cast<Task *>(argument);
+    try {
+      task.work();
+    } catch (...) {
+      task.failure = std::current_exception();
+    }
+    return nullptr;
+  };
+  assert(bytes > 0);
+  pthread_t thread;
+  pthread_attr_t attributes;
+  ::pthread_attr_init(&attributes);
+  const bool started = ::pthread_attr_setstacksize(&attributes, bytes + used) == 0 &&
+                       ::pthread_create(&thread, &attributes, run, &task) == 0;
+  ::pthread_attr_destroy(&attributes);
+  if (!started)
+    MemoryAccount::refuse();
+  ::pthread_join(thread, nullptr);
+  if (task.failure)
+    std::rethrow_exception(task.failure);
+}
+
+} // namespace
 
 struct Solver::Implementation {
   enum class Phase { Build, Reach, Solve, Strategy };
@@ -29,14 +76,19 @@ struct Solver::Implementation {
       : specification(s), options(o), budget(b) {}
 
   template <typename Work> void run(Phase which, Work work) {
+    assert(phase <= which); // phases follow one another
     phase = which;
     budget.check();
     try {
-      work();
+      run_with_stack(stack_bytes(), budget, work);
     } catch (const std::bad_alloc &) {
       MemoryAccount::refuse();
     }
   }
+
+  // Recursions descend by a level with each call, or by a variable, so they are no deeper
+  // than the two copies of the variables, once more for an operation within a traversal.
+  std::size_t stack_bytes() const { return 3 * specification.variables.size() * budget.tuning.level_stack; }
 
   void solve();
 };
@@ -45,6 +97,8 @@ void Solver::Implementation::solve() {
   // A limit may have ended an earlier attempt.  Handles are destroyed before their store.
   fixpoint.reset();
   game.reset();
+  phase = Phase::Build;
+  assert(!verdict);
   run(Phase::Build, [&] {
     const Conjuncts conjuncts(specification, budget);
     const Environment environment = independent_parts(specification, conjuncts, budget);
@@ -52,12 +106,14 @@ void Solver::Implementation::solve() {
         options.start_order.empty()
             ? start_order(specification.variables.size(), conjuncts, environment.parts, budget)
             : options.start_order;
+    assert(order.size() == specification.variables.size());
     game.emplace(specification, order, budget);
     game->build(conjuncts, environment);
   });
   run(Phase::Reach, [&] {
     const Bdd reachable = reachable_states(*game);
     game->restrict_to(reachable);
+    assert(game->states == reachable);
     game->reordering.start_fixpoints();
   });
   run(Phase::Solve, [&] {
@@ -66,6 +122,9 @@ void Solver::Implementation::solve() {
                                                   : Steps::Plain;
     fixpoint.emplace(*game, options.robotics_init, steps);
     verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
+    assert(game->store.implies(fixpoint->winning(), game->states));
+    assert(game->wins_initially(fixpoint->winning(), options.robotics_init) ==
+           (verdict == Verdict::Realizable));
   });
 }
 

@@ -9,6 +9,7 @@
 #include "read/values.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 #include <deque>
 #include <optional>
@@ -19,6 +20,7 @@ namespace slugs {
 std::optional<std::int64_t> parse_number(std::string_view digits) {
   std::int64_t number = 0;
   for (const char digit : digits) {
+    assert(is_digit(digit));
     number = 10 * number + (digit - '0');
     if (number > largest_number)
       return std::nullopt;
@@ -36,6 +38,7 @@ std::string range_text(const Integer &integer) {
 }
 
 std::string bit_name(const Integer &integer, std::uint32_t bit) {
+  assert(bit < integer.bits);
   std::string name = integer.name + "@" + std::to_string(bit);
   if (bit == 0)
     name += "." + std::to_string(integer.min) + "." + std::to_string(integer.max);
@@ -43,6 +46,8 @@ std::string bit_name(const Integer &integer, std::uint32_t bit) {
 }
 
 bool needs_limit(const Integer &integer) {
+  assert(integer.min >= 0 && integer.min <= integer.max && integer.max <= largest_number);
+  assert((std::int64_t{1} << integer.bits) > integer.max - integer.min);
   return (std::int64_t{1} << integer.bits) != integer.max - integer.min + 1;
 }
 
@@ -100,6 +105,7 @@ Scope::Scope(const Specification &specification) : specification_(specification)
   std::size_t size = 16;
   while (size < 2 * (specification.integers.size() + specification.variables.size()))
     size *= 2;
+  assert((size & (size - 1)) == 0);
   symbols_.resize(size);
   for (std::uint32_t i = 0; i < specification.integers.size(); ++i)
     add(Symbol{i, true, specification.integers[i].owner});
@@ -115,6 +121,7 @@ const std::string &Scope::name(const Symbol &symbol) const {
 // Return the slot of the name, or the empty slot for it.
 std::size_t Scope::slot_of(std::string_view name, std::uint64_t key) const {
   const std::size_t last = symbols_.size() - 1;
+  assert((symbols_.size() & last) == 0 && key != 0);
   for (std::size_t place = static_cast<std::size_t>(key * golden_multiplier >> 32) & last;;
        place = (place + 1) & last) {
     const Entry &entry = symbols_[place];
@@ -125,15 +132,18 @@ std::size_t Scope::slot_of(std::string_view name, std::uint64_t key) const {
 
 // The first declaration counts.
 void Scope::add(Symbol symbol) {
+  assert(symbol.index < (symbol.integer ? specification_.integers.size() : specification_.variables.size()));
   const std::uint64_t key = key_of(name(symbol));
   Entry &entry = symbols_[slot_of(name(symbol), key)];
   if (!entry.key)
     entry = {key, symbol};
+  assert(find(name(symbol)));
 }
 
 const Symbol *Scope::find(std::string_view name) const {
   const std::uint64_t key = key_of(name);
   const Entry &entry = symbols_[slot_of(name, key)];
+  assert(!entry.key || this->name(entry.symbol) == name);
   return entry.key ? &entry.symbol : nullptr;
 }
 
@@ -152,6 +162,7 @@ bool Scope::check_use(const Symbol &symbol, std::string_view name, Place place, 
                       Diagnostics &diagnostics) const {
   if (may_use(section, symbol.owner, next))
     return true;
+  assert(section != Section::SysTrans && section != Section::EnvLiveness && section != Section::SysLiveness);
   const char *hint = "";
   if (section == Section::EnvInit && !next)
     hint = "ENV_INIT refers to inputs only; SYS_INIT may use outputs and inputs";
@@ -193,6 +204,7 @@ public:
     pacer_.step();
     const std::string_view line = source_.line(declaration.line);
     const std::string_view text = trimmed(line);
+    assert(!text.empty());
     const Place place{declaration.line, static_cast<int>(text.data() - line.data()) + 1,
                       static_cast<int>(text.size())};
     if (text.find_first_of(" \t\v\f") != std::string_view::npos)
@@ -209,6 +221,7 @@ public:
   void structured(const Declaration &declaration) {
     const std::vector<Lexeme> lexemes =
         lex_structured(source_.line(declaration.line), declaration.line, pacer_);
+    assert(lexemes.size() >= 2 && lexemes.back().token == Token::End);
     const Lexeme &name = lexemes[0];
     if (name.token != Token::Name)
       return fail(name, "the name of a variable");
@@ -273,6 +286,7 @@ private:
   }
 
   std::optional<std::int64_t> bound(const std::vector<Lexeme> &lexemes, std::size_t &at) {
+    assert(at < lexemes.size());
     const Lexeme &lexeme = lexemes[at];
     if (lexeme.text == "-") {
       fail(lexeme, "a number from 0", "negative numbers are not supported: shift the range");
@@ -305,6 +319,7 @@ private:
       if (fresh(bit_text, name.place))
         specification_.variables.push_back({bit_text, integer.owner, integer.line});
     }
+    assert(integer.min + (std::int64_t{1} << integer.bits) > integer.max);
     specification_.integers.push_back(integer);
   }
 
@@ -364,6 +379,7 @@ void limit_ranges(Specification &specification, BudgetPacer &pacer) {
     const bool input = integer.owner == Owner::Input;
     const std::string text = integer.name + ":" + range_text(integer);
     const FormulaId now = limit(false), next = limit(true);
+    assert(now > 1 && next > 1 && now != next);
     specification.add(input ? Section::EnvInit : Section::SysInit, now, integer.line, text, true);
     specification.add(input ? Section::EnvTrans : Section::SysTrans, next, integer.line, text, true);
   }

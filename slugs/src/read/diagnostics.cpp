@@ -3,6 +3,7 @@
 #include "read/diagnostics.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <ostream>
 #include <utility>
 
@@ -18,6 +19,7 @@ Source::Source(std::string file, std::string_view text) : file_(std::move(file))
     at = end == std::string_view::npos ? text_.size() : end + 1;
   }
   starts_.push_back(text_.size());
+  assert(std::is_sorted(starts_.begin(), starts_.end()));
 }
 
 std::size_t foreign_length(std::string_view text) {
@@ -52,6 +54,7 @@ constexpr std::size_t margin = 60;  // of them at most this many before the erro
 
 // Length of the UTF-8 sequence at the start of `text`, 0 if it is broken.
 std::size_t utf8_length(std::string_view text) {
+  assert(!text.empty());
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const std::size_t length = byte(0) < 0x80   ? 1
                              : byte(0) < 0xC2 ? 0
@@ -70,6 +73,7 @@ std::size_t utf8_length(std::string_view text) {
 // Appends one character of `text` to `out` in a form of width one; returns the
 // number of bytes consumed.
 std::size_t append_character(std::string_view text, std::string &out) {
+  assert(!text.empty());
   const std::size_t length = utf8_length(text);
   const unsigned char first = static_cast<unsigned char>(text[0]);
   if (first == '\t')
@@ -111,11 +115,13 @@ std::string printable(std::string_view text, std::size_t most) {
 }
 
 void Diagnostics::error(Place place, std::string message, std::string hint) {
+  assert(!message.empty() && place.line >= 0 && place.column >= 1);
   all_.push_back({Severity::Error, place, std::move(message), std::move(hint)});
   ++errors_;
 }
 
 void Diagnostics::warning(Place place, std::string message, std::string hint) {
+  assert(!message.empty() && place.line >= 1 && place.column >= 1);
   all_.push_back({Severity::Warning, place, std::move(message), std::move(hint)});
 }
 
@@ -145,6 +151,7 @@ void Diagnostics::print_one(std::ostream &out, const Diagnostic &diagnostic) con
   const std::string_view line = has_line ? source_.line(place.line) : std::string_view();
   const std::size_t at = std::min(static_cast<std::size_t>(place.column - 1), line.size());
 
+  assert(at <= line.size());
   out << source_.file();
   if (has_line)
     out << ':' << place.line << ':' << character_column(line.substr(0, at));
@@ -166,6 +173,7 @@ void Diagnostics::print_one(std::ostream &out, const Diagnostic &diagnostic) con
       shown += "...";
     if (carets.empty())
       carets = "^"; // just behind the last character
+    assert(from <= at && !carets.empty());
     const std::string number = std::to_string(place.line);
     const std::size_t indent = (from > 0 ? 3u : 0u) + shown_width(line.substr(from), at - from);
     out << "  " << number << " | " << shown << '\n';
@@ -203,6 +211,7 @@ std::size_t distance(std::string_view a, std::string_view b) {
     std::swap(before_last, last);
     std::swap(last, current);
   }
+  assert(last[b.size()] <= std::max(a.size(), b.size()));
   return last[b.size()];
 }
 
@@ -222,6 +231,7 @@ std::string nearest_word(std::string_view word, const std::vector<std::string> &
       return *first;
   }
   std::size_t best = std::max<std::size_t>(1, word.size() / 3) + 1;
+  assert(best >= 2);
   std::string nearest;
   for (const std::string &candidate : known) {
     if (candidate.size() > word.size() + best || word.size() > candidate.size() + best)

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include <cassert>
 #include <iosfwd>
 #include <string>
 #include <string_view>
@@ -29,8 +30,10 @@ public:
   const std::string &file() const { return file_; }
   int line_count() const { return static_cast<int>(starts_.size()) - 1; }
   std::string_view line(int number) const {
+    assert(number >= 1 && number <= line_count());
     const std::size_t begin = starts_[static_cast<std::size_t>(number) - 1];
     std::size_t end = starts_[static_cast<std::size_t>(number)];
+    assert(begin < end && end <= text_.size());
     if (text_[end - 1] == '\n')
       --end;
     if (end > begin && text_[end - 1] == '\r')
@@ -76,7 +79,10 @@ public:
   void warning(Place place, std::string message, std::string hint = "");
 
   const Source &source() const { return source_; }
-  std::size_t error_count() const { return errors_; }
+  std::size_t error_count() const {
+    assert(errors_ <= all_.size());
+    return errors_;
+  }
   std::vector<Diagnostic> sorted() const;
 
   // "file:line:column: error: message", the source line, a caret line, the

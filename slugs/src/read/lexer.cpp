@@ -4,6 +4,8 @@
 
 #include "read/diagnostics.hpp"
 
+#include <cassert>
+
 namespace slugs {
 
 namespace {
@@ -79,6 +81,7 @@ constexpr Spelling spellings[] = {
 };
 
 const Spelling *operator_at(std::string_view rest) {
+  assert(!rest.empty());
   for (const Spelling &spelling : spellings)
     if (spelling.text[0] == rest[0] && rest.substr(0, spelling.text.size()) == spelling.text)
       return &spelling;
@@ -116,6 +119,7 @@ Token prefix_operator(char c) {
 // The lexeme from `begin` to the lexer's position.
 Lexeme Lexer::lexeme(Token token, std::size_t begin, const char *hint) const {
   const std::size_t length = token == Token::End ? 1 : at_ - begin;
+  assert(begin <= at_ && at_ <= line_.size() && length > 0);
   return {token,
           token == Token::End ? std::string_view("") : line_.substr(begin, length),
           {number_, static_cast<int>(begin) + 1, static_cast<int>(length)},
@@ -137,7 +141,9 @@ Lexeme Lexer::slugsin() {
     named_ = false;
   }
   const std::size_t begin = at_;
+  assert(begin < word_end_ && word_end_ <= line_.size());
   if (named_) {
+    assert(line_[at_] == '\''); // only primes are left
     ++at_;
     return lexeme(Token::Prime, begin);
   }
@@ -184,12 +190,15 @@ Lexeme Lexer::structured() {
     for (++at_; at_ < line_.size() && (static_cast<unsigned char>(line_[at_]) & 0xC0) == 0x80;)
       ++at_;
   }
+  assert(at_ > begin);
   return lexeme(token, begin, hint);
 }
 
 Lexeme Lexer::at(int column) const {
   const std::size_t before = static_cast<std::size_t>(column) - 1;
+  assert(column >= 1 && before <= line_.size());
   Lexeme result = Lexer(line_.substr(before), number_, words_, pacer_).peek();
+  assert(result.place.line == number_);
   result.place.column = column;
   return result;
 }
@@ -200,6 +209,7 @@ std::vector<Lexeme> lex_structured(std::string_view line, int number, BudgetPace
   // No valid declaration has as many, and messages need only the first ones.
   while (all.back().token != Token::End && all.size() < 100)
     all.push_back(lexer.take());
+  assert(!all.empty());
   all.push_back({Token::End, "", {number, static_cast<int>(line.size()) + 1, 1}});
   return all;
 }

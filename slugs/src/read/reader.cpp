@@ -8,6 +8,7 @@
 #include "read/slugsin.hpp"
 #include "read/structured.hpp"
 
+#include <cassert>
 #include <cstdio>
 #include <optional>
 
@@ -51,6 +52,7 @@ std::string hint_for(const std::string &nearest) {
 Heading read_heading(std::string_view line, int number, Diagnostics &diagnostics) {
   const std::string_view text = trimmed(line);
   const int column = static_cast<int>(text.data() - line.data()) + 1;
+  assert(!text.empty() && text.front() == '[');
   const std::size_t close = text.find(']');
   if (close == std::string_view::npos) {
     diagnostics.error({number, column + static_cast<int>(text.size()), 1},
@@ -78,6 +80,7 @@ Heading read_heading(std::string_view line, int number, Diagnostics &diagnostics
 bool is_one_line(std::string_view line, int number, Diagnostics &diagnostics) {
   for (std::size_t at = 0; at < line.size(); ++at)
     if (const std::size_t length = foreign_length(line.substr(at))) {
+      assert(at + length <= line.size() && length <= 3);
       const unsigned last = static_cast<unsigned char>(line[at + length - 1]);
       char name[8];
       std::snprintf(name, sizeof name, "U+%04X", length == 3 ? 0x2000 | (last & 0x3F) : last);
@@ -120,6 +123,7 @@ Sections read_sections(const Source &source, Diagnostics &diagnostics) {
       sections.declarations.push_back({current.owner, number});
       break;
     case Part::Constraints:
+      assert(static_cast<std::size_t>(current.section) < section_count);
       sections.constraints[static_cast<std::size_t>(current.section)].push_back(number);
     }
   }
@@ -241,11 +245,13 @@ Specification read_specification(const Source &source, Diagnostics &diagnostics,
   budget.check();
   Specification specification;
   specification.file = source.file();
+  specification.formulas = FormulaPool(budget.tuning);
   const Sections sections = read_sections(source, diagnostics);
   budget.check();
   const Language language = language_of(sections, source, pacer);
   (language == Language::Slugsin ? declare_slugsin : declare_structured)(sections, source, specification,
                                                                          diagnostics, pacer);
+  assert(diagnostics.error_count() > 0 || specification.integers.empty() || language == Language::Structured);
   const Scope scope(specification);
   FormulaPool &pool = specification.formulas;
   PrefixParser prefix(scope, pool, diagnostics);
@@ -263,10 +269,13 @@ Specification read_specification(const Source &source, Diagnostics &diagnostics,
         Lexer line = lexer(Words::Structured);
         formula = parse_infix(line, section, scope, specification, pool, diagnostics);
       }
+      assert(formula < pool.size());
       specification.add(section, formula, number, trimmed(text), false);
     }
   }
   limit_ranges(specification, pacer);
+  for ([[maybe_unused]] const Integer &integer : specification.integers)
+    assert(integer.first + integer.bits <= specification.variables.size() || diagnostics.error_count() > 0);
   return specification;
 }
 

@@ -5,6 +5,7 @@
 #include "read/lexer.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 #include <ostream>
 #include <unordered_map>
@@ -56,6 +57,7 @@ FormulaId PrefixParser::parse(Lexer &line, Section section) {
            lexeme.hint ? lexeme.hint : mixed_hint);
     }
   }
+  assert(failed_ || (waiting_.empty() && buffers_.empty()));
   return failed_ ? pool_.constant(true) : result_;
 }
 
@@ -68,6 +70,7 @@ void PrefixParser::fail(const Lexeme &lexeme, const std::string &message, const 
 void PrefixParser::negate(const Lexeme &lexeme) {
   if (waiting_.empty() || waiting_.back().op != Token::Not)
     waiting_.push_back({Token::Not, 0, 0});
+  assert(waiting_.back().op == Token::Not);
   waiting_.back().column = lexeme.place.column;
   ++waiting_.back().held;
 }
@@ -82,6 +85,7 @@ void PrefixParser::incomplete(const Lexeme &end) {
   if (waiting_.empty())
     return fail(end, "found the end of the line, expected a formula");
   const Waiting &open = waiting_.back();
+  assert(open.op != Token::Dollar || !buffers_.empty());
   const std::string wanted =
       open.op == Token::Dollar ? "entry " + std::to_string(buffers_.back().entries.size()) +
                                      " of the buffer of " + std::to_string(buffers_.back().wanted) + " opened"
@@ -98,6 +102,7 @@ bool PrefixParser::count(const Lexeme &after, std::uint64_t &number) {
     return false;
   }
   line_->take();
+  assert(!lexeme.text.empty());
   number = 0;
   for (const char digit : lexeme.text) {
     if (number > std::numeric_limits<std::uint32_t>::max()) {
@@ -116,6 +121,7 @@ void PrefixParser::open_buffer(const Lexeme &lexeme) {
     return;
   if (wanted == 0)
     return fail(number, "a buffer needs at least one formula: its value is the last one");
+  assert(!failed_ && wanted > 0);
   buffers_.push_back({{}, wanted});
   waiting_.push_back({Token::Dollar, lexeme.place.column, none});
 }
@@ -133,6 +139,7 @@ void PrefixParser::recall(const Lexeme &lexeme) {
                 "entry " + std::to_string(index) + " is not known yet: the buffer has " +
                     std::to_string(entries.size()) + " so far",
                 "entries count from 0, and each may use earlier ones of the same buffer");
+  assert(entries[index] < pool_.size());
   operand(entries[index]);
 }
 
@@ -181,9 +188,12 @@ FormulaId PrefixParser::value(const Symbol *symbol, const Lexeme &lexeme, bool n
 void PrefixParser::operand(FormulaId formula) {
   while (!waiting_.empty()) {
     Waiting &top = waiting_.back();
+    assert(formula < pool_.size());
+    assert(top.op != Token::Not || top.held > 0);
     if (top.op == Token::Not) {
       formula = top.held % 2 == 1 ? pool_.negation(formula) : formula;
     } else if (top.op == Token::Dollar) {
+      assert(!buffers_.empty() && buffers_.back().entries.size() < buffers_.back().wanted);
       buffers_.back().entries.push_back(formula);
       if (buffers_.back().entries.size() < buffers_.back().wanted)
         return;
@@ -192,12 +202,14 @@ void PrefixParser::operand(FormulaId formula) {
       top.held = formula;
       return;
     } else {
+      assert(top.op == Token::And || top.op == Token::Or || top.op == Token::Xor);
       formula = top.op == Token::And  ? pool_.conjunction(top.held, formula)
                 : top.op == Token::Or ? pool_.disjunction(top.held, formula)
                                       : pool_.exclusive_or(top.held, formula);
     }
     waiting_.pop_back();
   }
+  assert(!done_ && buffers_.empty());
   result_ = formula;
   done_ = true;
   if (line_->peek().token != Token::End)
@@ -245,6 +257,7 @@ private:
         open.push_back(id);
     };
     while (!open.empty()) {
+      assert(open.back() <= root); // operands have smaller ids
       const FormulaNode node = pool_[open.back()];
       open.pop_back();
       if (node.op >= Op::Not)
@@ -272,6 +285,7 @@ private:
         out_ << ' ';
       first = false;
       if (const auto entry = entries_.find(id); entry != entries_.end()) {
+        assert(entry->second < entries_.size());
         out_ << "? " << entry->second;
         continue;
       }
@@ -284,6 +298,7 @@ private:
         out_ << '1';
         break;
       case Op::Variable:
+        assert(node.left < specification_.variables.size());
         out_ << specification_.variables[node.left].name << (node.right ? "'" : "");
         break;
       case Op::Not:

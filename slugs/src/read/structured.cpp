@@ -9,6 +9,8 @@
 #include "read/lexer.hpp"
 #include "read/values.hpp"
 
+#include <cassert>
+
 namespace slugs {
 
 namespace {
@@ -54,6 +56,7 @@ public:
       operand = operand ? read_operand() : read_operator();
     if (failed_)
       return pool_.constant(true);
+    assert(values_.size() == 1 && operators_.empty() && next_depth_ == 0);
     return algebra_.boolean(values_.back());
   }
 
@@ -163,6 +166,7 @@ private:
         diagnostics_.error(prime.place, "primed variable '" + printable(lexeme.text) + "' inside next(...)",
                            "next(...) already means the next value: leave the prime out");
       next = true;
+      assert(prime.place.column >= place.column);
       place.length = prime.place.column + prime.place.length - place.column;
     }
     if (!symbol) {
@@ -213,6 +217,7 @@ private:
       fail(lexeme, "a logical operator", "comparisons cannot be chained: write a <= b & b <= c");
       return false;
     }
+    assert(precedence(token) > 0 && !values_.empty());
     operators_.push_back({token, false, lexeme});
     return true;
   }
@@ -222,6 +227,7 @@ private:
   void reduce(int level) {
     while (!operators_.empty() && operators_.back().token != Token::Open) {
       const int top = precedence(operators_.back().token);
+      assert(top > 0);
       if (top < level || (top == level && level == comparison_precedence))
         return;
       apply(operators_.back());
@@ -230,6 +236,7 @@ private:
   }
 
   void apply(const Waiting &waiting) {
+    assert(values_.size() >= (waiting.token == Token::Not ? 1u : 2u));
     const Value right = std::move(values_.back());
     values_.pop_back();
     if (waiting.token == Token::Not) {
@@ -248,6 +255,8 @@ private:
       diagnostics_.error(lexeme.place, "found ')', but no '(' is open");
       return;
     }
+    assert(operators_.back().token == Token::Open && !values_.empty());
+    assert(!operators_.back().next || next_depth_ > 0);
     if (operators_.back().next)
       --next_depth_;
     Value &value = values_.back();
@@ -262,6 +271,7 @@ private:
     if (operators_.empty())
       return;
     failed_ = true;
+    assert(operators_.back().token == Token::Open);
     const Place open = operators_.back().lexeme.place;
     diagnostics_.error(end.place, "found the end of the line, expected ')'",
                        "the '(' at column " + std::to_string(open.column) + " is still open");

@@ -6,6 +6,7 @@
 #include "read/diagnostics.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 namespace slugs {
@@ -40,6 +41,7 @@ Bits add(FormulaPool &pool, const Bits &a, const Bits &b, std::uint64_t largest)
   }
   if (carry != pool.constant(false))
     result.push_back(carry);
+  assert(result.size() <= bits + 1);
   return result;
 }
 
@@ -51,11 +53,13 @@ struct Number {
 
 Number plus(FormulaPool &pool, const Number &a, const Number &b) {
   const std::uint64_t largest = a.largest + b.largest;
+  assert(largest >= a.largest); // no overflow
   return {add(pool, a.bits, b.bits, largest), largest};
 }
 
 // By doubling: a summand for each 1 of the factor.
 Number multiple(FormulaPool &pool, const IntegerValue::Term &term) {
+  assert(term.bits.size() < 32 && term.times > 0);
   Number result;
   Number doubled{term.bits, (std::uint64_t{1} << term.bits.size()) - 1};
   for (std::uint64_t times = term.times; times != 0; times >>= 1) {
@@ -83,11 +87,13 @@ struct Aligned {
 
 Aligned align(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {
   const std::int64_t base = std::min(a.offset, b.offset);
+  assert(base >= 0);
   Aligned result{total(pool, a, static_cast<std::uint64_t>(a.offset - base)),
                  total(pool, b, static_cast<std::uint64_t>(b.offset - base))};
   const std::size_t bits = std::max(result.a.size(), result.b.size());
   result.a.resize(bits, pool.constant(false));
   result.b.resize(bits, pool.constant(false));
+  assert(result.a.size() == result.b.size());
   return result;
 }
 
@@ -96,6 +102,7 @@ Aligned align(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {
 IntegerValue bit_vector(std::vector<FormulaId> bits) { return {0, {{std::move(bits), 1}}}; }
 
 IntegerValue sum(IntegerValue a, const IntegerValue &b) {
+  assert(a.offset >= 0 && b.offset >= 0);
   a.offset += b.offset;
   for (const IntegerValue::Term &term : b.terms) {
     const auto same = std::find_if(a.terms.begin(), a.terms.end(),
@@ -140,6 +147,7 @@ namespace {
 
 // From the start of `left` to the end of `right`.
 Place span(Place left, Place right) {
+  assert(left.line == right.line && left.column <= right.column);
   return {left.line, left.column, right.column + right.length - left.column};
 }
 
@@ -184,6 +192,7 @@ Value ValueAlgebra::number(const Lexeme &lexeme) const {
     return value;
   }
   value.type = Value::Type::Integer;
+  assert(*number >= 0);
   value.integer.offset = *number;
   value.literal = true;
   return value;
@@ -203,6 +212,7 @@ Value ValueAlgebra::integer(const Integer &integer, bool next, Place place) cons
 
 Value ValueAlgebra::boolean_variable(std::uint32_t index, bool next, Place place,
                                      std::string_view name) const {
+  assert(!name.empty());
   Value value = unknown(place);
   value.type = Value::Type::Boolean;
   value.formula = pool_.variable(index, next);
@@ -299,6 +309,7 @@ Value ValueAlgebra::arithmetic(Token op, Value left, const Value &right) const {
     return result;
   if (op == Token::Plus) {
     result.type = Value::Type::Integer;
+    assert(left.type == Value::Type::Integer && right.type == Value::Type::Integer);
     result.integer = sum(std::move(left.integer), right.integer);
   } else {
     result.formula = comparison(op, left.integer, right.integer);
@@ -330,6 +341,7 @@ void ValueAlgebra::warn_if_constant(Token op, const Value &left, const Value &ri
   const bool variable_left = left.variable && right.literal;
   if (!variable_left && !(right.variable && left.literal))
     return;
+  assert(left.variable || right.variable);
   const Integer &variable = variable_left ? *left.variable : *right.variable;
   const std::int64_t number = variable_left ? right.integer.offset : left.integer.offset;
   if (number >= variable.min && number <= variable.max)

@@ -15,6 +15,8 @@
 
 #include "strategy/allowed_moves.hpp"
 
+#include <cassert>
+
 namespace slugs {
 
 namespace {
@@ -27,6 +29,7 @@ public:
   explicit Numbering(BddStore &store) : store_(store) {}
 
   void add(const Bdd &set) {
+    assert(blocks_.empty() || (blocks_.back().all & set).is_false()); // disjoint
     blocks_.push_back({set, {}});
     for (std::size_t n = ++count_; n % 2 == 0; n /= 2)
       join_last_two();
@@ -39,6 +42,7 @@ public:
         blocks_.back().digits.push_back(store_.constant(false));
       join_last_two();
     }
+    assert(blocks_.empty() || count_ <= std::size_t{1} << blocks_.back().digits.size());
     return blocks_.empty() ? std::vector<Bdd>{} : blocks_.back().digits;
   }
 
@@ -49,9 +53,11 @@ private:
   };
 
   void join_last_two() {
+    assert(blocks_.size() >= 2);
     const Block upper = blocks_.back();
     blocks_.pop_back();
     Block &lower = blocks_.back();
+    assert(lower.digits.size() == upper.digits.size());
     for (std::size_t b = 0; b < lower.digits.size(); ++b)
       lower.digits[b] |= upper.digits[b];
     lower.digits.push_back(upper.all);
@@ -75,12 +81,14 @@ AllowedMoves::AllowedMoves(Game &game, const Fixpoint &fixpoint)
 AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const Bdd &moves,
                                                const GoalProgress &progress, std::size_t j) {
   BddStore &store = game_.store;
+  assert(j < game_.guarantees.size() && !progress.empty());
   Goal goal;
   Numbering numbering(store);
   Bdd open = moves;
   Bdd targets = game_.guarantees[j] & store.to_next(winning);
   Bdd closer = store.constant(false);
   const auto come_closer = [&](const Bdd &larger) {
+    assert(store.implies(closer, larger)); // each step is closer than the next
     targets |= store.to_next(larger & !closer);
     closer = larger;
   };
@@ -92,6 +100,7 @@ AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const Bdd &mo
       numbering.add(served);
       goal.targets.push_back(targets);
     }
+    assert(store.implies(served, open)); // the earliest step serves a move
     open &= !served;
     targets = store.constant(false);
   };
@@ -112,7 +121,9 @@ AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const Bdd &mo
     if (open.is_false())
       break;
   }
+  assert(open.is_false()); // each move from a winning state is answered
   goal.bits = numbering.digits();
+  assert(goal.targets.size() <= std::size_t{1} << goal.bits.size());
   return goal;
 }
 
@@ -126,14 +137,21 @@ void AllowedMoves::prepare_cofactors() {
   cofactor_ = std::make_unique<StateCofactor>(game_.store, functions);
 }
 
-void AllowedMoves::forget() { cofactor_->forget(); }
+void AllowedMoves::forget() {
+  assert(cofactor_);
+  cofactor_->forget();
+}
 
 Edge AllowedMoves::transitions(const Word *state, std::size_t j) {
+  assert(j < goals_.size() && cofactor_);
   const Goal &goal = goals_[j];
   Edge open = bdd_true;
   for (const Bdd &part : environment_)
     open = game_.store.edges().conjunction(open, (*cofactor_)(part.edge(), state));
-  return collect_steps(goal, state, open, goal.bits.size(), 0);
+  const Edge result = collect_steps(goal, state, open, goal.bits.size(), 0);
+  assert(game_.store.edges().is_empty(game_.next_outputs) ||
+         game_.store.edges().exists(result, game_.next_outputs) == open); // each input has an answer
+  return result;
 }
 
 // Split the inputs by the digits of their step number, most significant first.
@@ -142,7 +160,9 @@ Edge AllowedMoves::collect_steps(const Goal &goal, const Word *state, Edge input
   Operations &edges = game_.store.edges();
   if (inputs == bdd_false)
     return bdd_false;
+  assert(bits <= goal.bits.size());
   if (bits == 0) {
+    assert(step < goal.targets.size());
     const Edge answers = edges.conjunction(inputs, (*cofactor_)(game_.sys_trans.edge(), state));
     return edges.conjunction(answers, (*cofactor_)(goal.targets[step].edge(), state));
   }

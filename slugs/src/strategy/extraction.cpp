@@ -16,6 +16,8 @@
 #include "strategy/states.hpp"
 #include "strategy/successors.hpp"
 
+#include <algorithm>
+#include <cassert>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -34,9 +36,10 @@ public:
         successors_of_(game, Successors::Answers::Least), ranks_(game.store, cofactor_, game.guarantees),
         nodes_(words_for(game.store.bits()), game.store.account()), state_(words_for(game.store.bits())),
         no_collection_(game.store) {
+    assert(game.store.owns(initial_) && game.store.implies(initial_, fixpoint.winning()));
     allowed_.prepare_cofactors();
     game_.store.collect();
-    collect_at_ = game_.store.live_nodes() + (1u << 18);
+    collect_at_ = game_.store.live_nodes() + game_.store.tuning().garbage;
   }
 
   void run(StrategySink &sink, std::uint64_t &written) {
@@ -44,7 +47,9 @@ public:
     add_initial_nodes(initial_.edge(), 0, valuation);
     sink.begin();
     std::vector<bool> bits(game_.store.bits());
+    assert(nodes_.size() > 0 || initial_.is_false());
     for (std::size_t id = 0; id < nodes_.size(); ++id) {
+      assert(written == id); // breadth first
       if ((id & 0x3FF) == 0)
         collect_if_due();
       const std::vector<std::uint64_t> &list = successors(id);
@@ -67,7 +72,9 @@ private:
   void add_initial_nodes(Edge f, std::uint32_t bit, std::vector<Word> &valuation) {
     if (f == bdd_false)
       return;
+    assert(bit <= game_.store.bits());
     if (bit == game_.store.bits()) {
+      assert(f == bdd_true);
       if ((nodes_.intern(valuation.data(), 0) & 0x3FF) == 0)
         game_.store.account().budget().check();
       return check_size();
@@ -82,17 +89,20 @@ private:
   const std::vector<std::uint64_t> &successors(std::size_t id) {
     // Copy the state, since interning successors may reallocate the table.
     state_.assign(nodes_.state(id), nodes_.state(id) + state_.size());
+    assert(nodes_.rank(id) < game_.guarantees.size());
     const Edge f = allowed_.transitions(state_.data(), nodes_.rank(id));
     const Ranks::Step step = ranks_.from(state_.data(), nodes_.rank(id));
     const auto [place, fresh] = lists_.try_emplace(Key{f, step.rank, step.signature});
     std::vector<std::uint64_t> &list = place->second;
     if (fresh) {
       const PackedStates &found = successors_of_.of(f);
+      assert(list.empty() && (found.size() > 0 || f == bdd_false));
       list.reserve(found.size());
       for (std::size_t i = 0; i < found.size(); ++i)
         list.push_back(nodes_.intern(found[i], ranks_.advance(step, found[i])));
       listed_numbers_ += list.size() + 8;
     }
+    assert(std::all_of(list.begin(), list.end(), [&](std::uint64_t n) { return n < nodes_.size(); }));
     return list;
   }
 
@@ -101,6 +111,7 @@ private:
     game_.store.account().budget().check();
     if (game_.store.live_nodes() <= collect_at_ && has_room_for_lists())
       return;
+    assert(listed_numbers_ >= lists_.size());
     lists_.clear();
     listed_numbers_ = 0;
     ranks_.forget();
@@ -111,8 +122,7 @@ private:
   }
 
   bool has_room_for_lists() const {
-    constexpr std::size_t most = 1u << 22;
-    return listed_numbers_ < most &&
+    return listed_numbers_ < game_.store.tuning().listed &&
            game_.store.account().has_room(2 * listed_numbers_ * sizeof(std::uint64_t));
   }
 
@@ -167,7 +177,7 @@ public:
   void run() {
     BddStore &store = game_.store;
     const CollectionPause no_collection(store);
-    const std::size_t collect_at = 2 * store.live_nodes() + (1u << 18);
+    const std::size_t collect_at = 2 * store.live_nodes() + store.tuning().garbage;
     add_initial_nodes();
     sink_.begin();
     std::vector<bool> bits(game_.store.bits());
@@ -182,6 +192,7 @@ public:
       }
       state.assign(nodes_.state(id), nodes_.state(id) + state.size());
       const std::uint32_t rank = nodes_.rank(id);
+      assert(written_ == id && rank < game_.assumptions.size());
       find_successors(state.data(), rank);
       for (std::size_t k = 0; k < bits.size(); ++k)
         bits[k] = get_bit(state.data(), k);
@@ -201,7 +212,10 @@ private:
     return result;
   }
 
-  bool is_input(std::uint32_t bit) const { return game_.specification.variables[bit].owner == Owner::Input; }
+  bool is_input(std::uint32_t bit) const {
+    assert(bit < game_.store.bits());
+    return game_.specification.variables[bit].owner == Owner::Input;
+  }
 
   void add_initial_nodes() {
     Edge f = initial_.edge();
@@ -216,6 +230,7 @@ private:
 
   // Return the cofactor by the least possible value of v, and enter it in the valuation.
   Edge fix(Edge f, Var v, Word *valuation) {
+    assert(f != bdd_false && !get_bit(valuation, v / 2));
     const Edge zero = game_.store.edges().cofactor(f, v, false);
     if (zero != bdd_false)
       return zero;
@@ -228,6 +243,7 @@ private:
     if (f == bdd_false)
       return true;
     if (bit == game_.store.bits()) {
+      assert(f == bdd_true);
       game_.store.account().budget().check();
       nodes_.intern(valuation.data(), 0);
       return !robotics_init_; // then one initial state suffices
@@ -245,8 +261,10 @@ private:
 
   void find_successors(const Word *state, std::uint32_t rank) {
     BddStore &store = game_.store;
+    assert(rank < game_.assumptions.size());
     list_.clear();
     Edge move = cofactor_(functions_[rank].edge(), state);
+    assert(move != bdd_false); // the environment has a winning move
     Edge answers = store.edges().conjunction(cofactor_(game_.answerable.edge(), state),
                                              cofactor_(game_.sys_trans.edge(), state));
     std::vector<Word> input(words_for(store.bits()));
@@ -259,6 +277,7 @@ private:
           store.edges().node(next_var(bit), value ? bdd_false : bdd_true, value ? bdd_true : bdd_false);
       answers = store.conjunction(Bdd(store, answers), Bdd(store, literal)).edge();
     }
+    assert(move == bdd_true); // one input is left
     const Ranks::Step step = ranks_.from(state, rank);
     const PackedStates &found = successors_.of(answers);
     for (std::size_t k = 0; k < found.size(); ++k)
@@ -282,6 +301,7 @@ private:
 
 void extract_counterstrategy(Game &game, const Bdd &losing, bool robotics_init, StrategySink &sink,
                              std::uint64_t &written) {
+  assert(game.store.owns(losing));
   CounterFixpoint fixpoint(game, losing, robotics_init);
   Exploration(game, fixpoint, robotics_init, sink, written).run();
 }

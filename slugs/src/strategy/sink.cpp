@@ -3,6 +3,8 @@
 
 #include "strategy/sink.hpp"
 
+#include <cassert>
+
 namespace slugs {
 
 JsonStrategy::JsonStrategy(const Specification &specification, std::ostream &out)
@@ -26,7 +28,8 @@ void JsonStrategy::begin() {
 
 void JsonStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<bool> &state,
                         const std::vector<std::uint64_t> &successors) {
-  any_nodes_ = true;
+  assert(id == nodes_ && state.size() == specification_.variables.size());
+  ++nodes_;
   out_ << (id ? ",\n\n\"" : "\"") << id << "\": {\n\t\"rank\": " << rank << ",\n\t\"state\": [";
   for (std::size_t k = 0; k < state.size(); ++k)
     out_ << (k ? ", " : "") << (state[k] ? '1' : '0');
@@ -42,7 +45,7 @@ void JsonStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<
 }
 
 void JsonStrategy::end() {
-  out_ << (any_nodes_ ? "\n\n}}\n" : "}}\n");
+  out_ << (nodes_ > 0 ? "\n\n}}\n" : "}}\n");
   out_.flush();
 }
 
@@ -57,6 +60,7 @@ void TextStrategy::begin() {}
 
 void TextStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<bool> &state,
                         const std::vector<std::uint64_t> &successors) {
+  assert(state.size() == names_.size());
   out_ << "State " << id << " with rank " << rank << " -> <";
   for (std::size_t k = 0; k < state.size(); ++k)
     out_ << (k ? ", " : "") << names_[k] << (state[k] ? '1' : '0');

@@ -32,6 +32,7 @@ public:
   template <typename Unsigned, typename = std::enable_if_t<std::is_unsigned_v<Unsigned>>>
   OutputBuffer &operator<<(Unsigned n) {
     char digits[20];
+    static_assert(std::is_unsigned_v<Unsigned> && sizeof(Unsigned) <= 8); // at most 20 digits
     text_.append(digits, std::to_chars(digits, digits + sizeof digits, n).ptr);
     return *this;
   }
@@ -78,7 +79,7 @@ public:
 private:
   const Specification &specification_;
   OutputBuffer out_;
-  bool any_nodes_ = false;
+  std::uint64_t nodes_ = 0; // written
 };
 
 // Output of an explicit strategy as text, in the format of SLUGS without --jsonOutput.

@@ -25,6 +25,7 @@ void PackedStates::sort() {
   sorted.reserve(data_.size());
   for (const std::size_t i : index)
     sorted.insert(sorted.end(), (*this)[i], (*this)[i] + words_);
+  assert(sorted.size() == data_.size());
   data_.swap(sorted);
 }
 
@@ -70,6 +71,7 @@ StateCofactor::StateCofactor(BddStore &store, const std::vector<Bdd> &functions)
         for (std::size_t w = 0; w < words_; ++w)
           mask[w] |= masks_[mask_of_[child >> 1] * words_ + w];
     const Var v = edges_.var_of(e);
+    assert(v / 2 < store.bits());
     if (v % 2 == 0)
       set_bit(mask.data(), v / 2);
     if (std::all_of(mask.begin(), mask.end(), [](Word w) { return w == 0; }))
@@ -78,17 +80,23 @@ StateCofactor::StateCofactor(BddStore &store, const std::vector<Bdd> &functions)
     if (fresh)
       masks_.insert(masks_.end(), mask.begin(), mask.end());
     mask_of_[e >> 1] = place->second;
+    assert(masks_.size() == known.size() * words_);
   }
   std::size_t size = 1 << 10;
-  while (size < 4 * nodes.size() && size < (1u << 20))
+  while (size < 4 * nodes.size() && size < store.tuning().cofactors)
     size *= 2;
+  assert((size & (size - 1)) == 0);
   slots_.resize(size);
   keys_.resize(size * words_);
 }
 
 void StateCofactor::forget() { slots_.clear_to_zero(); }
 
-Edge StateCofactor::operator()(Edge f, const Word *state) { return visit(f, state); }
+Edge StateCofactor::operator()(Edge f, const Word *state) {
+  const Edge result = visit(f, state);
+  assert(result <= 1 || edges_.var_of(result) % 2 == 1); // a function of next variables
+  return result;
+}
 
 Edge StateCofactor::visit(Edge f, const Word *state) {
   const Edge complement = f & 1;
@@ -102,6 +110,7 @@ Edge StateCofactor::visit(Edge f, const Word *state) {
     return visit(get_bit(state, v / 2) ? edges_.high_of(f) : edges_.low_of(f), state) ^ complement;
 
   const std::uint32_t n = f >> 1;
+  assert((mask_of_[n] + 1) * words_ <= masks_.size());
   const Word *mask = &masks_[mask_of_[n] * words_];
   Word hash = n * golden_multiplier;
   for (std::size_t w = 0; w < words_; ++w)
@@ -112,8 +121,10 @@ Edge StateCofactor::visit(Edge f, const Word *state) {
     bool same = true;
     for (std::size_t w = 0; w < words_; ++w)
       same = same && key[w] == (state[w] & mask[w]);
-    if (same)
+    if (same) {
+      assert(edges_.is_alive(slots_[slot].result)); // else a collection did not forget it
       return slots_[slot].result ^ complement;
+    }
   }
   const Edge low = visit(edges_.low_of(f), state);
   const Edge high = visit(edges_.high_of(f), state);
@@ -130,6 +141,7 @@ Ranks::Ranks(BddStore &store, StateCofactor &cofactor, const std::vector<Bdd> &c
     : edges_(store.edges()), cofactor_(cofactor), conditions_(conditions), cofactors_(conditions.size()) {}
 
 Ranks::Step Ranks::from(const Word *state, std::uint32_t rank) {
+  assert(rank < conditions_.size());
   std::uint32_t result = rank;
   do {
     const Edge condition = cofactor_(conditions_[result].edge(), state);
@@ -139,6 +151,7 @@ Ranks::Step Ranks::from(const Word *state, std::uint32_t rank) {
       for (std::size_t i = 0; i < conditions_.size(); ++i)
         cofactors_[i] = cofactor_(conditions_[i].edge(), state);
       const auto number = static_cast<std::uint32_t>(signatures_.size() + 1);
+      assert(number != 0);
       return {rank, signatures_.try_emplace(cofactors_, number).first->second};
     }
     result = static_cast<std::uint32_t>((result + 1) % conditions_.size());
@@ -149,11 +162,14 @@ Ranks::Step Ranks::from(const Word *state, std::uint32_t rank) {
 std::uint32_t Ranks::advance(const Step &step, const Word *next) const {
   if (!step.signature)
     return step.rank;
+  assert(step.rank < conditions_.size() && cofactors_.size() == conditions_.size());
   std::uint32_t result = step.rank;
   do {
     Edge e = cofactors_[result];
+    assert(edges_.is_alive(e));
     while (e > 1)
       e = get_bit(next, edges_.var_of(e) / 2) ? edges_.high_of(e) : edges_.low_of(e);
+    assert(edges_.is_terminal(e));
     if (e == bdd_false)
       break;
     result = static_cast<std::uint32_t>((result + 1) % conditions_.size());

@@ -44,7 +44,7 @@ inline Word hash_words(const Word *words, std::size_t count, Word seed) {
 // A list of valuations of the same width.
 class PackedStates {
 public:
-  explicit PackedStates(std::size_t words) : words_(words) {}
+  explicit PackedStates(std::size_t words) : words_(words) { assert(words > 0); }
   std::size_t size() const { return data_.size() / words_; }
   std::size_t bytes() const { return data_.size() * sizeof(Word); }
   void clear() { data_.clear(); }
@@ -75,8 +75,10 @@ public:
   std::uint32_t intern(const Word *state, std::uint32_t rank) {
     const Word hash = hash_words(state, words_, rank + 1);
     std::size_t slot = find(state, rank, hash);
-    if (slots_[slot])
+    if (slots_[slot]) {
+      assert(slots_[slot] <= count_);
       return slots_[slot] - 1;
+    }
     if (2 * (count_ + 1) > slots_.size()) {
       rehash();
       slot = find(state, rank, hash);
@@ -90,15 +92,23 @@ public:
       states_[count_ * words_ + w] = state[w];
     ranks_[count_] = rank;
     slots_[slot] = static_cast<std::uint32_t>(++count_);
+    assert(slots_[slot] == count_ && find(state, rank, hash) == slot);
     return static_cast<std::uint32_t>(count_ - 1);
   }
 
   std::size_t size() const { return count_; }
-  const Word *state(std::size_t n) const { return &states_[n * words_]; }
-  std::uint32_t rank(std::size_t n) const { return ranks_[n]; }
+  const Word *state(std::size_t n) const {
+    assert(n < count_);
+    return &states_[n * words_];
+  }
+  std::uint32_t rank(std::size_t n) const {
+    assert(n < count_);
+    return ranks_[n];
+  }
 
 private:
   std::size_t find(const Word *state, std::uint32_t rank, Word hash) const {
+    assert(count_ < slots_.size()); // the search ends at an empty slot
     for (std::size_t slot = hash & (slots_.size() - 1);; slot = (slot + 1) & (slots_.size() - 1)) {
       const std::uint32_t n = slots_[slot];
       if (!n || (ranks_[n - 1] == rank &&
@@ -108,6 +118,7 @@ private:
   }
   void rehash() {
     const std::size_t size = 2 * slots_.size();
+    assert((size & (size - 1)) == 0 && count_ < size);
     slots_.release();
     slots_.resize(size);
     for (std::size_t n = 0; n < count_; ++n) {

@@ -33,7 +33,15 @@ Successors::Successors(Game &game, Answers answers)
     place_[by_level_[k]] = k;
     mask_bits_before_.push_back(mask_bits_before_[k] + (get_bit(mask_.data(), by_level_[k] / 2) ? 1 : 0));
   }
+  assert(by_level_.size() == game.store.bits() && mask_bits_before_.size() == by_level_.size() + 1);
   lists_.resize(words_ << 10);
+}
+
+bool Successors::ascends(const PackedStates &states) const {
+  for (std::size_t i = 1; i < states.size(); ++i)
+    if (!std::lexicographical_compare(states[i - 1], states[i - 1] + words_, states[i], states[i] + words_))
+      return false;
+  return true;
 }
 
 void Successors::forget() {
@@ -42,13 +50,14 @@ void Successors::forget() {
 }
 
 const PackedStates &Successors::of(Edge f) {
-  constexpr std::size_t most = 1u << 16;
-  if (used_ > most)
+  if (used_ > game_.store.tuning().valuations)
     forget();
   const List list = list_below(f, 0);
+  assert(list.start + list.count <= used_);
   found_.assign(&lists_[list.start * words_], list.count);
   if (!sorted_)
     found_.sort();
+  assert(ascends(found_));
   return found_;
 }
 
@@ -58,7 +67,7 @@ Successors::List Successors::list_below(Edge f, std::size_t k) {
     return {0, 0};
   assert(f == bdd_true || game_.store.edges().var_of(f) % 2 == 1); // the current state has been fixed
   std::size_t at = f == bdd_true ? by_level_.size() : place_[game_.store.edges().var_of(f)];
-  assert(at >= k);
+  assert(at >= k && at <= by_level_.size()); // levels ascend
   List list = f == bdd_true ? List{0, 1} : list_at(f, at);
   // A skipped variable takes both values; a skipped output takes its least value, 0.
   while (mask_bits_before_[at] != mask_bits_before_[k]) {
@@ -70,11 +79,13 @@ Successors::List Successors::list_below(Edge f, std::size_t k) {
 }
 
 Successors::List Successors::list_at(Edge f, std::size_t k) {
+  assert(f > 1 && k < by_level_.size());
   if (const List *known = list_of_.find(f))
     return *known;
   const List low = list_below(game_.store.edges().low_of(f), k + 1);
   const List high = list_below(game_.store.edges().high_of(f), k + 1);
   const List list = join(low, high, by_level_[k] / 2);
+  assert(list.count > 0 && list.count <= low.count + high.count);
   list_of_.add(f, list);
   return list;
 }
@@ -83,6 +94,7 @@ Successors::List Successors::list_at(Edge f, std::size_t k) {
 Successors::List Successors::join(List low, List high, std::uint32_t bit) {
   if (high.count == 0)
     return low;
+  assert(bit < game_.store.bits() && low.start + low.count <= used_ && high.start + high.count <= used_);
   const std::size_t start = reserve(low.count + high.count);
   const Word *from = lists_.data();
   Word *to = lists_.data() + start * words_;
@@ -94,6 +106,7 @@ Successors::List Successors::join(List low, List high, std::uint32_t bit) {
   const std::size_t count = words_ == 1   ? merged(std::integral_constant<std::size_t, 1>())
                             : words_ == 2 ? merged(std::integral_constant<std::size_t, 2>())
                                           : merged(std::integral_constant<std::size_t, 0>());
+  assert(count >= std::max(low.count, high.count)); // at most one of two equals is dropped
   used_ = start + count;
   return {start, count};
 }
@@ -124,6 +137,7 @@ std::size_t Successors::merge(const Word *low, std::size_t lows, const Word *hig
       if (same)
         order = rest;
     }
+    assert(order < 0 ? low != low_end : high != high_end);
     const Word *const from = order < 0 ? low : high;
     for (std::size_t w = 0; w < words; ++w)
       to[w] = from[w];
@@ -135,6 +149,7 @@ std::size_t Successors::merge(const Word *low, std::size_t lows, const Word *hig
     if (order >= 0 || same)
       high += words;
   }
+  assert(low == low_end && high == high_end);
   return static_cast<std::size_t>(to - result) / words;
 }
 
@@ -148,6 +163,7 @@ std::size_t Successors::reserve(std::size_t count) {
     const bool generous = account.has_room(lists_.size() * sizeof(Word));
     lists_.resize(generous ? std::max(needed, 2 * lists_.size()) : needed);
   }
+  assert(needed <= lists_.size());
   return used_;
 }
 

@@ -28,6 +28,7 @@ private:
     std::size_t start, count;
   };
 
+  bool ascends(const PackedStates &states) const; // for assertions
   List list_below(Edge f, std::size_t k);
   List list_at(Edge f, std::size_t k);
   List join(List low, List high, std::uint32_t bit);
