@@ -17,6 +17,8 @@ from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
 from safenav.world.poses import bits, plain_graph
 
+_HELPS = now.Met | now.Appeared | now.Gone | now.GaveUp | now.Declared | now.Served | now.Assigned
+
 
 def initial(team: Team) -> State:
     """Algorithm 1, lines 1 to 3: every robot at its start with its own objective; the stack is
@@ -47,7 +49,12 @@ def _begins(member: Member) -> int:
 
 
 def apply(team: Team, state: State, event: now.Event) -> State:
-    """The state after an event."""
+    """The state after an event. What is set aside gets another chance after each that changes an
+    obstacle, the service of a robot or an objective."""
+    if isinstance(event, _HELPS) or (isinstance(event, now.Acted) and event.truths):
+        for number, each in enumerate(state.obstacles):
+            if each.aside:
+                state = _obstacle(state, number, replace(each, aside=False))
     match event:
         case now.Time(at, flows):
             for i, robot in enumerate(state.robots if flows else ()):
@@ -84,7 +91,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             here = state.robots[i].pose % team.size
             return state if k is None else _asked(team, state, k, ((i, here),))
         case now.Served(i, active):
-            state = _robot(state, i, active=active, flat=False, node=None)
+            state = _robot(state, i, active=active, flat=False, node=None, cause=event.cause)
             return replace(_forgiven(state, i) if active else state, plan=None)
         case now.Placed(i, pose):
             state = _robot(state, i, pose=pose, to=None, node=None, by=None, active=True)

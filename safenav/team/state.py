@@ -80,7 +80,8 @@ class RobotNow(Struct, frozen=True):
     at the pose of its next decision; ``came``: its pose and these values before its last turn.
     ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input that set
     its own objective; ``base``: what it had before that. ``charge``: of its
-    battery; ``flat``: that was used up, and the robot waits for another one."""
+    battery; ``flat``: that was used up, and the robot waits for another one; ``cause``: who took
+    it out of service."""
 
     pose: int
     objective: Objective
@@ -101,6 +102,7 @@ class RobotNow(Struct, frozen=True):
     base: Base | None = None
     charge: float = 0
     flat: bool = False
+    cause: str = ""
 
     @property
     def next(self) -> int:

@@ -262,12 +262,17 @@ def assigned(
         pursuit=pursuit_of(objective),
         energy=energy_of(robot, member.graph, team.scenario.chargers),
     )
-    return replace(team, members=(*team.members[:i], new, *team.members[i + 1 :]))
+    members = (*team.members[:i], new, *team.members[i + 1 :])
+    robots = [member.robot for member in members]
+    obstacles = (
+        replace(each, strays=_strays(each.source, robots, team.scenario)) for each in team.obstacles
+    )
+    return replace(team, members=members, obstacles=tuple(obstacles))
 
 
 def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
     robots, listed = scenario.robots, source.needs
-    found, strays = [], []
+    found = []
     for k, need in enumerate(listed):
         regions = source.resolution_regions(scenario.map, k)
         skills = needs.actions(listed, k)
@@ -282,6 +287,26 @@ def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
                 needs.takes(listed, k),
             )
         )
+    return Obstacle(
+        source.name,
+        source.region,
+        tuple(found),
+        frozenset(i for i, robot in enumerate(robots) if source.blocks(robot)),
+        tuple(
+            frozenset(i for i, r in enumerate(robots) if source.closed_to(r, k))
+            for k in range(len(listed))
+        ),
+        _strays(source, robots, scenario),
+        source,
+    )
+
+
+def _strays(
+    source: model.Obstacle, robots: Sequence[model.Robot], scenario: model.Scenario
+) -> tuple[frozenset[int], ...]:
+    """For each need of an obstacle the robots that cannot deliver the load that they take by it."""
+    listed, strays = source.needs, []
+    for k, need in enumerate(listed):
         later = [source.resolution_regions(scenario.map, n) for n in range(k + 1, len(listed))]
         later = [
             r
@@ -293,18 +318,7 @@ def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
             if later and not need.same and _cut_off(r, later, scenario)
         )
         strays.append(frozenset(far))
-    return Obstacle(
-        source.name,
-        source.region,
-        tuple(found),
-        frozenset(i for i, robot in enumerate(robots) if source.blocks(robot)),
-        tuple(
-            frozenset(i for i, r in enumerate(robots) if source.closed_to(r, k))
-            for k in range(len(listed))
-        ),
-        tuple(strays),
-        source,
-    )
+    return tuple(strays)
 
 
 def _cut_off(robot: model.Robot, later: list[tuple[int, ...]], scenario: model.Scenario) -> bool:

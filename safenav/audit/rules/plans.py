@@ -198,7 +198,9 @@ def _meetings(plan: Line, now: Situation) -> Iterator[Message]:
                 where = f"into {now.show(region)} simultaneously"
                 yield one, f"the plan lets {one} and {other} {where}"
         for outsider in (name for name in now.header.robots if name not in plan.robots):
-            for robot, _ in ones if region in now.taken_by(outsider) else ():
+            toward = now.toward[outsider]  # a robot on its way leaves its region in time
+            taken = now.taken_by(outsider) if toward is None else {toward}
+            for robot, _ in ones if region in taken else ():
                 if now.conflict(robot, outsider):
                     yield robot, f"{robot} would enter {now.show(region)}, where {outsider} is"
 

@@ -104,7 +104,7 @@ class Passes:
             return None
         if not record.tick:
             return None  # before the first pass
-        if record.type in _DECIDES:
+        if record.type in (*_DECIDES, "acted"):
             return str(name)
         begins = record.type == "goal" and record.goal not in self._begun.get(name, {record.goal})
         ahead = self._names.index(name) >= self._due and not begins

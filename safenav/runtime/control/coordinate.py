@@ -23,10 +23,17 @@ from safenav.solve.proof import closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
+from safenav.team.failures import FAILURE
 from safenav.team.floor import driven, floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
+
+_OUT = {
+    "scenario": "by a change of the scenario",
+    "user": "by an operator",
+    FAILURE: "its steps fail",
+}
 
 
 class Control(Struct, frozen=True):
@@ -308,9 +315,14 @@ def _out_of_service(team: Team, state: State, control: Control) -> End | None:
     left = [i for i, _ in robots if not (done(team, state, i) and stands(team, state, i))]
     if not left or any(state.robots[i].active or charged(team, state, i) for i in left):
         return None
-    names = " and ".join(team.members[i].name for i in left)
+    names = " and ".join(f"{team.members[i].name}{_why_out(state.robots[i])}" for i in left)
     verb = "is" if len(left) == 1 else "are"
     return End("operator_needed", f"{names} {verb} out of service", "out_of_service")
+
+
+def _why_out(robot: RobotNow) -> str:
+    why = "its battery is empty" if robot.flat else _OUT.get(robot.cause)
+    return f" ({why})" if why else ""
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:

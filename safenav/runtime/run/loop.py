@@ -110,6 +110,8 @@ class Run:
             if changed:
                 self.settle()
                 changed = False
+                if self.world.live and self.control.end is not None and self.is_complete():
+                    break  # it can only stop, and may
             before = self.state
             self.happens(event)
             if isinstance(event, now.Turn | now.Arrived | now.Goes):
@@ -235,6 +237,7 @@ class Run:
             self.team = self.recorder.team = assigned(
                 self.team, event.robot, event.objective, event.within
             )
+            self.world.follow(self.team)
         before, self.state = self.state, apply(self.team, self.state, event)
         self.recorder.record(before, event, self.state)
         if _helps(before, event, ended=self.control.end is not None):
@@ -284,7 +287,7 @@ class Run:
         state, end, ledger = self.state, self.control.end, self.recorder.ledger
         if ledger.stops:
             return End("late", f"a deadline was missed: {' and '.join(ledger.missed or ())}")
-        if is_complete(self.team, state, self.control) and not self.orders_to_come():
+        if self.is_complete():
             return completed(self.team, state, self.control.found)
         if end is not None and not self.waits():
             return end
@@ -297,6 +300,12 @@ class Run:
         if state.time >= self.world.limit[0]:
             return End(self.world.limit[1], self.left())
         return None
+
+    def is_complete(self) -> bool:
+        """Whether the mission is complete, and nothing more is to come or under way."""
+        acting = any(robot.acting is not None for robot in self.state.robots)
+        complete = is_complete(self.team, self.state, self.control)
+        return complete and not acting and not self.orders_to_come()
 
     def may_hear(self) -> bool:
         """Whether an operator may set an input."""

@@ -28,7 +28,7 @@ from safenav.scenario.settings import Clock
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
 from safenav.team.apply import apply, goals, rounds
-from safenav.team.floor import barred, driven, floor_now, stages_of
+from safenav.team.floor import barred, driven, floor_now, floor_of, stages_of
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -112,6 +112,7 @@ class Recorder:
 
     def record(self, before: State, event: now.Event, after: State) -> None:
         """The lines of an event."""
+        self.aside = {k for k in self.aside if after.obstacles[k].aside}
         if not isinstance(event, now.Time):
             self.ledger.happened(self.team, before, event)
         dropped = before.plan is not None and after.plan is None
@@ -336,6 +337,7 @@ class Recorder:
         stand."""
         for event in decided:
             if isinstance(event, now.GaveUp):
+                self.aside = set()
                 self._given_up(before, event.obstacle, control)
         if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
             self._stack(after, control)
@@ -382,9 +384,12 @@ class Recorder:
         floor = floor_now(self.team, state)
         stages, g = stages_of(floor, state), floor.gates.index(k)
         need, number, bids = floor.need(g, stages), stages[g].need, {}
-        every = replace(floor, robots=tuple(range(len(self.team.members))))
-        for i in every.skilled(g, stages):
-            graph, allowed = floor.graphs[i], floor.allowed(i, stages)
+        poses, closed = tuple(robot.next for robot in state.robots), barred(self.team, state)
+        free = floor_of(self.team, floor.gates, state.sealed, poses, barred=closed)
+        for i in free.skilled(g, stages):
+            graph, allowed = free.graphs[i], free.allowed(i, stages)
+            if not state.robots[i].active:
+                allowed = 1 << state.robots[i].next  # it still acts where it stands
             steps = graph.steps_between(
                 1 << state.robots[i].next, graph.poses_on(need.regions), allowed
             )

@@ -116,7 +116,9 @@ class World:
             self.commands.world.resume(run.state.time, poses)
         self.commands.resume(run.state.time, poses, steps, last)
         regions = [robot.pose % run.team.size for robot in robots]
-        return self._truth is None or (truth is not None and self._truth.resume(truth, regions))
+        fits = self._truth is None or (truth is not None and self._truth.resume(truth, regions))
+        self.follow(run.team)
+        return fits
 
     def wait(self, run: Running) -> Iterator[now.Event]:
         """Yield the next events and turns; none if nothing will ever happen. Each event is read
@@ -360,6 +362,11 @@ class World:
         """Put the empty battery of a robot into a simulated world."""
         if self._truth is not None:
             self._truth.place(obstacle)
+
+    def follow(self, team: Team) -> None:
+        """Let robots of a simulated world follow their present rules."""
+        if self._truth is not None:
+            self._truth.follow(team)
 
     def coming(self, run: Running) -> float | None:
         """When the scenario changes something next, within its limits."""

@@ -17,7 +17,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team import state as now
 from safenav.team.apply import acts_on, apply, initial, participants, resolved
 from safenav.team.state import Is, ObstacleNow, Stage
-from safenav.team.team import introduced, team_of
+from safenav.team.team import Team, introduced, team_of
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
@@ -196,6 +196,15 @@ class SimulatedWorld:
         self._state = replace(self._state, obstacles=there)
         self._truths.append(None)
         self.truths[obstacle.name] = None
+
+    def follow(self, team: Team) -> None:
+        """Robots take the loads that they can deliver under their present rules."""
+        strays = {each.name: each.strays for each in team.obstacles}
+        obstacles = (
+            replace(each, strays=strays.get(each.name, each.strays))
+            for each in self._team.obstacles
+        )
+        self._team = replace(self._team, obstacles=tuple(obstacles))
 
     def remove(self, name: str) -> bool:
         """Remove an obstacle immediately; return whether it was unresolved."""
