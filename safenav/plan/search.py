@@ -300,6 +300,8 @@ class Search:
         fields = self.fields(start)
         wanting = [i for i in self.floor.robots if _misses(fields[i], start.poses[i])]
         self.random.shuffle(wanting)
+        members = self.floor.team.members  # who stays at its target is soon in the way
+        wanting.sort(key=lambda i: members[i].pursuit.settles)
         vain = 0
         for i in wanting:
             others = [j for j in self.floor.robots if j != i]
