@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import takewhile
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
@@ -179,8 +179,7 @@ class Obstacle:
         self.stage, self.done, self.group = 0, frozenset(), frozenset()
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """A move, departure or arrival as one: from ``start``, the robot is ``at`` a region with a
     ``heading``, in transit to ``bound`` (None: it is not), and ``holds`` regions. ``to``: where
     the step ends. ``strays``: it ended elsewhere than commanded, or failed."""
@@ -239,6 +238,7 @@ class State:
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
         self.spec_memory: dict[tuple[str, str], dict[str, int]] = {}
         self.ended: str | None = None
+        self._step: tuple[Line | None, Any] = None, None
         self.rivals = {
             name: [one for one in self.names if one != name and self._conflict(name, one)]
             for name in self.names
@@ -305,7 +305,13 @@ class State:
         return other in a.conflicts or one in b.conflicts
 
     def step(self, e: Line) -> Step:
-        """Return the step of a ``move``, ``depart`` or ``arrive`` line."""
+        """Return the step of a ``move``, ``depart`` or ``arrive`` line (kept for the next rule)."""
+        if self._step[0] is not e:
+            self._step = e, self._step_of(e)
+        step: Step = self._step[1]
+        return step
+
+    def _step_of(self, e: Line) -> Step:
         robot, strays = self.robots[e.robot], e.result not in (None, "arrived")
         if e.kind == "depart":
             return Step(e.start, e.start, robot.pose[1], e.to, frozenset([e.start, e.to]), False)

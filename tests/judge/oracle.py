@@ -64,9 +64,8 @@ class Facts:
                     self.open.pop(line["obstacle"], None)
                     self.shut.discard(line["obstacle"])
                     until = [x.get("until") for x in self.scenario["obstacles"]]
-                    if line["cause"] == "scenario" and not any(
-                        u and u <= line["tick"] for u in until
-                    ):
+                    now = line["t"] if self.live else line["tick"]
+                    if line["cause"] == "scenario" and not any(u and u <= now for u in until):
                         yield f"{line['obstacle']} is gone before its time"
                     if line["cause"] == "world" and not self.live:
                         yield "a simulated world opens a door"
@@ -79,6 +78,9 @@ class Facts:
                     self.seen[line["robot"]] = [self.here[line["robot"]]]
                 case "service":
                     (self.out.discard if line["active"] else self.out.add)(line["robot"])
+                    if line["cause"] == "battery" and line["active"]:
+                        battery = self.robots[line["robot"]]["battery"]
+                        self.charge[line["robot"]] = battery["capacity"]
                 case "outcome":
                     yield from self.ended(line)
 
@@ -176,7 +178,8 @@ class Facts:
             yield f"{one['name']} is not there"
         if last["action"] not in self.robots[name]["capabilities"]:
             yield f"{name} cannot do that"
-        if self.here[name] not in last["regions"]:
+        told_later = met == len(self.needs(one))  # its last need has a line of its own
+        if self.here[name] not in last["regions"] and not told_later:
             yield f"{name} is not where that is done"
         if met < len(self.needs(one)) - 1:
             yield f"a need of {one['name']} is not met"
@@ -186,7 +189,8 @@ class Facts:
 
     def appeared(self, line: Line) -> Iterator[str]:
         one = self.all[line["obstacle"]]
-        if line["cause"] == "scenario" and not (one.get("from") or 0) <= line["tick"]:
+        now = line["t"] if self.live else line["tick"]
+        if line["cause"] == "scenario" and not (one.get("from") or 0) <= now:
             yield f"{one['name']} appears before its time"
         if line["cause"] == "scenario" and one.get("from") is None:
             yield f"{one['name']} appears, but the scenario does not say so"
@@ -218,11 +222,13 @@ class Facts:
         for change in self.scenario.get("changes") or ():
             applied = {"service": change.get("active"), "objective": change.get("objective")}
             told = [x for x in self.lines if x["type"] in applied and x["robot"] == change["robot"]]
-            if change["at"] < line["tick"] and not told and line["outcome"] == "completed":
+            now = line["t"] if self.live else line["tick"]
+            if change["at"] < now and not told and line["outcome"] == "completed":
                 yield f"a change of {change['robot']} is missing"
         for one in self.scenario["obstacles"]:
             told = [x for x in self.lines if x.get("obstacle") == one["name"]]
-            due = one.get("from") is not None and one["from"] < line["tick"]
+            now = line["t"] if self.live else line["tick"]
+            due = one.get("from") is not None and one["from"] < now
             if (
                 due
                 and not told
