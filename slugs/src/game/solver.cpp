@@ -86,8 +86,8 @@ struct Solver::Implementation {
     }
   }
 
-  // Recursions descend by a level with each call, or by a variable, so they are no deeper
-  // than the two copies of the variables, once more for an operation within a traversal.
+  // Recursions descend by a level or a variable with each call.  Their depth is at most
+  // both copies of the variables, and one more for an operation within a traversal.
   std::size_t stack_bytes() const { return 3 * specification.variables.size() * budget.tuning.level_stack; }
 
   void solve();
