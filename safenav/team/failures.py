@@ -11,7 +11,7 @@ from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.world.map import Region
 
-FAILURE = "failure"
+FAILURE = "world"
 """The cause of a robot's time out of service that its own failures explain."""
 
 

@@ -27,8 +27,8 @@ from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Clock
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
-from safenav.team.apply import apply, goals, rounds
-from safenav.team.floor import barred, driven, floor_now, floor_of, stages_of
+from safenav.team.apply import acting_floor, apply, goals, rounds
+from safenav.team.floor import barred, driven, floor_now, floor_of, put, stages_of
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -307,17 +307,16 @@ class Recorder:
 
     def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
         """The robots that meet a need when robot i acts; None if it does so alone."""
-        need, stage, size = (
-            self.team.obstacles[k].needs[number],
-            state.obstacles[k].stage,
-            self.team.size,
-        )
-        able = [j for j, m in enumerate(self.team.members) if need.skills <= m.robot.capabilities]
-        if number == stage.need and stage.group is not None:
-            able = [j for j in able if j in stage.group]
-        done = {i, *(stage.done if number == stage.need else ())}
-        there = [j for j in able if need.regions >> state.robots[j].pose % size & 1]
-        group = there if need.together else [j for j in able if j in done]
+        obstacle, stage = self.team.obstacles[k], state.obstacles[k].stage
+        need, first, size = obstacle.needs[number], number == stage.need, self.team.size
+        group = [*sorted({i, *(stage.done if first else ())})]
+        if need.together:
+            known = acting_floor(self.team, state)
+            floor = known if k in known.gates else replace(known, gates=(*known.gates, k))
+            g, stages = floor.gates.index(k), stages_of(floor, state)
+            at = stages if first else put(stages, g, now.Stage(number))
+            able = floor.able(g, at)
+            group = [j for j in able if need.regions >> state.robots[j].pose % size & 1]
         return tuple(map(self._robot, group)) if len(group) > 1 else None
 
     def _appeared(self, k: int, truth: bool | None, cause: ChangeCause) -> None:

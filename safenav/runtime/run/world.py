@@ -334,14 +334,22 @@ class World:
         ):
             return ()
         where = standing(run.team, run.state, moving=self.moving)
-        return acts_on(run.team, run.state, where, i)
+        return acts_on(run.team, run.state, where, i, self._acts(run, i))
+
+    def _acts(self, run: Running, i: int) -> list[int]:
+        """The known obstacles on which a robot acts: one that is sent for a load leaves others.
+        (A joint plan says which loads its robots take.)"""
+        obstacles, roles = run.team.obstacles, run.control.roles
+        known = [k for k, each in enumerate(run.state.obstacles) if each.known]
+        taken = [k for k in known if obstacles[k].needs[run.state.obstacles[k].stage.need].takes]
+        sent = roles[i].helps if roles and not run.team.members[i].planned else None
+        return [k for k in known if k not in taken or k == sent] if sent in taken else known
 
     def _known(self, run: Running, i: int) -> list[model.Obstacle]:
         """The known obstacles on which a robot acts: in a live run where it stands, else all."""
         if self.live:
             return [run.team.obstacles[k].source for k, _ in self._changes(run, i)]
-        pairs = zip(run.team.obstacles, run.state.obstacles, strict=True)
-        return [each.source for each, there in pairs if there.known]
+        return [run.team.obstacles[k].source for k in self._acts(run, i)]
 
     def _group(self, run: Running, i: int) -> tuple[int, ...]:
         """The robots that are busy while a robot acts: those that take part."""
