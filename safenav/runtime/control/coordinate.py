@@ -7,7 +7,7 @@ dropped it (``apply``), or it is at its end and its promise is not kept.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable
+from collections.abc import Collection, Hashable, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -19,7 +19,7 @@ from safenav.runtime.control.ends import End, deadlocked, hopeful, infeasible, n
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.tasks import Controller, outdated, pursues, synthesized
 from safenav.solve.duties import Settlement, settle
-from safenav.solve.proof import closure_of, stated
+from safenav.solve.proof import closure_of, refute, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
@@ -199,7 +199,12 @@ def _settled(
     proofs = {**before.proofs, **given}
     never: End | None = None
     if found.proof is not None:
-        never = infeasible(plain, here, around(floor, poses, stages), found.proof)
+        out = [i for i, robot in enumerate(state.robots) if not robot.active]
+        sets = hopeful(plain, here, given_up=False) if out else around(floor, poses, stages)
+        if Solver(sets.floor).feasible(sets):
+            never = _without(team, state, out)  # only its absence stops the others
+        else:
+            never = infeasible(plain, here, sets, refute(sets))
     if never is not None and before.roles:
         return Control(None, found, before.roles, before.controllers, proofs, (), never)
     roles = tuple(Role(member.objective) for member in team.members)
@@ -315,8 +320,13 @@ def _out_of_service(team: Team, state: State, control: Control) -> End | None:
     left = [i for i, _ in robots if not (done(team, state, i) and stands(team, state, i))]
     if not left or any(state.robots[i].active or charged(team, state, i) for i in left):
         return None
-    names = " and ".join(f"{team.members[i].name}{_why_out(state.robots[i])}" for i in left)
-    verb = "is" if len(left) == 1 else "are"
+    return _without(team, state, left)
+
+
+def _without(team: Team, state: State, robots: Sequence[int]) -> End:
+    """The end of a run for want of robots that are out of service."""
+    names = " and ".join(f"{team.members[i].name}{_why_out(state.robots[i])}" for i in robots)
+    verb = "is" if len(robots) == 1 else "are"
     return End("operator_needed", f"{names} {verb} out of service", "out_of_service")
 
 

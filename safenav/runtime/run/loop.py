@@ -117,6 +117,8 @@ class Run:
             if isinstance(event, now.Turn | now.Arrived | now.Goes):
                 self.look(event.robot)
             if isinstance(event, now.Turn):
+                if self.drains(event.robot):
+                    self.settle()
                 self.execute_controller(event.robot)  # 6 to 8
             elif isinstance(event, now.Arrived | now.Goes):
                 self.act(event.robot)  # 17, 18
@@ -208,17 +210,18 @@ class Run:
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
-    def drains(self, i: int) -> None:
+    def drains(self, i: int) -> bool:
         """A robot off the chargers whose charge does not suffice for a step is out of service, and
-        needs another battery."""
+        needs another battery; return whether that is so."""
         robot, energy, kind = (
             self.state.robots[i],
             self.team.members[i].energy,
             self.team.scenario.flat,
         )
         if energy is None or not (robot.active and robot.to is None):
-            return
-        if energy.is_flat(robot.charge, robot.pose):
+            return False
+        flat = energy.is_flat(robot.charge, robot.pose)
+        if flat:
             region, k = robot.pose % self.team.size, None
             pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
             taken = any(o.region == region and each.state in _THERE for o, each in pairs)
@@ -228,6 +231,7 @@ class Run:
                 self.world.place(source)
                 self.happens(now.Introduced(source, i))
             self.happens(now.Flat(i, k))
+        return flat
 
     def happens(self, event: now.Event) -> None:
         if isinstance(event, now.Introduced):

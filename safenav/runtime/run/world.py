@@ -30,7 +30,7 @@ from safenav.runtime.worlds.world import Change, InputWorld
 from safenav.scenario import model
 from safenav.scenario.settings import switching
 from safenav.team import state as now
-from safenav.team.apply import acts_on, charged, resolved
+from safenav.team.apply import acts_on, charged, participants, resolved
 from safenav.team.failures import consequences, met, noticed, number, unknown
 from safenav.team.floor import occupied, standing
 from safenav.team.state import State
@@ -354,16 +354,9 @@ class World:
     def _group(self, run: Running, i: int) -> tuple[int, ...]:
         """The robots that are busy while a robot acts: those that take part."""
         team, state, group = run.team, run.state, {i}
+        at = [r.pose % team.size if r.idle else None for r in state.robots]
         for k, _ in self._changes(run, i):
-            need = team.obstacles[k].needs[state.obstacles[k].stage.need]
-            if need.together:
-                group |= {
-                    j
-                    for j, robot in enumerate(state.robots)
-                    if robot.idle
-                    and need.regions >> robot.pose % team.size & 1
-                    and need.skills <= team.members[j].robot.capabilities
-                }
+            group |= {*participants(team, state, at, i, k)}
         return tuple(sorted(group))
 
     def place(self, obstacle: model.Obstacle) -> None:
