@@ -1,0 +1,37 @@
+"""Who is synthesized: a joint plan is the controller of robots with rivals."""
+
+import pytest
+
+from safenav.audit.check import check_trace
+from safenav.outcome import Outcome
+from safenav.runtime.run.mission import play, text_of
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.records import Synthesis
+
+SCENARIO = """
+safenav: 1
+name: two
+map: {{grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}}
+robots:
+  a: {{model: digit, start: 8, heading: east, objective: {{{0}: [12, 22]}}}}
+  b: {{model: {1}, start: 26, {2}objective: {{{0}: [26, 8]}}}}
+until: {{rounds: 1}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("objective", "model", "heading", "synthesized"),
+    [
+        ("visit", "digit", "heading: west, ", []),
+        ("patrol", "digit", "heading: west, ", ["a", "b"]),  # it has a weaker form to find
+        ("visit", "quadcopter", "", ["a", "b"]),  # in another layer: no rivals
+    ],
+)
+def test_a_plan_is_the_controller_of_robots_with_rivals(
+    objective: str, model: str, heading: str, synthesized: list[str]
+) -> None:
+    plan = load_scenario_text(SCENARIO.format(objective, model, heading))
+    result, lines, _ = play(plan)
+    assert result.outcome is Outcome.COMPLETED
+    assert [line.robot for line in lines if isinstance(line, Synthesis)] == synthesized
+    assert not check_trace(text_of(lines)).findings
