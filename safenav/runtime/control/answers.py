@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
 Answer = TypeVar("Answer")
+FEW = 4
+"""Robots for which a search without charges comes first."""
+
 Check = Callable[[], None]
 """Raises an exception if a search must end."""
 
@@ -98,6 +101,11 @@ class Answers:
         known = floor.team, floor.gates, floor.floors, floor.robots, floor.barred, floor.helping
         key = *known, joint, served, seed
         if charges:
+            plain: Found | Deadlock | Unserved | None = None
+            if len(floor.robots) <= FEW:  # what is impossible with any charge is soon proven
+                plain = self._ask(key, lambda check: ask(floor, joint, served, seed, check))
+                if isinstance(plain, Deadlock | Unserved):
+                    return plain
 
             def charged(check: Check) -> Found | None:
                 check()
@@ -105,6 +113,8 @@ class Answers:
 
             if (found := self._ask((*key, charges, time), charged)) is not None:
                 return found
+            if len(floor.robots) <= FEW:
+                return plain
         return self._ask(key, lambda check: ask(floor, joint, served, seed, check))
 
     @property
