@@ -199,9 +199,12 @@ private:
     const auto step = [&] {
       return store_.minus_and_exists(open_, game_.sys_trans, targets, game_.next_outputs);
     };
-    [[maybe_unused]] const Bdd before = open_;
-    open_ = step();
-    assert(store_.implies(open_, before)); // answered moves stay answered
+    {
+      // Not beyond this block: a handle would take part in sifting.
+      [[maybe_unused]] const Bdd before = open_;
+      open_ = step();
+      assert(store_.implies(open_, before)); // answered moves stay answered
+    }
     game_.reordering.between_steps(step);
   }
 
