@@ -30,7 +30,7 @@ def _ends_pass(record: Line) -> bool:
     """Return whether a line ends a pass: it comes after the turns of all robots."""
     reached = record.type == "plan_end" and record.reason == "reached"
     completed = record.type == "outcome" and record.outcome == "completed"
-    return reached or completed or record.type == "plan"
+    return reached or completed
 
 
 def _set_aside(records: Sequence[Line]) -> set[int]:

@@ -257,7 +257,8 @@ class Run:
         for event in decided:
             self.state = apply(self.team, self.state, event)
         if self.control.question != intended.question:
-            self.recorder.settled(before, decided, self.state, self.control)
+            coming = self.world.coming(self) is not None
+            self.recorder.settled(before, decided, self.state, self.control, coming=coming)
         self.recorder.tell_plan(before, self.state)
         if self.control.end is not None and self.waits():
             self.recorder.waiting(self.control.end, self.until())
@@ -294,7 +295,7 @@ class Run:
         if self.is_complete():
             return completed(self.team, state, self.control.found)
         if end is not None and not self.waits():
-            return end
+            return None if self.acts() else end
         if end is not None:
             self.recorder.waiting(end, self.until())
         elif (still := self.still()) is not None:
@@ -307,9 +308,12 @@ class Run:
 
     def is_complete(self) -> bool:
         """Whether the mission is complete, and nothing more is to come or under way."""
-        acting = any(robot.acting is not None for robot in self.state.robots)
         complete = is_complete(self.team, self.state, self.control)
-        return complete and not acting and not self.orders_to_come()
+        return complete and not self.acts() and not self.orders_to_come()
+
+    def acts(self) -> bool:
+        """Whether an action is under way."""
+        return any(robot.acting is not None for robot in self.state.robots)
 
     def may_hear(self) -> bool:
         """Whether an operator may set an input."""

@@ -330,14 +330,20 @@ class Recorder:
     # Decisions.
 
     def settled(
-        self, before: State, decided: Sequence[now.Event], after: State, control: Control
+        self,
+        before: State,
+        decided: Sequence[now.Event],
+        after: State,
+        control: Control,
+        *,
+        coming: bool,
     ) -> None:
         """The lines of a decision: what is given up, the stack, strategies, goals met where robots
-        stand."""
+        stand. ``coming``: the scenario still changes something."""
         for event in decided:
             if isinstance(event, now.GaveUp):
                 self.aside = set()
-                self._given_up(before, event.obstacle, control)
+                self._given_up(before, event.obstacle, control, coming=coming)
         if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
             self._stack(after, control)
             self._told(after)
@@ -362,14 +368,15 @@ class Recorder:
                 self.emit(records.Told(self.tick, self._robot(i), traced))
         self.told = [robot.objective for robot in state.robots]
 
-    def _given_up(self, state: State, k: int, control: Control) -> None:
+    def _given_up(self, state: State, k: int, control: Control, *, coming: bool) -> None:
         lacks = lacks_of(self.team, state)[self._name(k)]
         because = shortfall_words(lacks, self.team.world.word, "it")
         able = enough(self.team, k)
         if k not in self.helpers or not able:
             self.emit(self._request(state, k, (), control, because))
         reason = BlockReason.UNRESOLVABLE if able else BlockReason.NO_CAPABLE_ROBOT
-        self.emit(self._blocked(k, reason, control.proofs.get(k), because=because))
+        proof = control.proofs.get(k)
+        self.emit(self._blocked(k, reason, proof, coming or None, because))
         self.helpers.pop(k, None)
 
     def _request(
