@@ -166,7 +166,13 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             same = robot.objective == objective
             task = robot.task if same else Count()
             values = robot.values if event.values is None else event.values
-            begun = {"fresh": robot.fresh or not same, "came": robot.came if same else None}
+            begun: dict[str, object] = {"fresh": robot.fresh or not same, "came": robot.came if same else None}
+            mine, own = team.members[i].objective, robot.own
+            if objective == mine and robot.kept is not None:
+                begun |= {"own": robot.kept, "kept": None}  # what it met meanwhile had no line
+                state = replace(state, plan=None) if robot.kept != own else state
+            elif robot.objective == mine and not same:
+                begun["kept"] = own
             if robot.by == "strategy" and node != robot.node:
                 begun["by"] = None  # another strategy decided the step under way
             return _robot(
@@ -217,7 +223,7 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
     own = Count(0 if isinstance(objective, Ltl) else objective.begin(robot.next % team.size, 0))
     assert pose is not None
     values = _memory(team.members[i], pose if to is None else to)
-    begun = {"own": own, "node": None, "fresh": True, "values": values, "came": None}
+    begun = {"own": own, "node": None, "fresh": True, "values": values, "came": None, "kept": None}
     return replace(_robot(state, i, pose=pose, to=to, **begun), plan=None)
 
 
@@ -281,7 +287,7 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
             state = _robot(state, empty, charge=energy.battery.capacity)
     if any(team.obstacles[k].battery_of is None for k, _ in event.truths):
         robots = (
-            replace(r, own=restarted(m, r.own), task=r.task._replace(met=0))
+            replace(r, own=restarted(m, r.own), task=r.task._replace(met=0), kept=None)
             for r, m in zip(state.robots, team.members, strict=True)
         )
         state = replace(state, robots=tuple(robots))

@@ -81,7 +81,8 @@ class RobotNow(Struct, frozen=True):
     ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input that set
     its own objective; ``base``: what it had before that. ``charge``: of its
     battery; ``flat``: that was used up, and the robot waits for another one; ``cause``: who took
-    it out of service."""
+    it out of service. ``kept``: progress with its own objective when it got another one, if nothing
+    has been resolved since."""
 
     pose: int
     objective: Objective
@@ -103,6 +104,7 @@ class RobotNow(Struct, frozen=True):
     charge: float = 0
     flat: bool = False
     cause: str = ""
+    kept: Count | None = None
 
     @property
     def next(self) -> int:

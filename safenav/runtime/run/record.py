@@ -494,7 +494,7 @@ class Recorder:
     def _plan_ends(self, reason: PlanEndReason) -> None:
         if self.said is not None:
             self.emit(records.PlanEnd(self.tick, reason))
-            self.said = None
+            self.said = self.basis = None
 
     def _plan(self, state: State, most: list[int]) -> None:
         assert state.plan is not None
