@@ -166,7 +166,10 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             same = robot.objective == objective
             task = robot.task if same else Count()
             values = robot.values if event.values is None else event.values
-            begun: dict[str, object] = {"fresh": robot.fresh or not same, "came": robot.came if same else None}
+            begun: dict[str, object] = {
+                "fresh": robot.fresh or not same,
+                "came": robot.came if same else None,
+            }
             mine, own = team.members[i].objective, robot.own
             if objective == mine and robot.kept is not None:
                 begun |= {"own": robot.kept, "kept": None}  # what it met meanwhile had no line

@@ -19,7 +19,7 @@ from safenav.runtime.control.ends import End, deadlocked, hopeful, infeasible, n
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.tasks import Controller, outdated, pursues, synthesized
 from safenav.solve.duties import Settlement, settle
-from safenav.solve.proof import closure_of, refute, stated
+from safenav.solve.proof import closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
@@ -200,11 +200,11 @@ def _settled(
     never: End | None = None
     if found.proof is not None:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        sets = hopeful(plain, here, given_up=False) if out else around(floor, poses, stages)
-        if Solver(sets.floor).feasible(sets):
+        sets = hopeful(plain, here, given_up=False)
+        if out and Solver(sets.floor).feasible(sets):
             never = _without(team, state, out)  # only its absence stops the others
         else:
-            never = infeasible(plain, here, sets, refute(sets))
+            never = infeasible(plain, here, around(floor, poses, stages), found.proof)
     if never is not None and before.roles:
         return Control(None, found, before.roles, before.controllers, proofs, (), never)
     roles = tuple(Role(member.objective) for member in team.members)
