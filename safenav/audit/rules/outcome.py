@@ -245,8 +245,9 @@ class CompletedRule(Rule):
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
             elif shape_of(objective.kind).ends and progress.ahead < len(objective.targets):
                 yield f"{robot} has met {progress.ahead} of its {len(objective.targets)} targets"
-            elif _stays(robot, now) and held + 1 < wanted:
-                # The region where it stands when counting begins may also count.
+            elif not now.live and _stays(robot, now) and held + 1 < wanted:
+                # The region where it stands when counting begins may also count. (Beside a running
+                # clock, staying takes no time.)
                 yield f"{robot} has held for {held} ticks of {wanted}"
             elif not _is_at_its_end(robot, now):
                 yield f"{robot} is not at its last target, so the run is not completed"
