@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import inf
 
 from safenav.plan.order import linear, plan_of
 from safenav.plan.search import Answer, Exhausted, Goal, Guide, Search
@@ -22,6 +21,9 @@ from safenav.world.poses import Mask
 
 Charges = tuple[float, ...]
 WORK, STATES = 40_000, 3_000
+
+LONG_AGO = -1e9
+"""Seconds before any: in a live run a plan sets no time."""
 
 
 class ChargedSearch(Search):
@@ -168,7 +170,7 @@ class ChargedSearch(Search):
 def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     """The plan of these states, in which robots leave chargers with the charge and in the tick that
     were planned. ``begun``: the tick before its first one; live runs have none."""
-    begun = -inf if floor.team.scenario.clock is Clock.LIVE else begun
+    begun = LONG_AGO if floor.team.scenario.clock is Clock.LIVE else begun
     plan = plan_of(floor, linear(floor, states[0], [joint.poses for joint in states]))
     ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0
     for before, joint in pairwise(states):

@@ -110,7 +110,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Inputs(on):
             return replace(state, inputs=on)
         case now.Declared(k):
-            state = _obstacle(_dropped(state, k), k, replace(state.obstacles[k], state=Is.SEALED))
+            sealed = replace(state.obstacles[k], state=Is.SEALED, given_up=False)
+            state = _obstacle(_dropped(state, k), k, sealed)
             return replace(state, plan=None)
         case now.Seen(k):
             if state.obstacles[k].state is not Is.HIDDEN:

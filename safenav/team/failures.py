@@ -22,7 +22,8 @@ def consequences(team: Team, before: State, event: now.Failed | now.Lost) -> Ite
         here = before.robots[i].pose % team.size
         for region in sorted(event.regions - {here}):
             yield from noticed(team, before, lost(robot, _rivals(team, i), region))
-        yield now.Served(i, False, FAILURE)
+        if before.robots[i].active:
+            yield now.Served(i, False, FAILURE)
         return
     policy, target = team.failures, before.robots[i].next % team.size
     tried = (*before.robots[i].failed, target)

@@ -65,6 +65,8 @@ class OrderRule(Rule):
         self._last = 0
 
     def line(self, record: Line, now: Situation) -> Iterator[Message]:
+        if record.type in ("checkpoint", "resumed"):
+            return  # of the run before a pass
         found = list(self._of_the_turn(record, now))
         if record.tick < self._last and not found:
             found = [(None, f"a line of tick {record.tick} after one of tick {self._last}")]
@@ -146,6 +148,8 @@ def _begins_on_its_target(record: Line, now: Situation) -> bool:
     put = [line for line in turn.all("operator") if line.region is not None]
     if any(line.robot == name for line in (*turn.all("synthesis"), *turn.all("objective"), *put)):
         return True
+    if now.objectives[name] != turn.objectives[name]:
+        return True  # a robot that a plan drives needs no new strategy for it
     if now.has_failed(name):
         return True  # a step has ended there, elsewhere than commanded
     commanded = now.header.coordination == "assignable"

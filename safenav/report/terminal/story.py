@@ -90,6 +90,8 @@ class Story:
 
     def __call__(self, event: records.Record) -> None:
         """Print one event."""
+        if isinstance(event, records.Checkpoint):
+            return
         self._now = event.t
         if not isinstance(event, records.Synthesis):
             self._flush_syntheses()

@@ -15,9 +15,17 @@ from msgspec.structs import replace
 from safenav.plan.ask import Deadlock, Found, Unserved
 from safenav.plan.order import at_end, charges_now, joint_now, starving, stuck
 from safenav.runtime.control.answers import Answers, Pending
-from safenav.runtime.control.ends import End, deadlocked, hopeful, infeasible, no_strategy
+from safenav.runtime.control.ends import (
+    End,
+    deadlocked,
+    hopeful,
+    infeasible,
+    no_strategy,
+    what_is_left,
+)
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.tasks import Controller, outdated, pursues, synthesized
+from safenav.scenario.settings import Clock
 from safenav.solve.duties import Settlement, settle
 from safenav.solve.proof import closure_of, stated
 from safenav.solve.solve import BudgetError, Solver, around
@@ -28,6 +36,7 @@ from safenav.team.floor import driven, floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
+from safenav.trace.words import listed
 
 _OUT = {
     "scenario": "by a change of the scenario",
@@ -39,7 +48,8 @@ _OUT = {
 class Control(Struct, frozen=True):
     """Intentions of the team. ``proofs``: why obstacles were given up; ``new``: the robots that
     have just been synthesized; ``pending``: those that wait for a strategy, because of ``asked``;
-    ``thinks``: the plan is still being computed. ``vain``: obstacles that a robot was to resolve
+    ``thinks``: the plan is still being computed; ``helped``: what could not be done may be possible
+    since a change. ``vain``: obstacles that a robot was to resolve
     for which it has no strategy, by these ``failed`` syntheses."""
 
     question: Hashable | None = None
@@ -52,6 +62,7 @@ class Control(Struct, frozen=True):
     pending: frozenset[int] = frozenset()
     asked: Hashable | None = None
     thinks: bool = False
+    helped: bool = False
     failed: tuple[Controller, ...] = ()
     vain: tuple[int, ...] = ()
 
@@ -252,7 +263,8 @@ def _planned(
     starves = (
         state.plan is not None and starving(team, state) and not is_complete(team, state, control)
     )
-    ends = state.plan is None or at_end(state, team.sharing)
+    acts = any(state.robots[i].acting is not None for i in team.sharing)
+    ends = state.plan is None or (at_end(state, team.sharing) and not acts)
     if not starves and not ends and not stuck(team, state, helped):
         return None
     sharing = driven(team, state)
@@ -325,14 +337,22 @@ def _out_of_service(team: Team, state: State, control: Control) -> End | None:
 
 def _without(team: Team, state: State, robots: Sequence[int]) -> End:
     """The end of a run for want of robots that are out of service."""
-    names = " and ".join(f"{team.members[i].name}{_why_out(state.robots[i])}" for i in robots)
-    verb = "is" if len(robots) == 1 else "are"
-    return End("operator_needed", f"{names} {verb} out of service", "out_of_service")
+    names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
+    left = what_is_left(team, state, (), live=team.scenario.clock is Clock.LIVE)
+    return End("operator_needed", f"{names} out of service; {left}", "out_of_service")
 
 
-def _why_out(robot: RobotNow) -> str:
-    why = "its battery is empty" if robot.flat else _OUT.get(robot.cause)
-    return f" ({why})" if why else ""
+def _why_out(team: Team, state: State, i: int) -> str:
+    """Why a robot is out of service, and the robots of which it occupies a target."""
+    robot, where = state.robots[i], 1 << state.robots[i].pose % team.size
+    why = (
+        [text] if (text := "its battery is empty" if robot.flat else _OUT.get(robot.cause)) else []
+    )
+    others = [team.members[j] for j in sorted(team.members[i].rivals) if state.robots[j].active]
+    here = [m.name for m in others if any(m.graph.regions_of(t) == where for t in m.targets)]
+    if here:
+        why.append(f"at {team.world.label(robot.pose % team.size)}, a target of {listed(here)}")
+    return f" ({'; '.join(why)})" if why else ""
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:

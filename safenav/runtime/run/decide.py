@@ -31,7 +31,7 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     """The driver's move: that of the joint plan for a robot with rivals, else of its strategy."""
     stay = Proposal(state.robots[i].pose, "stay")
     if control.end is not None or not state.robots[i].active:
-        return stay._replace(why="operator")
+        return stay
     if i in control.pending:
         return stay._replace(why="synthesis")
     if not team.members[i].planned:
@@ -59,6 +59,8 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     controller, robot = control.controllers[i], state.robots[i]
     if controller is None or robot.node is None or not controller.realizable:
         return []
+    if not control.found.safe:
+        return []  # the team can never continue
     safe, graph, found = control.found.safe[i], team.members[i].graph, []
     if controller.task.assignable:
         steps = commanded(team, state, i, control.roles[i], controller, safe)

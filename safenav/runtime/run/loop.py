@@ -41,6 +41,10 @@ HELPED = ("operator_needed", "assumption_violated", "search_limit")
 """Outcomes that an operator can avert."""
 
 
+MOST_PASSES = 50
+"""The most passes at one moment, for each robot and ten more."""
+
+
 class Run:
     """A run. It remembers ``state`` and ``control`` only: the facts, and the team's intentions;
     ``team`` grows by obstacles that the scenario does not list. ``check`` raises if it must end."""
@@ -184,7 +188,8 @@ class Run:
 
     def take(self, i: int, step: Proposal) -> None:
         if step.pose == self.state.robots[i].pose:
-            stays = now.Stayed(i, step.by, step.node, step.why, step.values, self.world.ticks)
+            why = "operator" if self.recorder.waited is not None else step.why
+            stays = now.Stayed(i, step.by, step.node, why, step.values, self.world.ticks)
             self.happens(stays)
             return
         for event in self.world.start(self, i, step):
@@ -245,11 +250,13 @@ class Run:
         before, self.state = self.state, apply(self.team, self.state, event)
         self.recorder.record(before, event, self.state)
         if _helps(before, event, ended=self.control.end is not None):
-            self.happens(now.Reopened())  # what could not be done may be possible now
-            self.control = replace(self.control, question=None, new=(), end=None)
+            self.control = replace(self.control, question=None, new=(), end=None, helped=True)
 
     def settle(self) -> None:
         """Update the intentions of the team; its decisions are events like all others."""
+        if self.control.helped:
+            self.control = replace(self.control, helped=False)
+            self.happens(now.Reopened())
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
@@ -302,6 +309,8 @@ class Run:
             if not self.may_hear():
                 return still
             self.recorder.waiting(still, None)
+        if self.world.passes > MOST_PASSES * (len(self.team.members) + 10):
+            return End("search_limit", f"no time passes; {self.left()}")
         if state.time >= self.world.limit[0]:
             return End(self.world.limit[1], self.left())
         return None

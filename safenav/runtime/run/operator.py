@@ -8,7 +8,6 @@ the call; one that becomes impossible later is dropped, and recorded.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -17,6 +16,7 @@ from safenav.outcome import Outcome
 from safenav.runtime.control.ends import End
 from safenav.runtime.intervention import kinds
 from safenav.runtime.intervention.wrong import wrong_objective, wrong_type
+from safenav.runtime.run.running import Running
 from safenav.runtime.run.stop import Stopped
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.truth import SimulatedWorld
@@ -30,9 +30,6 @@ from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
 from safenav.world.moves import Mobility
-
-if TYPE_CHECKING:
-    from safenav.runtime.run.world import Running
 
 AWAY = (kinds.MarkResolved, kinds.RemoveObstacle)
 USER, SCENARIO = "user", "scenario"

@@ -345,8 +345,11 @@ class Recorder:
                 self.aside = set()
                 self._given_up(before, event.obstacle, control, coming=coming)
         if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
+            self._pops(after)
             self._stack(after, control)
             self._told(after)
+        elif any(isinstance(event, now.GaveUp) for event in decided):
+            self._pops(after, ended=True)
         why = self.why if self.tick else Reason.INITIAL
         for failed in control.failed:
             self.emit(synthesis_line(self.tick, why, failed, self.team.world))
@@ -424,15 +427,23 @@ class Recorder:
             aside=True if aside else None,
         )
 
-    def _stack(self, state: State, control: Control) -> None:
-        """Pops of requests that are over, then requests with new helpers, and a push for each
-        requester."""
+    def _pops(self, state: State, *, ended: bool = False) -> None:
+        """The entries of requests that are over leave the stack. ``ended``: no decision follows, so
+        that those who took part have their own objectives again."""
         told = [robot.objective for robot in state.robots]
+        for k, who, helpers in self.stack if ended else ():
+            for i, member in enumerate(self.team.members):
+                if k not in state.requests and (i == who or member.name in helpers):
+                    told[i] = member.robot.objective
         for k in dict.fromkeys(entry[0] for entry in self.stack if entry[0] not in state.requests):
             for entry in [e for e in reversed(self.stack) if e[0] == k]:
                 self.stack.remove(entry)
                 self._entry(records.Pop, entry, told)
             self.aside.discard(k)
+
+    def _stack(self, state: State, control: Control) -> None:
+        """Requests with new helpers, and a push for each requester."""
+        told = [robot.objective for robot in state.robots]
         for k in state.requests:
             each = state.obstacles[k]
             helping = tuple(

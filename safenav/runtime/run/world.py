@@ -10,17 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from math import inf
-from typing import Protocol
 
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.plan.order import charging_ends
-from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import Control
 from safenav.runtime.run.decide import Proposal
 from safenav.runtime.run.inputs import selected, values_of
 from safenav.runtime.run.operator import Operator
+from safenav.runtime.run.running import Running
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
@@ -43,23 +41,9 @@ SLOWEST = 20.0
 """Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
 
 
-class Running(Protocol):
-    """The run to which events are reported, as it is at this moment."""
-
-    @property
-    def team(self) -> Team: ...
-    @property
-    def state(self) -> State: ...
-    @property
-    def control(self) -> Control: ...
-    @property
-    def answers(self) -> Answers: ...
-    def waits(self) -> bool: ...
-    def until(self) -> float | None: ...
-
-
 class World:
-    """``attended``: an operator may help; ``still``: no robot moves, and nothing will ever happen.
+    """``attended``: an operator may help; ``still``: no robot moves, and nothing will ever happen;
+    ``passes``: those at the present moment.
     ``moving``: whether robots in transit still act in the region that they leave; ``limit``:
     when the run ends at the latest, and with which outcome; ``ticks`` of a stay (live: 0)."""
 
@@ -84,6 +68,7 @@ class World:
         self.attended = attended and self.live
         self.operator = Operator(scenario, self._truth, self.commands)
         self.still = False
+        self.passes = 0
         self._inputs = truth if protocol.implements(truth, InputWorld) else None
         self._set: frozenset[str] = frozenset()
         self._places: object = None
@@ -143,6 +128,7 @@ class World:
                 return
         else:
             commands.hear(None, True)
+        self.passes = self.passes + 1 if commands.now() == run.state.time else 0
         yield now.Time(commands.now(), self.live)
         for i in range(len(run.state.robots)):
             if charged(run.team, run.state, i):
@@ -287,11 +273,11 @@ class World:
             here = graph.pose(run.state.robots[i].pose)
             self._asked.add(i)
             event = self.commands.act(robot, here, self._known(run, i))
-        if event is None:
+        if event is None or self.live:
             obstacles = tuple(k for k, _ in self._changes(run, i))
-            number_ = self.commands.number(robot.name)
-            yield now.Acts(i, self._group(run, i), number_, obstacles)
-        else:
+            command = self.commands.number(robot.name) if event is None else event.command or 0
+            yield now.Acts(i, self._group(run, i), command, obstacles)
+        if event is not None:
             yield from self._acted(run, i, event)
 
     def _acted(self, run: Running, i: int, event: protocol.Acted) -> Iterator[now.Event]:
@@ -301,7 +287,7 @@ class World:
             yield from _introduced(run, obstacle)
         team, stages, truths = run.team, dict(self._changes(run, i)), dict[int, bool | None]()
         if self._truth is not None:
-            stages = {
+            stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
                 number(run.team, run.state, obstacle): stage
                 for obstacle, stage in self._truth.parts()
             }
@@ -310,8 +296,9 @@ class World:
         }
         failed = tuple(
             k
-            for k, stage in stages.items()
-            if resolved(team, k, stage) and reported.get(k) is not ActResult.DONE
+            for k in {**stages, **reported}
+            if reported.get(k) is ActResult.FAILED
+            or (k in stages and resolved(team, k, stages[k]) and k not in reported)
         )
         for k, result in reported.items():
             if result in (ActResult.DONE, ActResult.UNTRAVERSABLE):
