@@ -21,7 +21,7 @@ from live.judge import verdict
 from live.worlds import Live
 from runtime.energy.test_need import lasting
 from safenav import Mission
-from safenav.checked_trace import check_trace
+from safenav.audit.check import check_trace
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.stops import Stops
 from safenav.scenario.model import Scenario
