@@ -148,6 +148,8 @@ BESIDE = (
     "safenav.runtime.worlds.truth",
     "safenav.runtime.worlds.live_simulation",
     "safenav.judge.",
+    "safenav.review.",
+    "safenav.batch.expectation",
 )
 """The next runtime and the next judge, which stand beside those that they replace: both know the
 same things."""

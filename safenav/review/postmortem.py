@@ -13,11 +13,11 @@ from msgspec.structs import replace
 
 from safenav.errors import SafenavError
 from safenav.explain.explanation import Repair, RepairKind
-from safenav.explain.foresight import Foresight, foresee
 from safenav.explain.map_repair import without_walls, without_words
-from safenav.explain.missing import Missing, missing_actions
 from safenav.explain.repair import nearest, offered, with_robots
 from safenav.outcome import Outcome
+from safenav.review.foresight import Foresight, foresee
+from safenav.review.missing import Missing, missing_actions
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
 from safenav.scenario.model import (
     Need,

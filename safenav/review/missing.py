@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.explain.foresight import Foresight, foresee
+from safenav.review.foresight import Foresight, foresee
 from safenav.scenario.model import Obstacle, RobotModel, Scenario
 
 

@@ -1,0 +1,1 @@
+"""Before and after a run: foresight, rehearsal, what would have helped."""
