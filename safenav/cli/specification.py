@@ -107,7 +107,7 @@ def synthesize(
 
 
 def _opening_words(spec: Specification) -> str:
-    """Return in words how the environment wins at once, where its strategy has no node."""
+    """Return in words how the environment wins immediately, where its strategy has no node."""
     row = lost_opening(spec) or ()
     named = zip(spec.owned(Owner.INPUT), row, strict=False)
     inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
@@ -244,7 +244,7 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
         good = click.style("correct:", fg="green", bold=True)
         what = "the environment wins with it" if counterstrategy else "all guarantees are satisfied"
         if counterstrategy and not found.nodes:
-            what = f"the environment wins at once, {_opening_words(spec)}"
+            what = f"the environment wins immediately, {_opening_words(spec)}"
         click.echo(f"{good} {what} ({found.nodes} nodes, {found.edges} transitions checked)")
         if found.vacuous:
             warn(f"{Cause.NO_BEGINNING} (ENV_INIT)")

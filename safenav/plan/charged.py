@@ -27,7 +27,7 @@ LONG_AGO = -1e9
 
 
 class ChargedSearch(Search):
-    """``charges``: those of all robots at the start. ``lasting``: they must suffice to go on
+    """``charges``: those of all robots at the start. ``lasting``: they must suffice
     forever, not only for the plan; ``full``: robots leave chargers with a full battery."""
 
     def __init__(

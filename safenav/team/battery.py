@@ -1,5 +1,5 @@
-"""Batteries, the one resource: what steps and stays use, from where a robot can go on, and where it
-goes first.
+"""Batteries, the one resource: what steps and stays use, from where a robot can continue, and where
+it goes first.
 
 More charge is never worse, so one number for each pose and next target states what suffices, and
 searches keep the highest charges of a state only.
@@ -42,7 +42,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         """Whether it can take no step, and gets no charge."""
         return charge < self.battery.move and not self.chargers >> pose & 1
 
-    # The least charge from which it can go on.
+    # The least charge from which it can continue.
 
     def turn(self, number: int) -> int:
         last = len(self.targets) - 1
@@ -117,7 +117,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def _direct(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, float]:
-        """What it takes to reach a goal without a stop, and (``lasting``) to go on from there to
+        """The charge to reach a goal without a stop, and (``lasting``) to continue from there to
         target ``turn``."""
         then = self.needs(allowed)[turn] if lasting else dict.fromkeys(bits(allowed), 0)
         return self._leg(allowed, goal, then, direct=True)

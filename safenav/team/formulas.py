@@ -1,5 +1,5 @@
-"""What formulas (``ltl`` and ``always``) mean for the graph of a robot: the steps that they allow,
-and the states in which goals are met.
+"""Formulas (``ltl`` and ``always``) in the graph of a robot: the steps that they allow, and the
+states in which goals are met.
 
 Steps depend on the memory of the formulas. A robot with rivals follows joint plans, so its states
 are poses with their memory; a lone one follows its strategy, so those of its poses suffice.
@@ -86,7 +86,7 @@ def waiting(places: Target, rules: Objective) -> Objective:
 
 
 def alternating(places: Target, own: Target | None, rules: Objective) -> Objective:
-    """The objective to go to a place again and again, in turn with its ``own`` target, under the
+    """The objective to go to a place infinitely often, in turn with its ``own`` target, under the
     rules of another objective."""
     if isinstance(rules, Ltl):
         return replace(rules, liveness=(one_of("region", places),))
@@ -109,8 +109,8 @@ def _memories(formulas: Ltl) -> int:
 
 class StateGraph(PoseGraph):
     """A state is a pose with the memory there and the goals that the step into it has met: the
-    number of the pose plus that of the memory times the number of poses. Standing still is no
-    step."""
+    number of the pose plus that of the memory times the number of poses. To stand still
+    takes no step."""
 
     def __init__(
         self,

@@ -138,7 +138,7 @@ class PoseGraph:
         return int(pose.heading) * self.size + pose.region
 
     def memory(self, number: int) -> Mapping[str, int]:
-        """What rules of steps remember at a number."""
+        """The memory of the rules of steps at a number."""
         del number
         return {}
 

@@ -42,7 +42,7 @@ class Pending(Exception):  # noqa: N818 - it is not an error
 
 
 class Obsolete(Exception):  # noqa: N818 - it is not an error
-    """Nobody asks this question any more."""
+    """The question is no longer asked."""
 
 
 class Question(Struct, eq=False):

@@ -1,8 +1,8 @@
 """Goals assigned at run time: a robot with a strategy keeps it, and its inputs command it to wait,
 or to go to a region (the paper's alternative to resynthesis).
 
-It is led around known obstacles, which its strategy does not know. What is commanded now follows
-from the strategy's node, so it is no state of its own.
+It is led around known obstacles, of which its strategy knows nothing. What is commanded now follows
+from the strategy's node, so no other state is kept.
 """
 
 from __future__ import annotations

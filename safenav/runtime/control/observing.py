@@ -1,4 +1,4 @@
-"""What the strategies of robots observe: inputs of the environment, and robots that they track."""
+"""Observations of robots' strategies: inputs of the environment, and robots that they track."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from safenav.world.map import Region
 
 
 def observed(team: Team, state: State, i: int) -> Iterator[Observed]:
-    """What a robot with a strategy knows about the robots that it tracks."""
+    """The knowledge of a robot with a strategy about the robots that it tracks."""
     known, me = dict(state.robots[i].known), team.members[i]
     for j, member in enumerate(team.members if not me.planned else ()):
         if member.name in me.robot.tracks:
@@ -44,7 +44,7 @@ def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
 
 
 def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
-    """What a robot knows after it has looked around; None if it tracks nobody so."""
+    """The knowledge of a robot after it has looked around; None if it tracks nobody so."""
     if task.tracking is not Tracking.BELIEF or not task.observed:
         return None
     watch, before = watch_for(task, team.world), dict(state.robots[i].known)

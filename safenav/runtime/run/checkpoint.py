@@ -78,7 +78,7 @@ def _data(value: Any) -> Any:
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
-    """What the recorder has recorded: see there. ``ledger``: of deadlines, if there are any."""
+    """The memory of the recorder: see there. ``ledger``: of deadlines, if there are any."""
 
     tick: int
     moved: int

@@ -25,7 +25,7 @@ from safenav.world.poses import Mask
 
 MISSION, BATTERY, LIVE = "mission", "battery", settings.Clock.LIVE
 Of = int | str
-"""What a deadline is about: an obstacle's number, or ``mission``."""
+"""The subject of a deadline: an obstacle's number, or ``mission``."""
 
 
 class Clock(Struct, frozen=True):

@@ -238,7 +238,7 @@ class Mission:
 
     @property
     def lacks(self) -> tuple[Shortfall, ...]:
-        """What the known obstacles lack that are never resolved."""
+        """Why known obstacles are never resolved: what each lacks."""
         return tuple(lacks_of(self._run.team, self._run.state).values())
 
     @property

@@ -31,7 +31,7 @@ class _Signals:
         self._told: dict[int, records.Signal] = {}
 
     def new(self, i: int, values: now.Values | None) -> records.Signal | None:
-        """The command with which a robot moves or stays; None if it was told before."""
+        """The command with which a robot moves or stays; None if it was recorded before."""
         found = dict(values or ())
         if "request" not in found:
             return None

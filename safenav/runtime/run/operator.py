@@ -1,8 +1,8 @@
 """Changes by an operator and by the scenario's list, as events at the beginning of a tick.
 
 The team encounters a closed region, an opened one or another truth like any part of the scenario;
-it is told of a new objective, an order and a robot's service. An impossible change is refused at
-the call; one that becomes impossible later is dropped, and recorded.
+a new objective, an order and a robot's service it knows immediately. An impossible change is
+refused at the call; one that becomes impossible later is dropped, and recorded.
 """
 
 from __future__ import annotations
