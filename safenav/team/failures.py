@@ -39,7 +39,7 @@ def consequences(team: Team, before: State, event: now.Failed | now.Lost) -> Ite
 def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iterator[now.Event]:
     """Yield the events by which a robot meets an obstacle that the team may not know yet."""
     yield from noticed(team, state, obstacle)
-    yield now.Met(i, number(team, state, obstacle), pose)
+    yield now.Met(i, number(team, state, obstacle), pose, stopped=True)
 
 
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:

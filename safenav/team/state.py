@@ -372,11 +372,13 @@ class Introduced(NamedTuple):
 
 
 class Met(NamedTuple):
-    """A robot would have entered an obstacle, by a step to ``pose``."""
+    """A robot would have entered an obstacle, by a step to ``pose``. ``stopped``: it has begun that
+    step, and stands where it began."""
 
     robot: int
     obstacle: int
     pose: int
+    stopped: bool = False
 
 
 class Appeared(NamedTuple):

@@ -90,7 +90,7 @@ class Recorder:
         self.emit(records.Header(0, records.VERSION, safenav.__version__, header, clock))
 
     def kept(self) -> Memory:
-        """What has been recorded, for a checkpoint."""
+        """The recorder's memory, for a checkpoint."""
         helpers, aside = tuple(self.helpers.items()), tuple(sorted(self.aside))
         memory = Memory(self.tick, self.moved, tuple(self.stack), helpers, aside)
         return replace(memory, planned=self.said is not None, ledger=self.ledger.kept())
@@ -149,6 +149,8 @@ class Recorder:
                 action = self.team.obstacles[k].needs[need].action
                 way = here, pose % self.team.size, self._name(k), action
                 self.emit(records.Violation(self.tick, self._robot(i), *way))
+                if event.stopped:
+                    self._backtrack(i, after.robots[i].pose, None)
                 self.why = Reason.REQUEST
             case now.Acts(i, group, command, obstacles):
                 who = tuple(map(self._robot, group)), tuple(map(self._name, obstacles))
