@@ -32,11 +32,15 @@ def push(record: Line, now: Situation) -> Iterator[Message]:
 
 @judges("line", "told")
 def told(record: Line, now: Situation) -> Iterator[Message]:
-    """Only a robot driven by command inputs or joint plans gets another objective without a push or
-    a pop; the objective follows from the known state (D 5.2 and 5.5; see ``helper``)."""
+    """Only a robot driven by command inputs or joint plans, or out of service, gets another
+    objective without a push, a pop or a synthesis; the objective follows from the known state (D
+    5.2 and 5.5; see ``helper``)."""
     zones = any(record.robot in zone.robots for zone in now.header.never_together or ())
     if now.header.coordination == RESYNTHESIS and not (
-        now.header.robots[record.robot].conflicts or record.robot in now.charge or zones
+        now.header.robots[record.robot].conflicts
+        or record.robot in now.charge
+        or record.robot in now.out
+        or zones
     ):
         yield f"{record.robot} has no command inputs"
 

@@ -6,7 +6,7 @@ the plan.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -349,7 +349,7 @@ class Recorder:
         if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
             self._pops(after)
             self._stack(after, control)
-            self._told(after)
+            self._told(after, control.new)
         elif any(isinstance(event, now.GaveUp) for event in decided):
             self._pops(after, ended=True)
         why = self.why if self.tick else Reason.INITIAL
@@ -364,10 +364,11 @@ class Recorder:
                 self.record(before, event, after)
             before = apply(self.team, before, event)
 
-    def _told(self, state: State) -> None:
-        """The objectives of planned robots that no push or pop has told."""
+    def _told(self, state: State, new: Collection[int]) -> None:
+        """The objectives that no push or pop has told, and no synthesis (``new``) will tell: of
+        planned and assignable robots, and of those out of service."""
         for i, robot in enumerate(state.robots):
-            told = self.team.members[i].planned or assignable(self.team, i)
+            told = self.team.members[i].planned or assignable(self.team, i) or i not in new
             if told and self.told[i] != robot.objective:
                 traced = objective_in_trace(robot.objective)
                 self.emit(records.Told(self.tick, self._robot(i), traced))
