@@ -323,11 +323,13 @@ def surely(team: Team, state: State) -> list[int]:
     while before != most:
         before = list(most)
         for i, way in enumerate(plan.ways):
-            for place in range(state.robots[i].at + 1, most[i] + 1):
+            first = state.robots[i].at + 1
+            for place in range(first, most[i] + 1):
                 waypoint = way[place]
                 waits = not _are_met(state, waypoint.needs) or any(
                     most[j] < at for j, at in waypoint.after
                 )
+                waits = waits and (place > first or state.robots[i].to is None)
                 if waits or waypoint.pose % team.size in shut[i]:
                     most[i] = place - 1
                     break
