@@ -12,8 +12,10 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations, islice
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.plan.charged import ChargedSearch, Charges, charged_plan
+from safenav.plan.order import preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
 from safenav.scenario.room import room_words, without_room
@@ -26,6 +28,8 @@ from safenav.world.poses import Mask
 
 WORK, WORK_OF_A_ROBOT = 3_000_000, 60_000
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
+AHEAD, MOST_AHEAD = 2, 6
+"""A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
 
 
 class Found(Struct, frozen=True):
@@ -58,10 +62,40 @@ def ask(
     seed: int,
     check: Callable[[], None] = lambda: None,
 ) -> Found | Deadlock | Unserved | None:
-    """The answer for the whole remaining mission with all ``served`` gates resolved. ``check``
-    raises if the search must end."""
+    """The answer for the whole remaining mission with all ``served`` gates resolved, or of a long
+    one a plan for its next rounds. ``check`` raises if the search must end."""
     if (none := _crowded(floor) or _alone(floor, joint)) is not None:
         return none
+    done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in floor.robots)
+    if floor.team.rounds - done > MOST_AHEAD:
+        part = replace(floor, rounds=done + AHEAD)
+        found = _ask(part, joint, served, seed, check)
+        if not isinstance(found, Found) or _goes_on(part, joint, found, seed):
+            return found  # what is impossible for some rounds is for all
+    return _ask(floor, joint, served, seed, check)
+
+
+def _goes_on(floor: Floor, joint: Joint, found: Found, seed: int) -> bool:
+    """Whether the team can continue after a plan for a part of its rounds: a robot that cannot go
+    back where it came from may have to turn round where there is no room."""
+    if not any(floor.graphs[i].one_way for i in floor.robots):
+        return True
+    ticks = None if found.first else preview(floor, found.plan, joint)
+    if ticks is None or floor.rounds is None:
+        return False
+    more = replace(floor, rounds=floor.rounds + 1)
+    wanted = frozenset[int]()
+    search = Search(more, wanted, _guide(more, wanted), ticks[-1], seed, WORK)
+    return not isinstance(search.run(), Exhausted | None)
+
+
+def _ask(
+    floor: Floor,
+    joint: Joint,
+    served: tuple[int, ...],
+    seed: int,
+    check: Callable[[], None],
+) -> Found | Deadlock | Unserved | None:
     answer = _search(floor, joint, frozenset(served), seed, check)
     if isinstance(answer, Exhausted) and _may_turn(floor, joint):
         answer = _search(_either(floor), joint, frozenset(served), seed, check)
@@ -130,7 +164,7 @@ def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
 def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | None:
     """The proof that a few robots cannot complete the mission even without all others and open
     obstacles, if that is soon found."""
-    few = EitherFloor(floor.team, (), floor.graphs, floor.floors, group)
+    few = EitherFloor(floor.team, (), floor.graphs, floor.floors, group, rounds=floor.rounds)
     begun = few.begun(joint.poses, joint.counts, ())
     search = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
     found = search.deep(begun, search.goal, 200, "farthest first", list(group))
@@ -180,7 +214,7 @@ def _may_turn(floor: Floor, joint: Joint) -> bool:
 
 
 def _either(floor: Floor) -> Floor:
-    more = floor.robots, floor.barred, floor.helping
+    more = floor.robots, floor.barred, floor.helping, floor.rounds
     return EitherFloor(floor.team, floor.gates, floor.graphs, floor.floors, *more)
 
 

@@ -37,7 +37,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     """``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``: poses of
     each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
     take part; ``barred``: robots that must not act on an obstacle; ``helping``: those that serve
-    each gate already."""
+    each gate already; ``rounds``: those to be completed, if not all of the mission."""
 
     team: Team
     gates: tuple[int, ...]
@@ -46,6 +46,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     robots: tuple[int, ...]
     barred: frozenset[tuple[int, int]] = frozenset()
     helping: tuple[tuple[int, tuple[int, ...]], ...] = ()
+    rounds: int | None = None
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]
@@ -218,9 +219,12 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def is_done(self, i: int, count: tuple[int, int]) -> bool:
         """Whether a robot has met what it must."""
+        return self.rounds_done(i, count) >= (self.rounds or self.team.rounds)
+
+    def rounds_done(self, i: int, count: tuple[int, int]) -> int:
+        """The rounds that a robot has completed."""
         pursuit = self.team.members[i].pursuit
-        each = pursuit.targets if pursuit.in_turn and not pursuit.settles else 1
-        return count[1] >= self.team.rounds * each
+        return count[1] // (pursuit.targets if pursuit.in_turn and not pursuit.settles else 1)
 
     def awaited(self, i: int, count: tuple[int, int]) -> Mask:
         """The poses that a robot wants to reach next; if it is done, those where it must end."""
