@@ -31,7 +31,7 @@ TEAMS = {20: 0.8, 50: 1.5, 100: 3.0, 200: 8.0, 300: None}
 CITY = {1: 4.0, 5: 10.0, 20: 30.0}
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 Case = tuple[str, float | None, Callable[[], Any]]
-"""What is run, its bar, and its scenario: a file, or data."""
+"""The name of a case, its bar, and its scenario: a file, or data."""
 
 
 def cases() -> Iterator[Case]:

@@ -77,7 +77,7 @@ def ask(
 
 def _goes_on(floor: Floor, joint: Joint, found: Found, seed: int) -> bool:
     """Whether the team can continue after a plan for a part of its rounds: a robot that cannot go
-    back where it came from may have to turn round where there is no room."""
+    back where it came from may have to turn around where there is no room."""
     if not any(floor.graphs[i].one_way for i in floor.robots):
         return True
     ticks = None if found.first else preview(floor, found.plan, joint)

@@ -127,6 +127,11 @@ class Answers:
         come, self._awaited = self._awaited and self.ready, not self.ready
         return come
 
+    def keep(self) -> None:
+        """Continue with all questions under way."""
+        for each in self._questions.values():
+            each.asked = True
+
     def forget(self) -> None:
         """Abandon the questions that nobody has asked since the last call."""
         for key, each in [*self._questions.items()]:

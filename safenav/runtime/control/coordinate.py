@@ -82,6 +82,7 @@ def coordinate(
     question = _question(team, state)
     if question != before.question:
         if question == before.asked and not answers.ready:
+            answers.keep()
             return control, []
         given = _give_up(team, state, decide)
         try:

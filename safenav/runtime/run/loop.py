@@ -104,9 +104,10 @@ class Run:
     def step(self) -> None:
         """A pass: a tick, or a moment at which something happens. The team decides together of all
         changes of this moment."""
-        changed = False
+        changed = happened = False
         for event in self.world.wait(self):  # it reports, and gives turns
             self.check()
+            happened = True
             if isinstance(event, now.Change):
                 self.happens(event)
                 changed = True
@@ -135,7 +136,8 @@ class Run:
                 break
         if changed:
             self.settle()
-        self.answers.forget()
+        if happened:
+            self.answers.forget()
 
     def look(self, i: int) -> None:
         """A robot looks for those that it tracks."""
