@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -57,15 +58,13 @@ def test_a_crash_is_reported_and_the_other_cases_run() -> None:
 def test_a_case_that_hangs_is_stopped_with_its_synthesizer(
     slugs: SlugsLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Clock:
+    def monotonic() -> float:
         """It advances only by 1.5 s when the sleeper's synthesizer begins, since on a busy machine
         the other cases take longer than the limit."""
+        return 1e9 + 1.5 * bool(slugs.pids)
 
-        @staticmethod
-        def monotonic() -> float:
-            return 1e9 + 1.5 * bool(slugs.pids)
-
-    monkeypatch.setattr("safenav.batch.workers.worker.time", Clock)
+    clock = SimpleNamespace(**{**vars(time), "monotonic": monotonic})
+    monkeypatch.setattr("safenav.batch.workers.worker.time", clock)
     arrived = run([case("sleeper"), case("quick"), case("quick", 1)], jobs=1, seconds=1.0)
     hung = arrived.pop("sleeper-0.yaml").result
     assert set(verdicts(arrived).values()) == {CaseVerdict.PASSED}

@@ -47,7 +47,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "schema": ("schema", "-o", "out.json"),
     "doctor": ("doctor",),
 }
-_TIMES = re.compile(r"\d[\d.,]* ?(?:ms|s|MB)\b")
+_MEASURED = re.compile(r"\d[\d.,]* ?(?:ms|s|KiB|MB)\b")
 _AT_THE_END = re.compile(r"interrupted|--resume|^\d+ ticks, \d+ synthes|█")
 """An interrupted run says so, with what it has done so far and where the robots are."""
 _LINE = "every line of an interrupted command is one of the finished command's"
@@ -106,8 +106,8 @@ def process(arguments: tuple[str, ...]) -> list[str]:
 
 
 def normal(text: str) -> list[str]:
-    """The lines of an output, without measured times."""
-    return [_TIMES.sub("N", line.strip()) for line in text.splitlines() if line.strip()]
+    """The lines of an output, without measured times and sizes, which depend on them."""
+    return [_MEASURED.sub("N", line.strip()) for line in text.splitlines() if line.strip()]
 
 
 def files(folder: Path) -> list[str]:
