@@ -47,9 +47,10 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "schema": ("schema", "-o", "out.json"),
     "doctor": ("doctor",),
 }
-_MEASURED = re.compile(r"\d[\d.,]* ?(?:ms|s|KiB|MB)\b")
-_AT_THE_END = re.compile(r"interrupted|--resume|^\d+ ticks, \d+ synthes|█")
-"""An interrupted run says so, with what it has done so far and where the robots are."""
+_MEASURED = re.compile(r"\d[\d.,]* ?(?:ms|s|KiB|MB)\b|\d+\.\d\d$")
+_AT_THE_END = re.compile(r"interrupted|--resume|(?:ticks|the run), \d+ synthes|█|_decimal")
+"""An interrupted run says so, with what it has done so far and where the robots are. (Python itself
+warns if its module of decimals is interrupted while it loads.)"""
 _LINE = "every line of an interrupted command is one of the finished command's"
 
 
