@@ -175,6 +175,8 @@ def main() -> None:
     except KeyboardInterrupt:
         _fail("interrupted", ExitCode.INTERRUPTED)
     except Exception as error:
+        if isinstance(error.__cause__, KeyboardInterrupt):  # Python wraps one in __set_name__
+            _fail("interrupted", ExitCode.INTERRUPTED)
         if os.environ.get("SAFENAV_DEBUG"):
             raise
         if isinstance(error, OSError) and error.errno in WRONG_NAMES:
