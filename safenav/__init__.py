@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from safenav.audit.check import check_trace as check_trace
+    from safenav.checked_trace import check_trace as check_trace
     from safenav.report.replay.reading import read_replay as read_replay
     from safenav.runtime.analysis.resuming import resumed as resumed
     from safenav.runtime.intervention.kinds import AddObstacle as AddObstacle
@@ -66,7 +66,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = {
-    "safenav.audit.check": "check_trace",
+    "safenav.checked_trace": "check_trace",
     "safenav.report.replay.reading": "read_replay",
     "safenav.runtime.analysis.resuming": "resumed",
     "safenav.runtime.intervention.kinds": "AddObstacle AssignObjective GiveUp MarkPermanent "

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from io import BytesIO
 from pathlib import Path
 
 import click
-from msgspec import Struct, to_builtins
+from msgspec import to_builtins
 
-from safenav.audit.check import audit, statistics
-from safenav.audit.continuation import NAME
+from safenav.checked_trace import CheckedTrace, checked
 from safenav.cli import options
-from safenav.errors import Diagnostic, ExitCode, InputError, ResourceLimitError
-from safenav.judge.engine import Finding, judge
-from safenav.judge.lines import NotATraceError
-from safenav.line_values import MOST_JUDGED_REGIONS
-from safenav.trace.reading import Trace, read_bytes, read_content, read_trace
+from safenav.errors import ExitCode
+from safenav.trace.reading import read_content, read_trace
 from safenav.trace.words import counted
 
 EPILOG = """\b
@@ -51,55 +45,13 @@ def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_js
     with the end of the run that it continues.
     """
     first = None if after is None else read_trace(after)
-    found = _judged(trace, first)
+    found = checked(read_content(trace), "<stdin>" if trace == "-" else trace, first)
     if as_json:
         click.echo(json.dumps({"ok": not found.findings, **to_builtins(found)}, indent=2))
     else:
         _tell(found, show_all, partial)
     good = not found.findings and (found.complete or partial)
     return ExitCode.OK if good else ExitCode.NEGATIVE
-
-
-class CheckedTrace(Struct, frozen=True):
-    """Result of a check. ``complete``: the trace has its outcome; ``notes``: what was not judged;
-    ``strays``: steps that ended elsewhere than commanded; ``hands``: changes by a user, an operator
-    or the world."""
-
-    source: str
-    outcome: str | None
-    complete: bool
-    findings: tuple[Finding, ...]
-    statistics: Mapping[str, int]
-    notes: tuple[Finding, ...]
-    strays: int
-    hands: int
-
-
-def _judged(path: str, first: Trace | None) -> CheckedTrace:
-    """Judge a trace. ``first``: the trace of the run that it continues."""
-    content, source = read_content(path), "<stdin>" if path == "-" else path
-    trace = _of_bounded_size(read_bytes(content, source))
-    try:
-        found = judge(BytesIO(content))
-    except NotATraceError as error:
-        raise InputError([Diagnostic(source, 0, 0, str(error))]) from error
-    findings, notes = [*found.findings], [*found.notes]
-    if first is not None:  # the audit compares the header with the end of the first run
-        notes = [note for note in notes if note.rule != "header"]
-        for each in audit(trace, first).findings:
-            if each.rule == NAME:
-                findings.append(Finding(each.rule, each.tick, None, each.line, each.explanation))
-    complete = found.outcome is not None and not trace.cut_off
-    told = tuple(findings), statistics(trace), tuple(notes), found.strays, found.hands
-    return CheckedTrace(source, found.outcome, complete, *told)
-
-
-def _of_bounded_size(trace: Trace) -> Trace:
-    world = trace.header.scenario.map
-    if world.rows * world.cols > MOST_JUDGED_REGIONS:
-        what = f"{trace.source}: a map of {world.rows} x {world.cols} regions"
-        raise ResourceLimitError(f"{what}; traces of at most {MOST_JUDGED_REGIONS:,} can be judged")
-    return trace
 
 
 def _tell(found: CheckedTrace, show_all: bool, partial: bool) -> None:

@@ -81,10 +81,10 @@ def header_of(
 
 def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
     """Raise UsageError if the trace itself breaks a rule: motion is made of valid runs only."""
-    from safenav.audit.check import audit  # imported here: it is slow
+    from safenav.checked_trace import check_trace  # imported here: it is slow
 
     try:
-        found = audit(trace).findings
+        found = check_trace(trace).findings
     except Exception:  # then the first error is more helpful
         return
     if found:

@@ -1,0 +1,78 @@
+"""Check of a trace by the judge (docs/judge.md), for the commands and the library."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from io import BytesIO
+from pathlib import Path
+
+from msgspec import Struct
+
+from safenav.audit.check import audit, statistics
+from safenav.audit.continuation import NAME
+from safenav.errors import Diagnostic, InputError, ResourceLimitError
+from safenav.judge.engine import Finding, judge
+from safenav.judge.lines import NotATraceError
+from safenav.line_values import MOST_JUDGED_REGIONS
+from safenav.lines import json_line
+from safenav.trace.reading import Trace, read_bytes, read_content
+from safenav.trace.writing import as_data
+
+
+class CheckedTrace(Struct, frozen=True):
+    """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off, for
+    example by a crash, and the result covers the part that exists. ``statistics``: counts of its
+    lines; ``notes``: what was not judged; ``strays``: steps that ended elsewhere than commanded;
+    ``hands``: changes by a user, an operator or the world."""
+
+    source: str
+    outcome: str | None
+    complete: bool
+    findings: tuple[Finding, ...]
+    statistics: Mapping[str, int]
+    notes: tuple[Finding, ...]
+    strays: int
+    hands: int
+
+    @property
+    def ok(self) -> bool:
+        """Whether no rule is broken up to the end of the trace."""
+        return not self.findings
+
+
+def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
+    """Check a trace: a path, its lines, or one that has been read. Raises InputError if it is not
+    a trace, and ResourceLimitError if its map is too large."""
+    if isinstance(trace, Trace):
+        records = (trace.header, *trace.records)
+        return checked("".join(json_line(as_data(r)) for r in records).encode(), trace.source)
+    if isinstance(trace, str | Path):
+        return checked(read_content(trace), str(trace))
+    lines = (each if each.endswith("\n") else f"{each}\n" for each in trace)
+    return checked("".join(lines).encode(), "<trace>")
+
+
+def checked(content: bytes, source: str, first: Trace | None = None) -> CheckedTrace:
+    """Check the content of a trace. ``first``: the trace of the run that it continues."""
+    trace = _of_bounded_size(read_bytes(content, source))
+    try:
+        found = judge(BytesIO(content))
+    except NotATraceError as error:
+        raise InputError([Diagnostic(source, 0, 0, str(error))]) from error
+    findings, notes = [*found.findings], [*found.notes]
+    if first is not None:  # the audit compares the header with the end of the first run
+        notes = [note for note in notes if note.rule != "header"]
+        for each in audit(trace, first).findings:
+            if each.rule == NAME:
+                findings.append(Finding(each.rule, each.tick, None, each.line, each.explanation))
+    complete = found.outcome is not None and not trace.cut_off
+    told = tuple(findings), statistics(trace), tuple(notes), found.strays, found.hands
+    return CheckedTrace(source, found.outcome, complete, *told)
+
+
+def _of_bounded_size(trace: Trace) -> Trace:
+    world = trace.header.scenario.map
+    if world.rows * world.cols > MOST_JUDGED_REGIONS:
+        what = f"{trace.source}: a map of {world.rows} x {world.cols} regions"
+        raise ResourceLimitError(f"{what}; traces of at most {MOST_JUDGED_REGIONS:,} can be judged")
+    return trace
