@@ -97,7 +97,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.memories = begins(robot)
             s.hands += e.cause == "user"
             s.changes = [one for one in s.changes if not _applies(one, e, s)]
-            s.stand(robot)
+            _stands(e, robot, s)
         case "service":
             robot.out = not e.active
             s.hands += e.cause in ("user", "world")
@@ -254,11 +254,18 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
             progress.covered, progress.seen = progress.covered + 1, frozenset()
     elif own.ends:
         progress.ahead += e.goal == progress.ahead
-        s.stand(robot)
+        _stands(e, robot, s)
     elif own.in_turn and (not progress.goals or progress.turn == e.goal):
         progress.goals, progress.turn = progress.goals + 1, (e.goal + 1) % own.count
     if progress.rounds(own, e.tick) > rounds and not own.settles:
         robot.clock.restart(e.tick)
+
+
+def _stands(e: Line, robot: Robot, s: State) -> None:
+    """A robot that is given an objective where it stands meets it then, and again in its turn."""
+    s.stand(robot)
+    if e.tick and robot.progress.since == e.tick == robot.clock.begun:
+        robot.progress.since -= 1
 
 
 def _obstacle(e: Line, one: Obstacle, s: State) -> None:

@@ -114,7 +114,7 @@ def end(e: Line, s: State) -> Iterator[str]:
     resolution, and ends where objectives end; a run ends at a limit only if it is reached."""
     limits, wanted = s.scenario.limits, s.scenario.until.rounds
     for name, robot in s.robots.items():
-        rounds = robot.progress.rounds(robot.own, e.tick) + robot.own.settles
+        rounds = robot.progress.rounds(robot.own, e.tick)
         if e.outcome == "completed" and wanted is not None:
             if rounds < wanted:
                 yield f"{name} has met its objective {rounds} times of {wanted}"
