@@ -17,8 +17,8 @@ from measuring import cpu_seconds
 
 from safenav.explain.summary import explain_unrealizable
 from safenav.report.terminal.table import table
-from safenav.runtime.analysis.explanation import explain_team
-from safenav.runtime.mission import first_results
+from safenav.review.team import explain_team
+from safenav.runtime.run.mission import first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.cache import Cache

@@ -17,10 +17,11 @@ import yaml
 from measuring import cpu_seconds
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from campaigns.generate.families import benchmark, maps_folder, mission
-from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Answer
+
+from campaigns.generate.families import benchmark, maps_folder, mission
+from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.cache import Cache
 

@@ -23,7 +23,7 @@ from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.making import Disturbances, motion_of
 from safenav.motion.mover import Crossing
 from safenav.motion.walker.mover import WalkerMover
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.reading import read_bytes
 from safenav.trace.writing import TraceWriter

@@ -33,17 +33,18 @@ import yaml
 from msgspec.structs import replace
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from safenav.runtime.coordination.strategy_search import StrategySearch
+from safenav.runtime.traffic import planning
+
 from campaigns.generate.build import scattered
 from campaigns.generate.families import benchmark_map, maps_folder, mission
 from live.missions import crowd
 from safenav.outcome import Outcome
 from safenav.pace.robot import Pace
 from safenav.report.terminal.table import table
-from safenav.runtime.coordination.strategy_search import StrategySearch
-from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.runtime.traffic import planning
+from safenav.runtime.run.mission import Mission, default_synthesizer
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario_text

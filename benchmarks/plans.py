@@ -17,14 +17,14 @@ from unittest.mock import patch
 
 import click
 import missions
-
-from safenav.report.terminal.table import table
 from safenav.runtime.resolution.problem import Separation
 from safenav.runtime.traffic import planning
 from safenav.runtime.traffic.joint_search import shortening
 from safenav.runtime.traffic.joint_search.execution import schedule
 from safenav.runtime.traffic.joint_search.formula_memory import plain_poses
 from safenav.runtime.traffic.joint_search.states import Course, JointState
+
+from safenav.report.terminal.table import table
 
 MOST_TICKS, MOST_MS = 0.75, 5.0
 """Bars: the ratio of ticks, and the median of the milliseconds."""

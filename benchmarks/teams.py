@@ -22,7 +22,7 @@ import missions
 from measuring import cpu_seconds
 
 from safenav.report.terminal.table import table
-from safenav.runtime.mission import first_results
+from safenav.runtime.run.mission import first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     from safenav.checked_trace import check_trace as check_trace
     from safenav.report.replay.reading import read_replay as read_replay
-    from safenav.runtime.analysis.resuming import resumed as resumed
     from safenav.runtime.intervention.kinds import AddObstacle as AddObstacle
     from safenav.runtime.intervention.kinds import AssignObjective as AssignObjective
     from safenav.runtime.intervention.kinds import GiveUp as GiveUp
@@ -27,8 +26,9 @@ if TYPE_CHECKING:
     from safenav.runtime.intervention.kinds import SetService as SetService
     from safenav.runtime.intervention.kinds import SetTruth as SetTruth
     from safenav.runtime.intervention.reading import read_intervention as read_intervention
-    from safenav.runtime.mission import Mission as Mission
-    from safenav.runtime.mission import RunResult as RunResult
+    from safenav.runtime.run.checkpoint import resumption as resumption
+    from safenav.runtime.run.mission import Mission as Mission
+    from safenav.runtime.run.mission import RunResult as RunResult
     from safenav.runtime.worlds.protocol import Acted as Acted
     from safenav.runtime.worlds.protocol import Arrived as Arrived
     from safenav.runtime.worlds.protocol import Blocked as Blocked
@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     from safenav.scenario.model import Robot as Robot
     from safenav.scenario.model import Scenario as Scenario
     from safenav.scenario.reading.catalogue import built_in as built_in
-    from safenav.scenario.reading.joining import joined as joined
     from safenav.scenario.reading.loader import load_scenario as load_scenario
     from safenav.spec.compile import compile_task as compile_task
     from safenav.spec.task import Task as Task
@@ -68,16 +67,15 @@ __version__ = "0.1.0"
 _MODULES = {
     "safenav.checked_trace": "check_trace",
     "safenav.report.replay.reading": "read_replay",
-    "safenav.runtime.analysis.resuming": "resumed",
     "safenav.runtime.intervention.kinds": "AddObstacle AssignObjective GiveUp MarkPermanent "
     "MarkResolved PlaceOrder PutBack RemoveObstacle SetInput SetService SetTruth",
     "safenav.runtime.intervention.reading": "read_intervention",
-    "safenav.runtime.mission": "Mission RunResult",
+    "safenav.runtime.run.checkpoint": "resumption",
+    "safenav.runtime.run.mission": "Mission RunResult",
     "safenav.runtime.worlds.protocol": "Acted Arrived Blocked BlockingWorld Elsewhere Failed Lost "
     "PausingWorld PlacingWorld RememberingWorld Sensed TimedWorld World WorldEvent",
     "safenav.scenario.model": "Need Obstacle ObstacleType ResolveAt Robot Scenario",
     "safenav.scenario.reading.catalogue": "built_in",
-    "safenav.scenario.reading.joining": "joined",
     "safenav.scenario.reading.loader": "load_scenario",
     "safenav.spec.compile": "compile_task",
     "safenav.spec.task": "Task",
@@ -98,7 +96,7 @@ __all__ = sorted({"__version__", *_HOMES} - {"LiveView"})  # which needs the ext
 _DRAWINGS = {
     "safenav.scenario.model": ("Scenario", "_repr_svg_", "svg_of_scenario"),
     "safenav.report.replay.timeline": ("Replay", "_repr_html_", "frame_of_replay"),
-    "safenav.runtime.mission": ("RunResult", "_repr_html_", "table_of_result"),
+    "safenav.runtime.run.mission": ("RunResult", "_repr_html_", "table_of_result"),
 }
 """Per module: a class that a notebook can display, the display method, and its implementation."""
 

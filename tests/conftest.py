@@ -116,8 +116,8 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     for constant in (
         "safenav.explain.investigation.REPAIR_SECONDS",
         "safenav.explain.realizability.BUDGET_SECONDS",
-        "safenav.runtime.analysis.postmortem.RUN_SECONDS",
-        "safenav.runtime.analysis.explanation.QUESTION_SECONDS",
+        "safenav.review.postmortem.RUN_SECONDS",
+        "safenav.review.team.QUESTION_SECONDS",
     ):
         monkeypatch.setattr(constant, 120.0)
 

@@ -11,7 +11,7 @@ from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, UsageError
 from safenav.lines import read_file
-from safenav.runtime.mission import Mission, default_synthesizer, uninterrupted
+from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrupted
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.scenario.reading.references import referenced_files, root_of
 from safenav.scenario.yaml.source import STDIN

@@ -19,10 +19,10 @@ from safenav.outcome import Outcome
 from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.runtime.analysis.rehearsal import Rehearsal, rehearse
-from safenav.runtime.coordination.foresight import foreseen
-from safenav.runtime.coordination.strategy_search import TaskResult
-from safenav.runtime.mission import Mission, default_synthesizer, first_results
+from safenav.review.foresight import foreseen
+from safenav.review.rehearsal import Rehearsal, rehearse
+from safenav.runtime.control.tasks import Controller
+from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.lint import lint
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective_text import describe
@@ -141,7 +141,7 @@ def _with_inputs(plan: Scenario, synthesizer: Synthesizer) -> Iterator[str]:
                 yield f"when {event} is on from the start, {explanation}"
 
 
-def _verdict(name: str, answer: TaskResult, plan: Scenario) -> dict[str, Any]:
+def _verdict(name: str, answer: Controller, plan: Scenario) -> dict[str, Any]:
     """Return the verdict on a robot as data."""
     task = answer.task
     why = None if answer.realizable else explain_unrealizable(task.robot, task, plan.map)

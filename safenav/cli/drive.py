@@ -18,8 +18,8 @@ from safenav.fleet.stations import FleetFile
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.outfile import write_out
-from safenav.runtime.analysis.resuming import resumed
-from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.run.checkpoint import resumption
+from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.lint import imprecise, oversized
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -32,8 +32,8 @@ Examples:
   safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
   safenav drive lab.yaml --fleet fleet.yaml --live   # extra 'studio'
-  head -9 lab.jsonl > a.jsonl
-  safenav drive lab.yaml --fleet fleet.yaml --rehearse --resume a.jsonl
+  safenav drive lab.yaml --fleet fleet.yaml --rehearse --time-limit 20 --trace a.jsonl
+  safenav drive lab.yaml --fleet fleet.yaml --rehearse --resume a.jsonl --trace b.jsonl
 Without --rehearse the robots of the fleet file move.
 \b
 Ctrl-C stops all robots, then ends the run; a second one ends it immediately.
@@ -95,10 +95,8 @@ def command(
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
     plan = load_scenario(scenario)
-    first = None if begun is None else read_trace(begun)
-    if first is not None:
-        plan = resumed(first, plan)
     plan = limited(replace(plan, clock=Clock.LIVE), None, time_limit)
+    first = None if begun is None else resumption(read_trace(begun), plan)
     if motion is not None and rehearse:
         raise click.UsageError("--motion: no robot moves in a rehearsal; use safenav motion")
     stations = load_fleet(fleet, plan)
@@ -125,7 +123,15 @@ def command(
             listeners = [*listeners, world.observe]
         synthesizer = default_synthesizer(plan)
         attended = operator is not None
-        return Mission(plan, synthesizer, world=world, listeners=listeners, attended=attended)
+        return Mission(
+            plan,
+            synthesizer,
+            world=world,
+            listeners=listeners,
+            attended=attended,
+            begun=first,
+            checkpoints=True,
+        )
 
     with ExitStack() as stack:
         view = None
@@ -142,10 +148,9 @@ def command(
             temporary=None if motion is None else f"{scenario.stem}.jsonl",
             as_json=as_json,
             views=() if view is None else (view,),
-            begun=first,
         )
         run.begin(plan)
-        run.run(operator, joins=motion is None)  # a motion file describes one run
+        run.run(operator)
         connection.close()
         if motion is not None and run.trace is not None and world is not None:
             _write_motion(motion, run.trace, world, stations, run.mission.began)

@@ -14,9 +14,9 @@ from safenav.report.terminal.explanation_text import explanation_data, explanati
 from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.runtime.analysis.explanation import explain_team
-from safenav.runtime.analysis.postmortem import explain_run
-from safenav.runtime.mission import default_synthesizer
+from safenav.review.postmortem import explain_run
+from safenav.review.team import explain_team
+from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from select import select
 from typing import TYPE_CHECKING
@@ -15,15 +15,11 @@ import click
 from safenav.cli import warn
 from safenav.errors import UsageError
 from safenav.lines import read_file
-from safenav.scenario.objective import USAGE
 
 if TYPE_CHECKING:
     from safenav.runtime.intervention.kinds import Intervention
-    from safenav.runtime.mission import Mission, RunResult
+    from safenav.runtime.run.mission import Mission, RunResult
     from safenav.scenario.model import Scenario
-    from safenav.trace.records import Record
-
-    Another = Callable[[Scenario], Mission]
 
 TERMINAL = "-"
 HELP_SECONDS = 10.0
@@ -34,38 +30,22 @@ PASSES = 200
 POLL = 0.05
 """Seconds between two checks for terminal input."""
 
-ADD = "add"
-ADD_FORM = f"add ROBOT {{model: M, start: A, objective: {USAGE}}}"
-
 Lines = list[tuple[str, str]]
 """The position of each line (file and number), and the line."""
 
 
-def run_with_operator(
-    mission: Mission, source: str, *, helping: bool, another: Another | None = None
-) -> Mission:
+def run_with_operator(mission: Mission, source: str, *, helping: bool) -> None:
     """Run a mission; when it waits, take interventions from the file ``source`` (TERMINAL: the
-    terminal). ``helping``: print the repairs that were tried; ``another``: makes the mission that
-    continues when a robot joins the team (None: no robot can). Ctrl-C ends the mission. Returns the
-    last mission. Raises UsageError for a line that is not an intervention, or is impossible; at the
-    terminal, the error is printed instead."""
+    terminal). ``helping``: print the repairs that were tried. Ctrl-C ends the mission. Raises
+    UsageError for a line that is not an intervention, or is impossible; at the terminal, the error
+    is printed instead."""
     batches = None if source == TERMINAL else _batches(Path(source), mission.scenario)
-    terminal = _Terminal(mission)
-    while True:
-        records: list[Record] = []
-        mission.state.listeners = (*mission.state.listeners, records.append)
-        try:
-            _run(mission, batches, terminal, helping=helping)
-        except _Joins as joins:
-            if another is None:
-                raise UsageError(f"{joins.place}: no robot can join this run") from None
-            mission = terminal.mission = another(_with(mission, records, joins))
-            continue
-        except UsageError as error:
-            mission.give_up(str(error))  # so that its trace has an end
-            raise
-        _report_unused(batches)
-        return mission
+    try:
+        _run(mission, batches, _Terminal(mission), helping=helping)
+    except UsageError as error:
+        mission.give_up(str(error))  # so that its trace has an end
+        raise
+    _report_unused(batches)
 
 
 def _report_unused(batches: Iterator[Lines] | None) -> None:
@@ -76,38 +56,10 @@ def _report_unused(batches: Iterator[Lines] | None) -> None:
         click.echo(f"note: the run ended before {place}: {line}{more}", err=True)
 
 
-class _Joins(Exception):  # noqa: N818 - it is not an error
-    """A robot joins the team: ``line`` is its item in a scenario, from ``place``."""
-
-    def __init__(self, line: str, place: str) -> None:
-        self.line, self.place = line, place
-        super().__init__(line)
-
-
-def _joining(line: str, place: str) -> _Joins | None:
-    """Return the robot of a line ``add NAME {...}``; None for another line."""
-    word, _, robot = line.partition(" ")
-    name, _, rest = robot.strip().partition(" ")
-    return _Joins(f"{name.rstrip(':')}: {rest}", place) if word == ADD else None
-
-
-def _with(mission: Mission, records: Sequence[Record], joins: _Joins) -> Scenario:
-    """End a mission; return the scenario of its rest, with the robot that joins. Raises
-    UsageError."""
-    from safenav.runtime.analysis.resuming import joins_words, rest_with
-
-    try:
-        found = rest_with(records, mission.scenario, joins.line)
-    except UsageError as error:
-        raise UsageError(f"{joins.place}: {error}") from error
-    mission.give_up(joins_words(found))
-    return found
-
-
 def _run(
     mission: Mission, batches: Iterator[Lines] | None, terminal: _Terminal, *, helping: bool
 ) -> RunResult:
-    """Run a mission to its end. Raises _Joins when a robot joins."""
+    """Run a mission to its end."""
     mission.start()
     passes = 0
     try:
@@ -150,21 +102,12 @@ class _Terminal:
         return line.decode(errors="replace").strip() if line or not self._over else None
 
 
-def _settle(mission: Mission) -> None:
-    """Apply the interventions made so far."""
-    if mission.result is None:
-        mission.step()
-
-
 def _apply(mission: Mission, lines: Lines) -> None:
     from safenav.runtime.intervention.reading import read_intervention
 
     for place, line in lines:
-        if (joins := _joining(line, place)) is not None:
-            _settle(mission)
-            raise joins
         try:
-            wanted = read_intervention(line, mission.state.scenario)
+            wanted = read_intervention(line, mission.scenario)
         except UsageError as error:
             raise UsageError(f"{place}: {error}") from error
         try:
@@ -202,44 +145,28 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
         byte = f"byte 0x{error.object[error.start]:02X}"
         raise UsageError(f"--operator {path}: not UTF-8: {byte}") from error
     found: list[Lines] = [[]]
-    team: Scenario | None = scenario
     for number, line in enumerate(lines, 1):
         command = re.split(r"(?:^|\s)#", line, maxsplit=1)[0].strip()  # not crate@47#2
-        if command and command.split()[0] not in (*LINES, ADD):
-            known = "; ".join((*LINES.values(), ADD_FORM))
+        if command and command.split()[0] not in LINES:
+            known = "; ".join(LINES.values())
             raise UsageError(
                 f"{path}:{number}: '{command[:60]}' is not an intervention; known: {known}"
             )
-        if command and (joins := _joining(command, "")) is not None:
-            team = team and _with_another(team, joins.line)
-        elif command and team is not None:
+        if command:
             try:
-                _known(read_intervention(command, team), team)
+                _known(read_intervention(command, scenario), scenario)
             except UsageError as error:
                 raise UsageError(f"{path}:{number}: {error}") from error
-        if command:
             found[-1].append((f"{path}:{number}", command))
         elif not line.strip() and found[-1]:
             found.append([])
     return iter([batch for batch in found if batch])
 
 
-def _with_another(scenario: Scenario, line: str) -> Scenario | None:
-    """Return the scenario with a robot that joins; None if it cannot join now, but perhaps
-    later."""
-    from safenav.scenario.reading.joining import joined
-
-    try:
-        return joined(scenario, line)
-    except UsageError:
-        return None
-
-
 def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
     """Prompt for interventions until an empty line follows one; the end of the input gives up the
     run."""
     from safenav.runtime.intervention.reading import LINES, read_intervention
-    from safenav.scenario.reading.joining import joined
 
     conclusion = mission.waiting
     assert conclusion is not None
@@ -247,7 +174,7 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
         click.echo(f"           because {link}", err=True)
     for repair in repairs_of(mission) if helping else ():
         click.echo(f"           tried: {repair}", err=True)
-    known = "; ".join((*LINES.values(), ADD_FORM))
+    known = "; ".join(LINES.values())
     click.echo(f"           interventions: {known}", err=True)
     click.echo("           an empty line continues the run", err=True)
     given = 0
@@ -259,22 +186,14 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
         if mission.result is not None or mission.waiting is None:
             return
         if command is None or command == "give_up":
-            mission.intervene(read_intervention("give_up", mission.state.scenario))
+            mission.intervene(read_intervention("give_up", mission.scenario))
             return
         if not command and given:
             return
         if not command:
             continue
-        if (joins := _joining(command, "operator")) is not None:
-            try:
-                joined(mission.scenario, joins.line)
-            except UsageError as error:
-                click.echo(f"           {error}", err=True)
-                continue
-            _settle(mission)
-            raise joins
         try:
-            mission.intervene(read_intervention(command, mission.state.scenario))
+            mission.intervene(read_intervention(command, mission.scenario))
             given += 1
         except UsageError as error:
             click.echo(f"           {error}", err=True)
@@ -282,10 +201,10 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
 
 def repairs_of(mission: Mission) -> Iterator[str]:
     """Yield, in words, the repairs with which a simulated run from the present state completes."""
-    from safenav.runtime.analysis.postmortem import as_it_stands, explain_run
-    from safenav.runtime.mission import default_synthesizer
+    from safenav.review.postmortem import explain_run
+    from safenav.runtime.run.mission import default_synthesizer
 
-    scenario = as_it_stands(mission.state)
+    scenario = mission.rest()
     found = explain_run(
         scenario, scenario.catalogue.robots, lambda: default_synthesizer(scenario), HELP_SECONDS
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from msgspec import Struct
@@ -14,11 +15,14 @@ from safenav.cli.run_session import MakeMission, RunSession, attendant, limited
 from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.writing import next_part
+
+if TYPE_CHECKING:
+    from safenav.runtime.run.checkpoint import Resumption
 
 RUN_EPILOG = """\b
 Examples:
@@ -40,11 +44,10 @@ Exit codes:
 
 RESUME_EPILOG = """\b
 Examples:
-  safenav new lab.yaml && safenav run lab.yaml --clock live --trace lab.jsonl
-  head -20 lab.jsonl > part.jsonl && safenav resume part.jsonl --trace rest.jsonl
-  safenav resume part.jsonl -o out               # out/part-2.jsonl and out/part-2.html
-  safenav resume part.jsonl --add "eye: {model: bebop2, start: 20, objective: {hold: 20}}"
-  echo give_up > fixes.txt && safenav resume part.jsonl lab.yaml --operator fixes.txt
+  safenav new lab.yaml
+  safenav run lab.yaml --max-ticks 20 --trace part.jsonl
+  safenav resume part.jsonl lab.yaml --max-ticks 200 --trace whole.jsonl
+  safenav resume part.jsonl lab.yaml -o out      # out/part-2.jsonl and out/part-2.html
 \b
 Exit codes: those of 'safenav run', for the resumed run
 """
@@ -194,14 +197,17 @@ def _refuse_beside_live(context: click.Context) -> None:
             )
 
 
-def _simulated(verify: bool, *, attended: bool) -> MakeMission:
-    """Return a function that makes missions in the scenario's own world."""
+def _simulated(verify: bool, *, attended: bool, begun: Resumption | None = None) -> MakeMission:
+    """Return a function that makes missions in the scenario's own world. ``begun``: the run that
+    they continue."""
     return lambda plan, listeners: Mission(
         plan,
         default_synthesizer(plan, verify=verify),
         listeners=listeners,
         progress=WaitingLine(),
         attended=attended,
+        begun=begun,
+        checkpoints=True,
     )
 
 
@@ -255,7 +261,7 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
 
 @click.command(epilog=RESUME_EPILOG)
 @click.argument("trace", type=options.INPUT)
-@click.argument("scenario", type=options.INPUT, required=False)
+@click.argument("scenario", type=options.INPUT)
 @output
 @click.option("--trace", "own", type=options.LINES, help="Write the trace of the resumed run.")
 @options.html
@@ -266,17 +272,11 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
 @options.time_limit
 @options.operator
 @options.verify
-@click.option(
-    "--add",
-    metavar="ROBOT",
-    multiple=True,
-    help="A robot that joins the team: 'NAME: {model: ..., start: ..., objective: ...}'.",
-)
 @click.option("--map/--no-map", "maps", default=True, help="Draw the map at the main events.")
 @click.option("--clock", "--lockstep", "--live", "clock", is_flag=True, hidden=True)
 def resume(
     trace: Path,
-    scenario: Path | None,
+    scenario: Path,
     output: Path | None,
     own: Path | None,
     html: Path | None,
@@ -287,41 +287,36 @@ def resume(
     time_limit: float | None,
     operator: str | None,
     verify: bool,
-    add: tuple[str, ...],
     maps: bool,
     clock: bool,
 ) -> int:
-    """Continue the run of TRACE. Each robot starts at its last recorded pose, with its current
-    target; resolved obstacles stay resolved. The resumed run has its own trace. SCENARIO: the
-    scenario file of the run, needed if it has batteries, inputs, deadlines or beliefs, which the
-    trace does not contain, and to compare both runs with its 'expect'."""
-    from safenav.runtime.analysis.resuming import resumed
-    from safenav.scenario.reading.joining import joined
+    """Continue the run of TRACE, whose scenario is SCENARIO, from its last checkpoint. Strategies
+    are synthesized again where the robots are. The trace of the resumed run begins with the lines
+    before that checkpoint, so it is the trace of one run."""
+    from safenav.runtime.run.checkpoint import resumption
     from safenav.trace.reading import read_trace
 
     if clock:
         raise UsageError("a resumed run has the clock of its trace, and no live page; see --html")
     files = Outputs.of(output, next_part(trace).stem, own, html, motion)
-    begun = read_trace(trace)
-    plan = resumed(begun, None if scenario is None else load_scenario(scenario))
-    plan = limited(plan, max_ticks, time_limit)
+    before = read_trace(trace)
+    if before.header.scenario.world == "external":
+        raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
+    plan = load_scenario(scenario)
+    live = Clock.LIVE if before.header.clock is not None else Clock.LOCKSTEP
+    plan = limited(replace(plan, clock=live), max_ticks, time_limit)
     plan = plan if seed is None else replace(plan, seed=seed)
+    begun = resumption(before, plan)
     _check_movable(plan, motion)
-    if begun.header.scenario.world == "external":
-        warn(f"{trace}: its rest is simulated, no robot moves; see safenav drive --resume")
-    for robot in add:
-        plan = joined(plan, robot)
     if operator is not None and plan.clock is not Clock.LIVE:
         raise UsageError("--operator helps live runs only")
     operator = attendant(operator, plan.clock is Clock.LIVE, as_json)
 
     with ExitStack() as stack:
         needed = files.temporary(trace.stem)
-        make = _simulated(verify, attended=operator is not None)
-        run = RunSession(
-            make, stack, files.trace, temporary=needed, as_json=as_json, maps=maps, begun=begun
-        )
+        make = _simulated(verify, attended=operator is not None, begun=begun)
+        run = RunSession(make, stack, files.trace, temporary=needed, as_json=as_json, maps=maps)
         run.begin(plan)
-        run.run(operator, joins=False)
+        run.run(operator)
         unmet = files.write(run.trace)
     return run.report(None, files.html, unmet)

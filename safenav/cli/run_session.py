@@ -14,15 +14,14 @@ from typing import Any
 import click
 from msgspec.structs import replace
 
+from safenav.batch.expectation import Ledger, differences
 from safenav.cli.operator import TERMINAL, run_with_operator
 from safenav.errors import ExitCode, UsageError, exit_code_of
 from safenav.outcome import Outcome
-from safenav.runtime.analysis.expectation import Ledger, differences
-from safenav.runtime.mission import Mission, RunResult
+from safenav.runtime.run.mission import Mission, RunResult
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock, Expect
-from safenav.trace.reading import Trace
-from safenav.trace.writing import Listener, TraceWriter, next_part
+from safenav.trace.writing import Listener, TraceWriter
 
 PATIENCE = 0.8
 """Seconds after the first signal until a run that does not react is ended."""
@@ -35,11 +34,10 @@ MakeMission = Callable[[Scenario, list[Listener]], Mission]
 
 
 class RunSession:
-    """A mission and those that continue it when a robot joins, each with its own trace.
+    """A mission, with its trace and its report.
 
-    ``trace``: file of the first trace; if None, ``temporary`` names a trace that exists until the
-    stack is closed (None: no trace). ``views``: further listeners; ``begun``: the trace that the
-    run continues.
+    ``trace``: its file; if None, ``temporary`` names a trace that exists until the stack is closed
+    (None: no trace). ``views``: further listeners.
     """
 
     def __init__(
@@ -52,7 +50,6 @@ class RunSession:
         as_json: bool = False,
         maps: bool = True,
         views: Sequence[Listener] = (),
-        begun: Trace | None = None,
     ) -> None:
         self._make, self._stack, self._views = make, stack, views
         self._as_json, self._maps = as_json, maps
@@ -63,11 +60,10 @@ class RunSession:
             trace = Path(stack.enter_context(TemporaryDirectory())) / temporary
         self.trace = trace
         self.ledger = Ledger()
-        self._whole = Ledger() if begun is None else Ledger.after(begun)
 
     def begin(self, plan: Scenario) -> None:
         """Make the mission of a scenario."""
-        listeners: list[Listener] = [self.ledger, self._whole]
+        listeners: list[Listener] = [self.ledger]
         if self.trace is not None:
             listeners.append(self._stack.enter_context(TraceWriter(self.trace)))
         if not self._as_json:
@@ -78,15 +74,8 @@ class RunSession:
             listeners.append(story)
         self.mission = self._make(plan, [*listeners, *self._views])
 
-    def _another(self, rest: Scenario) -> Mission:
-        """Return the mission that continues with one more robot."""
-        self.trace = self.trace and next_part(self.trace)
-        self.begin(rest)
-        return self.mission
-
-    def run(self, operator: str | None, *, joins: bool = True) -> None:
-        """Run the mission, and those that continue it, to the end. ``operator``: the source of
-        interventions; ``joins``: whether robots can join."""
+    def run(self, operator: str | None) -> None:
+        """Run the mission to its end. ``operator``: the source of interventions."""
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
             signal.signal(number, lambda number, _: _interrupt(self.mission, number))
         plan = self.mission.scenario
@@ -95,8 +84,7 @@ class RunSession:
         if operator is None:
             self.mission.run()
         else:
-            another = self._another if joins else None
-            run_with_operator(self.mission, operator, helping=not self._as_json, another=another)
+            run_with_operator(self.mission, operator, helping=not self._as_json)
         signal.setitimer(signal.ITIMER_REAL, 0)
 
     def report(
@@ -109,7 +97,7 @@ class RunSession:
         plan, outcome = self.mission.scenario, self.mission.result.outcome
         expected, interrupted = plan.expect, outcome is Outcome.INTERRUPTED
         compares = not interrupted or expected.outcome is outcome
-        wrong = [*differences(expected, self._whole, plan.map.word), *unmet] if compares else []
+        wrong = [*differences(expected, self.ledger, plan.map.word), *unmet] if compares else []
         if self._as_json:
             as_expected = not wrong if compares else None
             compared = {"as_expected": as_expected, "differences": wrong}
@@ -157,8 +145,8 @@ class RunSession:
         from safenav.explain.vacuity import vacuities
         from safenav.synthesis.strategy import Strategy
 
-        for name, robot in self.mission.state.robots.items():
-            strategy = robot.planner.strategy if robot.has_strategy else None
+        for name, controller in self.mission.controllers.items():
+            strategy = controller.result.strategy
             if not isinstance(strategy, Strategy) or len(strategy.states) > MOST_STATES:
                 continue
             if vacuities(strategy):

@@ -16,8 +16,8 @@ from safenav.outfile import write_all
 from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.specification_text import vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.runtime.coordination.strategy_search import TaskResult
-from safenav.runtime.mission import default_synthesizer, first_results
+from safenav.runtime.control.tasks import Controller
+from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import assumption_names, compile_task
@@ -94,7 +94,7 @@ def command(
     return ExitCode.NEGATIVE if strict and warned else status
 
 
-def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
+def _print_statistics(answers: dict[str, Controller], plan: Scenario) -> None:
     rows = []
     for answer in answers.values():
         figures = statistics_of(compile_task(answer.task, plan.map), answer.result)
@@ -108,7 +108,7 @@ def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
         echo_folded(f"{name} assumes: {rule}" for rule in rules)
 
 
-def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:
+def _warn(answers: dict[str, Controller], synthesizer: Synthesizer) -> bool:
     """Warn about robots that win by breaking their own assumptions; return whether any does."""
     warned = False
     for name, answer in answers.items():
@@ -121,7 +121,7 @@ def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:
     return warned
 
 
-def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
+def _explain_failures(answers: dict[str, Controller], plan: Scenario) -> int:
     failed = [answer for answer in answers.values() if not answer.realizable]
     for answer in failed:
         click.echo(
@@ -132,7 +132,7 @@ def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
     return ExitCode.NEGATIVE if failed else ExitCode.OK
 
 
-def _files(answer: TaskResult, plan: Scenario) -> Iterator[tuple[str, str | bytes]]:
+def _files(answer: Controller, plan: Scenario) -> Iterator[tuple[str, str | bytes]]:
     name = answer.task.robot.name
     yield f"{name}.structuredslugs", compile_task(answer.task, plan.map).to_structuredslugs()
     yield from specification.files_of(answer.result, name)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from msgspec import Struct, field
 
 from safenav.fleet.stations import FleetFile, Station
-from safenav.runtime.worlds.world import Work, Works, work_on
+from safenav.fleet.works import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -52,7 +52,7 @@ class FleetProgress:
         self._works: dict[str, Work] = {}
 
     def work(self, obstacle: Obstacle) -> Work:
-        return self._works.setdefault(obstacle.name, work_on(obstacle, self.scenario))
+        return self._works.setdefault(obstacle.name, Work(obstacle))
 
     def forget(self, obstacle: Obstacle) -> None:
         """Discard the progress on an obstacle that is resolved or gone. Other work in its region,
@@ -65,7 +65,7 @@ class FleetProgress:
         """Return the robots that fulfil the next need of an obstacle now, if this one is among
         them."""
         alone = Works(self.scenario, {obstacle.name: self.work(obstacle)})
-        found = alone.within_reach(robot, idle, (obstacle.name,))
+        found = alone.within_reach(robot, idle)
         return found[0][1] if found else ()
 
     def meet(self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]) -> bool:

@@ -10,8 +10,8 @@ from safenav.fleet.driven_robot import DrivenRobot, HeardScan
 from safenav.fleet.place import Places
 from safenav.fleet.sensing import PASSED, ScanResult, Sensing, View
 from safenav.fleet.transport import Located, Scanned
-from safenav.runtime.failures import lost
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.team.failures import lost
 from safenav.world.map import Region
 
 STALE = 2.0

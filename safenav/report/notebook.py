@@ -11,7 +11,7 @@ from safenav.report.page.html import page_of
 from safenav.report.picture.scenario import scene_of
 from safenav.report.picture.scene import svg_of
 from safenav.report.replay.timeline import Replay
-from safenav.runtime.mission import RunResult
+from safenav.runtime.run.mission import RunResult
 from safenav.scenario.model import Scenario
 from safenav.trace.words import seconds_words
 

@@ -30,12 +30,9 @@ from safenav.scenario.model import (
 )
 from safenav.scenario.objective import Target, Word, staying, with_targets
 from safenav.scenario.objective_text import written
-from safenav.scenario.settings import Clock
 from safenav.scenario.yaml.document import flow
 from safenav.solve.reasons import Hindrance, Shortfall
 from safenav.synthesis.slugs import Synthesizer
-from safenav.team.state import Is, State
-from safenav.team.team import Team
 from safenav.trace.records import Record
 from safenav.world.map import Heading, Region
 from safenav.world.moves import Mobility, Pose
@@ -117,22 +114,6 @@ def explain_run(
     ]
     took = time.monotonic() - begun
     return Postmortem(result, result.links, tuple(repairs), tried, took, failed.missing)
-
-
-def as_it_stands(team: Team, state: State) -> Scenario:
-    """Return the rest of a mission as a lockstep scenario: robots begin in their present poses,
-    with the known obstacles and those still hidden."""
-    pairs = zip(team.members, state.robots, strict=True)
-    robots = (replace(m.robot, start=m.graph.pose(robot.pose)) for m, robot in pairs)
-    left = zip(team.obstacles, state.obstacles, strict=True)
-    obstacles = (each.source for each, there in left if there.state is not Is.OVER)
-    return replace(
-        team.scenario,
-        clock=Clock.LOCKSTEP,
-        robots=tuple(robots),
-        obstacles=tuple(obstacles),
-        changes=(),
-    )
 
 
 class _Failure:

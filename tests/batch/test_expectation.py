@@ -2,8 +2,8 @@
 
 import pytest
 
+from safenav.batch.expectation import Ledger, differences
 from safenav.outcome import Outcome
-from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Expect
 from safenav.trace.records import (

@@ -9,6 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from msgspec.structs import replace
+from safenav.runtime.coordination.coordination_recorder import synthesis_record
+from safenav.runtime.coordination.strategy_search import TaskResult
+from safenav.runtime.knowledge import Knowledge
+from safenav.runtime.team import TeamState
 
 from safenav.certify.bundle import files_of_run
 from safenav.certify.checker.check_run import Evidence
@@ -16,10 +20,6 @@ from safenav.certify.checker.check_strategies import RefusedError
 from safenav.certify.run import Kept
 from safenav.lines import json_line
 from safenav.outcome import Verdict
-from safenav.runtime.coordination.coordination_recorder import synthesis_record
-from safenav.runtime.coordination.strategy_search import TaskResult
-from safenav.runtime.knowledge import Knowledge
-from safenav.runtime.team import TeamState
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock

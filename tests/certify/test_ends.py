@@ -14,7 +14,7 @@ from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
 from safenav.runtime.intervention.kinds import AssignObjective
-from safenav.runtime.worlds.world import SimulatedWorld
+from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.objective import Visit
 from safenav.world.moves import Pose

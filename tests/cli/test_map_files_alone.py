@@ -7,7 +7,7 @@ import pytest
 from cli.conftest import Command
 from safenav.motion.making import check_movable
 from safenav.outcome import Outcome
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.beginning import scenario_on
 from safenav.scenario.lint import cramped, oversized
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text

@@ -8,8 +8,8 @@ import pytest
 from explain.conftest import Invoke
 from safenav.cli import check, explain
 from safenav.report.terminal.postmortem_text import postmortem_lines
-from safenav.runtime.analysis.postmortem import Postmortem, explain_run
-from safenav.runtime.mission import default_synthesizer
+from safenav.review.postmortem import Postmortem, explain_run
+from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
 

@@ -16,8 +16,8 @@ from safenav.explain.explanation import (
     with_guarantees,
 )
 from safenav.outcome import Verdict
-from safenav.runtime.analysis.explanation import explain_team
-from safenav.runtime.mission import Mission, default_synthesizer, first_results
+from safenav.review.team import explain_team
+from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task

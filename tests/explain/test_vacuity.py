@@ -13,7 +13,7 @@ from safenav.cli import check, run, synth
 from safenav.explain.vacuity import Cause, can_force, vacuities, vacuous_wins
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.runtime.mission import default_synthesizer, first_results
+from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Section

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.turns.monitor import GuaranteeError
 
 from runtime.played import Run, loaded
 from safenav.errors import ExitCode
 from safenav.outcome import Outcome
-from safenav.runtime.mission import Mission
-from safenav.runtime.turns.monitor import GuaranteeError
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.spec.specification import Specification
 from safenav.synthesis.request import Listener, SynthesisResult

@@ -17,7 +17,7 @@ from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed, text_of
 from safenav.motion.file.records import Motion
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.trace.reading import Trace, read_bytes

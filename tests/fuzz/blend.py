@@ -34,7 +34,7 @@ from safenav.certify.run import Kept
 from safenav.errors import InputError, SafenavError, UsageError
 from safenav.lines import json_line
 from safenav.runtime.intervention.reading import read_intervention
-from safenav.runtime.mission import default_synthesizer
+from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache

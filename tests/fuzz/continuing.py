@@ -5,11 +5,12 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from safenav.runtime.analysis.resuming import resumed
+
 from campaigns.seeds import SlowError, crash_of, limited
 from safenav import Mission
 from safenav.audit.check import audit, check_trace
 from safenav.lines import json_line
-from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, formulas_in

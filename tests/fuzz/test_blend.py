@@ -22,7 +22,7 @@ from safenav.errors import InputError, UsageError
 from safenav.lines import json_line
 from safenav.runtime import instant
 from safenav.runtime.intervention.reading import read_intervention
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.writing import as_data

@@ -19,8 +19,8 @@ from safenav.errors import InputError, ResourceLimitError, UsageError
 from safenav.explain.explanation import Explanation, with_guarantees
 from safenav.outcome import Outcome, Verdict
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
-from safenav.runtime.analysis.explanation import explain_team
-from safenav.runtime.mission import Mission, default_synthesizer, first_results
+from safenav.review.team import explain_team
+from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task

@@ -17,6 +17,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from campaigns.seeds import chances
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Acted,
     Blocked,
@@ -26,7 +27,6 @@ from safenav.runtime.worlds.protocol import (
     Lost,
     WorldEvent,
 )
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult

@@ -8,12 +8,12 @@ import os
 from collections.abc import Callable
 
 import pytest
-
-import warm
-from live.campaign import play, repeated, serially
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.joint_search.execution import Execution
 from safenav.runtime.turns import step_choice
+
+import warm
+from live.campaign import play, repeated, serially
 from safenav.scenario.model import Robot
 
 PART = 50

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from safenav.runtime.formulas import graph_of
+from safenav.runtime.stops import Stops
 
 from campaigns.generate.build import Data
 from drawn import loads
@@ -22,8 +24,6 @@ from live.worlds import Live
 from runtime.energy.test_need import lasting
 from safenav import Mission
 from safenav.audit.check import check_trace
-from safenav.runtime.formulas import graph_of
-from safenav.runtime.stops import Stops
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.writing import as_data

@@ -16,7 +16,7 @@ from live.campaign import in_time
 from live.missions import timed
 from safenav import Arrived, Lost, Mission, Pose, Robot, Scenario, Sensed, WorldEvent
 from safenav.outcome import Outcome
-from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "4"))
 FAILED = (37,)

@@ -24,7 +24,7 @@ from proof.mutants import KINDS
 from proof.proving import COUNT, SOURCE, Case, built, case_of, disagreements, with_measures
 from safenav.certify.checker.check_strategies import RefusedError
 from safenav.errors import SafenavError
-from safenav.runtime.mission import default_synthesizer, first_results
+from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.parsing import read_specification

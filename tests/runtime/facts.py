@@ -18,7 +18,7 @@ from safenav.audit.check import check_trace
 from safenav.cli.check import command
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.trace.records import KINDS
 
 Facts = dict[str, Any]

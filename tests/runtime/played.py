@@ -10,7 +10,7 @@ from typing import Any
 from safenav.audit.check import check_trace
 from safenav.audit.rules.rule import Finding
 from safenav.lines import json_line
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Record

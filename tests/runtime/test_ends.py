@@ -15,7 +15,7 @@ import pytest
 from children import ran
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.slugs import Synthesizer
 from synthesis.requests import gone
@@ -30,7 +30,7 @@ HEEDED = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
 """A test run that is started by nohup ignores SIGHUP, and so would its programs."""
 STUCK = """
 import pathlib, time
-from safenav.runtime.worlds.world import SimulatedWorld
+from safenav.runtime.worlds.truth import SimulatedWorld
 SimulatedWorld.move = lambda *_: pathlib.Path({!r}).touch() or time.sleep(900)
 """
 """A world in which the first move never ends; it leaves a file."""
@@ -45,8 +45,8 @@ time.sleep(900)
 """A check of a bundle that never ends; its process leaves its number."""
 UNSURE = """
 import time
-import safenav.runtime.mission
-safenav.runtime.mission.first_failure = lambda *_: time.sleep(900)
+import safenav.runtime.run.mission
+safenav.runtime.run.mission.first_failure = lambda *_: time.sleep(900)
 """
 """A verification that never ends."""
 
@@ -270,7 +270,7 @@ def test_another_thread_stops_a_run_within_a_verification(monkeypatch: pytest.Mo
         verifies.wait()
         mission.stop("enough")
 
-    monkeypatch.setattr("safenav.runtime.mission.first_failure", endless)
+    monkeypatch.setattr("safenav.runtime.run.mission.first_failure", endless)
     mission = Mission(load_scenario(HELLO))
     other = threading.Thread(target=stop)
     other.start()

@@ -15,7 +15,7 @@ from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
-from safenav.runtime.worlds.world import SimulatedWorld
+from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.settings import Failures

@@ -2,8 +2,8 @@
 
 import pytest
 from msgspec.structs import replace
-
 from safenav.runtime.formulas import Formulas
+
 from safenav.scenario.objective import Ltl
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from runtime.played import play
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Acted, Sensed, WorldEvent
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult

@@ -4,13 +4,13 @@ from collections.abc import Callable
 from unittest.mock import patch
 
 import pytest
+from safenav.runtime.turns.idling import Idling
+from safenav.runtime.turns.turn import Turns
 
 from live.missions import crowd
 from runtime.played import Run
-from safenav.runtime.mission import Mission
-from safenav.runtime.turns.idling import Idling
-from safenav.runtime.turns.turn import Turns
-from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.runtime.run.mission import Mission
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.scenario.reading.loader import load_scenario_text
 
 WAYS = """\

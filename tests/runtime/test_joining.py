@@ -4,16 +4,16 @@ from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.knowledge import Knowledge
 
 import warm
 from runtime.test_operator import GATE
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
-from safenav.runtime.failures import lost
 from safenav.runtime.intervention.reading import read_intervention
-from safenav.runtime.knowledge import Knowledge
 from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.team.failures import lost
 from safenav.trace.reading import read_trace
 from safenav.trace.records import Arrive, Resolved
 

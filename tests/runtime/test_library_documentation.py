@@ -123,7 +123,7 @@ def test_importing_safenav_loads_nothing_else(environment: dict[str, str]) -> No
 
 
 def test_the_public_names_are_those_of_their_modules() -> None:
-    from safenav.runtime.mission import Mission
+    from safenav.runtime.run.mission import Mission
     from safenav.runtime.worlds.protocol import World
     from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer

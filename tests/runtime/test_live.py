@@ -13,20 +13,21 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
-
-from once import SCENARIOS
-from runtime.played import Run, completed, loaded, play
-from runtime.worlds import Clocked
-from safenav import Mission
-from safenav.errors import UsageError
-from safenav.outcome import Outcome
-from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.failures import FailureCounts, Reaction
 from safenav.runtime.resolution.problem import Separation
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.joint_search.execution import schedule, still, with_steps_under_way
 from safenav.runtime.traffic.joint_search.states import JointState
 from safenav.runtime.traffic.planning import Traffic
+
+from once import SCENARIOS
+from runtime.played import Run, completed, loaded, play
+from runtime.worlds import Clocked
+from safenav import Mission
+from safenav.batch.expectation import Ledger, differences
+from safenav.errors import UsageError
+from safenav.outcome import Outcome
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
@@ -37,7 +38,6 @@ from safenav.runtime.worlds.protocol import (
     Sensed,
     WorldEvent,
 )
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario

@@ -5,20 +5,20 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.turns.actions import Actions
 
 from runtime.played import Run, completed, loaded, play
 from runtime.test_live import RING
 from runtime.worlds import Driven
 from safenav import Mission
 from safenav.report.terminal.story import Story
-from safenav.runtime.turns.actions import Actions
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
     WorldEvent,
 )
-from safenav.runtime.worlds.simulation import LiveSimulation
-from safenav.runtime.worlds.world import SimulatedWorld
+from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.settings import Clock, Failures
 from safenav.trace.vocabulary import ActResult

@@ -13,6 +13,7 @@ from runtime.test_live import nth, play_faulty
 from safenav import Mission
 from safenav.errors import ExitCode
 from safenav.runtime.worlds.adapter import WorldError
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Arrived,
     Blocked,
@@ -22,7 +23,6 @@ from safenav.runtime.worlds.protocol import (
     Sensed,
     WorldEvent,
 )
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.settings import Failures

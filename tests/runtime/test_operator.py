@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.traffic.joint_search.search import Search
+from safenav.runtime.traffic.joint_search.states import Found
 
 import warm
 from runtime.played import Run, begin, end, loaded, whole
@@ -18,9 +20,7 @@ from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.intervention.kinds import AddObstacle
 from safenav.runtime.intervention.reading import read_intervention
-from safenav.runtime.mission import Mission
-from safenav.runtime.traffic.joint_search.search import Search
-from safenav.runtime.traffic.joint_search.states import Found
+from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Failed, Lost, Sensed
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.synthesis.request import SynthesisResult

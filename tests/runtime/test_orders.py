@@ -3,13 +3,13 @@
 from typing import Any
 
 import pytest
+from safenav.runtime.knowledge import Knowledge
 
 from once import SCENARIOS
 from runtime.played import begin, completed, end, play
 from runtime.worlds import Driven
 from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import PlaceOrder
-from safenav.runtime.knowledge import Knowledge
 from safenav.scenario.reading.loader import load_scenario
 
 CATALOGUE = {

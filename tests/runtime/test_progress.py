@@ -3,10 +3,10 @@
 from random import Random
 
 import pytest
-
 from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Member, Problem
 from safenav.runtime.traffic.joint_search.states import Course
+
 from safenav.scenario.objective import (
     Cover,
     Hold,

@@ -12,7 +12,7 @@ import pytest
 from certify.making import certified
 from drawn import tried
 from runtime.played import play
-from safenav.runtime.mission import default_synthesizer, first_results
+from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 

@@ -6,7 +6,7 @@ import pytest
 
 from once import SCENARIOS, trace_of_shipped
 from safenav.audit.check import check_trace
-from safenav.runtime.analysis.expectation import Ledger, differences
+from safenav.batch.expectation import Ledger, differences
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.reading import read_bytes
 

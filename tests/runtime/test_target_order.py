@@ -6,12 +6,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from safenav.runtime.traffic import budgets
 
 from certify.making import THREE, bundle_at, certified, files_of, judged, rewrite, shipped
 from once import SCENARIOS
 from runtime.facts import case
 from runtime.played import Line, Run, completed, play
-from safenav.runtime.traffic import budgets
 
 SHARED = """
 map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}

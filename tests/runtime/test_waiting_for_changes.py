@@ -1,14 +1,14 @@
 """Runs that wait for changes of their scenario: sensors, forged ends, rests; ``cases/waiting``."""
 
 import click
+from safenav.runtime.analysis.resuming import resumed
 
 from runtime.facts import case
 from runtime.played import Run, completed, loaded, play
 from safenav.report.terminal.story import Story
-from safenav.runtime.analysis.resuming import resumed
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Sensed, WorldEvent
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Scenario
 from safenav.trace.reading import read_lines
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
-from safenav.runtime.worlds.simulation import LiveSimulation
-from safenav.runtime.worlds.world import SimulatedWorld
+from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
 from safenav.world.moves import Pose

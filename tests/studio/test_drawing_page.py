@@ -131,7 +131,7 @@ def test_an_unrealizable_robot_gets_a_reason_and_a_repair_by_click(board: Board)
 
 
 def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board: Board) -> None:
-    from safenav.runtime.mission import Mission
+    from safenav.runtime.run.mission import Mission
 
     browser = board.browser
     board.write((SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0])

@@ -20,8 +20,8 @@ from safenav.runtime.intervention.kinds import (
     SetService,
     SetTruth,
 )
-from safenav.runtime.mission import Mission
-from safenav.runtime.worlds.world import SimulatedWorld
+from safenav.runtime.run.mission import Mission
+from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text

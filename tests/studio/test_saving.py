@@ -10,7 +10,7 @@ import pytest
 
 from children import ran
 from safenav.runtime.intervention.kinds import AddObstacle, AssignObjective, SetService
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario

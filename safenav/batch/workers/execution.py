@@ -18,13 +18,13 @@ from msgspec.structs import replace
 from safenav import errors
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, file_name, without_a_run
 from safenav.batch.cases.variation import varied
+from safenav.batch.expectation import Ledger, differences
 from safenav.certify.bundle import make_bundle
 from safenav.certify.record import sources_of, syntheses_of
 from safenav.certify.run import Kept
 from safenav.extras import missing
 from safenav.outcome import Outcome
-from safenav.runtime.analysis.expectation import Ledger, differences
-from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.scenario.reading.references import root_of

@@ -15,6 +15,7 @@ from safenav.begun import Begun
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Verdict
 from safenav.report.replay.changes import Changes
+from safenav.report.replay.charges import TracedCharges
 from safenav.report.replay.obstacle_history import ObstacleHistory
 from safenav.report.replay.robot_paths import ContradictionError, RobotPaths
 from safenav.report.replay.timeline import (
@@ -26,7 +27,6 @@ from safenav.report.replay.timeline import (
     StackRow,
     StoryKind,
 )
-from safenav.runtime.energy.charges import TracedCharges
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.scenario.settings import Clock, Exclusion
 from safenav.trace import records, setting

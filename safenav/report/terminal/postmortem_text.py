@@ -8,11 +8,11 @@ from typing import Any
 import click
 
 from safenav.outcome import Outcome
-from safenav.runtime.analysis.missing import Missing
-from safenav.runtime.analysis.postmortem import Postmortem
-from safenav.runtime.duties.reasons import need_words
+from safenav.review.missing import Missing
+from safenav.review.postmortem import Postmortem
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word
+from safenav.solve.reasons import need_words
 from safenav.trace.words import counted, listed, obstacle_words, seconds_words
 
 _CAUSES = {

@@ -29,6 +29,7 @@ from safenav.runtime.intervention.kinds import Intervention
 from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder
+from safenav.runtime.run.refusal import refusal_of
 from safenav.runtime.run.stop import Stop, Stopped
 from safenav.runtime.run.world import World
 from safenav.runtime.worlds import protocol
@@ -44,6 +45,7 @@ from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.request import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
+from safenav.team.state import Is
 from safenav.team.team import team_of
 from safenav.trace.records import Record
 from safenav.trace.writing import Listener, as_data
@@ -190,6 +192,12 @@ class Mission:
         """Whether a stop of the run was requested."""
         return bool(self._stop.asked)
 
+    def refusal(self) -> str | None:
+        """Return why the mission would end before the first tick, from deadlines and charges; None
+        if it would not. Call before ``start``."""
+        end = refusal_of(self._run.team, self._run.state)
+        return None if end is None else end.explanation
+
     def give_up(self, explanation: str = "interrupted by the user") -> RunResult:
         """End a run that was started, with the outcome ``interrupted``: for programs that call
         ``step`` and will not continue. A run that has ended stays as it is."""
@@ -240,6 +248,17 @@ class Mission:
     def lacks(self) -> tuple[Shortfall, ...]:
         """Why known obstacles are never resolved: what each lacks."""
         return tuple(lacks_of(self._run.team, self._run.state).values())
+
+    def rest(self) -> Scenario:
+        """The rest of the mission as a lockstep scenario: robots begin in their present poses, with
+        the known obstacles and those still hidden."""
+        team, state = self._run.team, self._run.state
+        pairs = zip(team.members, state.robots, strict=True)
+        robots = tuple(replace(m.robot, start=m.graph.pose(robot.pose)) for m, robot in pairs)
+        left = zip(team.obstacles, state.obstacles, strict=True)
+        there = tuple(each.source for each, now in left if now.state is not Is.OVER)
+        clock = Clock.LOCKSTEP
+        return replace(team.scenario, clock=clock, robots=robots, obstacles=there, changes=())
 
     @property
     def still(self) -> bool:

@@ -13,13 +13,13 @@ from msgspec.structs import replace
 import safenav
 from safenav.outcome import Outcome
 from safenav.plan.order import surely
-from safenav.runtime.command_times import CommandTimes
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.because import ASIDE, Request
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import assignable, enough
 from safenav.runtime.run.checkpoint import Memory
+from safenav.runtime.run.command_times import CommandTimes
 from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
 from safenav.runtime.run.synthesis_line import synthesis_line

@@ -10,15 +10,8 @@ from safenav.errors import ExitCode, SafenavError
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.protocol import BlockingWorld
 from safenav.runtime.worlds.reports import is_region, misfit
-from safenav.runtime.worlds.truth import SimulatedWorld as TrueWorld
-from safenav.runtime.worlds.world import (
-    NO_TAKERS,
-    Change,
-    ChangingWorld,
-    InputWorld,
-    SimulatedWorld,
-    Takers,
-)
+from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap
@@ -63,7 +56,7 @@ class BlockingAdapter:
         self._world = world
         self._scenario = scenario
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}
-        self._simulated = world if isinstance(world, SimulatedWorld | TrueWorld) else None
+        self._simulated = world if isinstance(world, SimulatedWorld) else None
         self._changing = world if protocol.implements(world, ChangingWorld) else None
         self._tick = 0
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
@@ -109,13 +102,9 @@ class BlockingAdapter:
         del self._open[name]
         return self._moved(*due[1:])
 
-    def act(
-        self, robot: Robot, obstacles: Sequence[Obstacle], command: int, takers: Takers = NO_TAKERS
-    ) -> protocol.Acted:
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> protocol.Acted:
         """The obstacles that the robot has resolved, each checked to be one that it can."""
         if self._simulated is not None:  # other worlds do all that they can
-            if isinstance(self._simulated, SimulatedWorld):
-                self._simulated.works.takers = takers
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
         entries = asked(call, lambda: list(self._world.act(robot)))
@@ -126,14 +115,10 @@ class BlockingAdapter:
         )
         return protocol.Acted(self.now(), robot.name, found, command=command)
 
-    def within_reach(
-        self, robot: Robot, cleared: Sequence[Obstacle], takers: Takers = NO_TAKERS
-    ) -> bool | None:
+    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
         """Whether the robot can act on an obstacle where it stands; None if only acting shows."""
         if self._simulated is None:
             return None
-        if isinstance(self._simulated, SimulatedWorld):
-            self._simulated.works.takers = takers
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
 

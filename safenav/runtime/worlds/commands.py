@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError, asked, checked, wrong
+from safenav.runtime.worlds.live_simulation import pace_on
 from safenav.runtime.worlds.reports import (
     claimed,
     is_time,
@@ -23,8 +24,7 @@ from safenav.runtime.worlds.reports import (
     wrong_result,
     wrong_step,
 )
-from safenav.runtime.worlds.simulation import LiveSimulation, pace_on
-from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, Takers
+from safenav.runtime.worlds.world import Change, ChangingWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
@@ -206,26 +206,19 @@ class Commands:
         for name, event in self._ended.items():
             yield name, claimed(event)
 
-    def act(
-        self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle], takers: Takers = NO_TAKERS
-    ) -> protocol.Acted | None:
-        """Let a robot act where it stands; return the results, if the action has already ended.
-        ``takers`` (simulations): for some loads, the only robots that take them."""
+    def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted | None:
+        """Let a robot act where it stands; return the results, if the action has already ended."""
         if isinstance(self.world, BlockingAdapter):  # also while it is in transit
-            return self.world.act(robot, obstacles, self._count, takers)
+            return self.world.act(robot, obstacles, self._count)
         number = self._begin(robot, here, None, obstacles)
-        if isinstance(self.world, LiveSimulation):
-            self.world.truth.works.takers = takers
         self._send(robot, here, "act", lambda: self.world.act(robot, obstacles, number))
         return self.acted(robot)
 
-    def within_reach(
-        self, robot: Robot, cleared: Sequence[Obstacle], takers: Takers = NO_TAKERS
-    ) -> bool | None:
+    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
         """Lockstep: whether a robot can act on an obstacle where it stands; None if the world does
         not report it before the action."""
         assert isinstance(self.world, BlockingAdapter), "a live world is asked by a command"
-        return self.world.within_reach(robot, cleared, takers)
+        return self.world.within_reach(robot, cleared)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
         """The end of a robot's action, taken in its turn; None until then."""

@@ -16,8 +16,8 @@ from typing import Any
 from safenav.errors import ResourceLimitError, SafenavError
 from safenav.lines import line_output
 from safenav.report.terminal.explanation_text import explanation_data
-from safenav.runtime.analysis.explanation import explain_team
-from safenav.runtime.mission import default_synthesizer, first_results
+from safenav.review.team import explain_team
+from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft
 from safenav.studio.run.orders import RunOrder, kill, started

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from safenav.errors import SafenavError, UsageError
 from safenav.lines import line_output
 from safenav.runtime.intervention.reading import intervention
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder
@@ -66,7 +66,7 @@ def _serve(orders: IO[str], say: Any) -> None:
         data = json.loads(line)
         if data["do"] == "step":
             mission.step()
-            say({"type": DONE, "tick": mission.state.tick})
+            say({"type": DONE, "tick": mission.tick})
         elif data["do"] == "change":
             try:
                 mission.intervene(intervention(data, mission.scenario))
@@ -74,7 +74,7 @@ def _serve(orders: IO[str], say: Any) -> None:
                 say({"type": REFUSED, "message": str(error)})
         else:
             mission.give_up("ended by the user")
-            say({"type": DONE, "tick": mission.state.tick})
+            say({"type": DONE, "tick": mission.tick})
 
 
 if __name__ == "__main__":

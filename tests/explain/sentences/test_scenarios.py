@@ -20,8 +20,8 @@ from safenav.explain.explanation import (
     PlayEnd,
 )
 from safenav.report.terminal.explanation_text import explanation_lines
-from safenav.runtime.analysis.explanation import explain_team
-from safenav.runtime.mission import default_synthesizer, first_results
+from safenav.review.team import explain_team
+from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task

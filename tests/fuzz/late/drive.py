@@ -25,7 +25,7 @@ from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed, text_of
-from safenav.runtime.mission import Mission
+from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Sensed, WorldEvent
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records

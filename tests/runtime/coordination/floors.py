@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from safenav.runtime.resolution.problem import Member, OpenNeed, OpenObstacle, Problem
+
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, region_mask

@@ -3,7 +3,6 @@
 import copy
 
 import pytest
-
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.decision import Decision, coordinate
 from safenav.runtime.coordination.events import (
@@ -15,6 +14,7 @@ from safenav.runtime.coordination.events import (
     Unsettled,
 )
 from safenav.runtime.team import TeamState
+
 from safenav.runtime.worlds.world import Change
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import Reason

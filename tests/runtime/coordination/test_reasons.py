@@ -2,13 +2,13 @@
 
 import pytest
 
-from safenav.runtime.duties.reasons import (
+from safenav.scenario.objective import number_word
+from safenav.solve.reasons import (
     Helper,
     Hindrance,
     Shortfall,
     shortfall_words,
 )
-from safenav.scenario.objective import number_word
 
 
 def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:

@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.resolution import solve
+from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Problem
+from safenav.runtime.resolution.proofs import TeamClosure, closure_of, refute
+from safenav.runtime.resolution.solve import PoseSets, RankedStep, Solver
 
 from campaigns.generate.build import walled
 from runtime.coordination.floors import Bot, Floor
 from runtime.facts import case
 from runtime.played import prepared
-from safenav.runtime.resolution import solve
-from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Problem
-from safenav.runtime.resolution.proofs import TeamClosure, closure_of, refute
-from safenav.runtime.resolution.solve import PoseSets, RankedStep, Solver
 from safenav.world.poses import bits, region_mask
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 24

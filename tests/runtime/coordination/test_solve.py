@@ -1,8 +1,9 @@
 """Duties on small floors: capable robots, and options that must be preserved meanwhile."""
 
-from runtime.coordination.floors import Block, Bot, Floor
 from safenav.runtime.duties.settlement import Settlement, settle
 from safenav.runtime.resolution.solve import Solver
+
+from runtime.coordination.floors import Block, Bot, Floor
 
 
 def settled(floor: Floor) -> Settlement:

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
-from campaigns.generate.build import walled
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Stage
+
+from campaigns.generate.build import walled
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask

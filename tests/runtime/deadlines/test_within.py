@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from random import Random
 
 import pytest
+from safenav.runtime.deadlines.round_deadlines import Walk, least_within
 
 from campaigns.generate.build import walled
-from safenav.runtime.deadlines.round_deadlines import Walk, least_within
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, region_mask

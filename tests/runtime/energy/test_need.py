@@ -7,10 +7,10 @@ from random import Random
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.stops import NEVER, Stops
 
 from campaigns.generate.build import walled
 from drawn import APART, MOST
-from safenav.runtime.stops import NEVER, Stops
 from safenav.scenario.model import Battery
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility

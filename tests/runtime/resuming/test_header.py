@@ -3,12 +3,12 @@
 import re
 
 import pytest
+from safenav.runtime.analysis.resuming import resumed
 
 from runtime.facts import case
 from runtime.played import loaded, play
 from runtime.resuming.cuts import KINDS, ONE, continued
 from safenav.audit.check import audit
-from safenav.runtime.analysis.resuming import resumed
 from safenav.trace.reading import read_lines
 
 DOOR = case("resumed/door_with_deadlines")

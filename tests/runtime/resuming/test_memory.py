@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.analysis.resuming import resumed
 
 from once import SCENARIOS
 from runtime.played import Run, begin, completed, loaded, play
@@ -16,8 +17,7 @@ from safenav.certify.bundle import make_bundle
 from safenav.certify.check import check_bundle
 from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
-from safenav.runtime.analysis.resuming import resumed
-from safenav.runtime.mission import default_synthesizer
+from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.settings import Clock
 from safenav.synthesis.cache import Cache
 from safenav.trace.reading import read_lines

@@ -2,12 +2,12 @@
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.analysis.resuming import resumed
 
 from once import SCENARIOS
 from runtime.played import completed, loaded, play
 from runtime.resuming.cuts import begun, continued, with_another
 from safenav.audit.check import audit
-from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.reading import read_lines

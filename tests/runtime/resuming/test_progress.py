@@ -4,12 +4,12 @@ import json
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.analysis.resuming import resumed
 
 from runtime.facts import case
 from runtime.played import completed, loaded, play
 from runtime.resuming.cuts import DUE, KINDS, ONE, TIGHT, begun, continued, goals
 from safenav.begun import Begun, Done
-from safenav.runtime.analysis.resuming import resumed
 from safenav.trace.reading import read_lines
 
 

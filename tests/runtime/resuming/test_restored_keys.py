@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import pytest
+from safenav.runtime.analysis.resuming import resumed
 
 from once import SCENARIOS
 from runtime.facts import CASES, read_case
 from safenav.errors import UsageError
-from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.header import unstarted

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.analysis.resuming import resumed
 
 import warm
 from once import SCENARIOS
 from runtime.facts import case
 from runtime.played import play, whole
 from safenav.errors import InputError, UsageError
-from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.reading import read_lines, read_trace

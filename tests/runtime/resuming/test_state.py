@@ -5,6 +5,7 @@ import random
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.analysis.resuming import resumed
 
 from once import SCENARIOS
 from runtime.facts import case
@@ -12,7 +13,6 @@ from runtime.played import Run, begin, completed, loaded, play
 from runtime.resuming.cuts import DUE, begun, continued
 from runtime.test_operator import GATE, attended
 from safenav.audit.check import audit
-from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.intervention.kinds import SetInput
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock

@@ -1,8 +1,9 @@
 """Deadlocks of two or three robots of a large team, each with the other robots anywhere."""
 
-from runtime.coordination.floors import Block, Bot, Floor
 from safenav.runtime.resolution.problem import Floor as Moment
 from safenav.runtime.traffic.deadlock import deadlock_of_few
+
+from runtime.coordination.floors import Block, Bot, Floor
 
 APART = ["######", "#....#", "##.###", "######", "#....#", "#....#", "######"]
 """A corridor (7 to 10) with a bay (14), and a room (25 to 28, 31 to 34) without a way there."""

@@ -2,10 +2,11 @@
 
 import random
 
-from runtime.coordination.floors import Bot, Floor
 from safenav.runtime.traffic.joint_search.immobile import ImmobileRobots
 from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Course, Exhausted
+
+from runtime.coordination.floors import Bot, Floor
 
 
 def test_an_immobile_robot_in_the_target_of_another_stops_it() -> None:

@@ -5,8 +5,6 @@ from collections.abc import Callable
 
 import pytest
 from msgspec.structs import replace
-
-from runtime.coordination.floors import Block, Bot, Floor
 from safenav.runtime.resolution.problem import Separation, Stages
 from safenav.runtime.traffic.joint_search.execution import (
     Execution,
@@ -27,6 +25,8 @@ from safenav.runtime.traffic.joint_search.states import (
     JointState,
     has_met,
 )
+
+from runtime.coordination.floors import Block, Bot, Floor
 
 SWAP = ["#####", "#...#", "##.##", "#####"]
 TUBE = ["######", "#....#", "######"]

@@ -5,12 +5,12 @@ import random
 from itertools import pairwise
 
 import pytest
-
-from runtime.coordination.floors import Bot, Floor
-from runtime.traffic.test_joint_search import SWAP, TUBE, play, search
 from safenav.runtime.traffic.continuation_plans import rejoined
 from safenav.runtime.traffic.joint_search.search import Search
 from safenav.runtime.traffic.joint_search.states import Found, JointState
+
+from runtime.coordination.floors import Bot, Floor
+from runtime.traffic.test_joint_search import SWAP, TUBE, play, search
 
 ROOM = ["######", "#....#", "#....#", "######"]
 TEAMS = {

@@ -6,8 +6,6 @@ import random
 from collections import deque
 from collections.abc import Iterator
 
-from runtime.coordination.floors import Bot, Floor
-from runtime.traffic.test_joint_search import search
 from safenav.runtime.resolution.problem import Separation
 from safenav.runtime.traffic.joint_search.execution import (
     Execution,
@@ -16,6 +14,9 @@ from safenav.runtime.traffic.joint_search.execution import (
     still_needed,
 )
 from safenav.runtime.traffic.joint_search.states import Course, Found, JointState
+
+from runtime.coordination.floors import Bot, Floor
+from runtime.traffic.test_joint_search import search
 
 DEAD_END = ["#######", "#.....#", "#..####", "#######"]
 FLOORS = int(os.environ.get("SAFENAV_FUZZ", "8"))

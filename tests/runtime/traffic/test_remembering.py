@@ -1,9 +1,9 @@
 """Paths over poses and the memory of formulas."""
 
 import pytest
-
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES
 from safenav.runtime.traffic.joint_search.formula_memory import StateGraph, state_graph
+
 from safenav.scenario.objective import Ltl
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose

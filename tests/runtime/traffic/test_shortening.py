@@ -6,13 +6,13 @@ from itertools import pairwise
 
 import pytest
 from msgspec.structs import replace
-
-from runtime.coordination.floors import Block, Bot, Floor
-from runtime.traffic.test_joint_search import SWAP, play, search
 from safenav.runtime.resolution.problem import Separation
 from safenav.runtime.traffic.joint_search.execution import schedule
 from safenav.runtime.traffic.joint_search.shortening import shortened
 from safenav.runtime.traffic.joint_search.states import Course, Found, JointState
+
+from runtime.coordination.floors import Block, Bot, Floor
+from runtime.traffic.test_joint_search import SWAP, play, search
 from safenav.world.poses import FAR, region_mask
 
 ROOMS = [

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
+from safenav.runtime.termination import RunEnded, Stop
+from safenav.runtime.traffic.background_search import BackgroundSearch, Unknown
+from safenav.runtime.traffic.plan_search import PlanSearch
 
 from runtime.played import Run, loaded
 from runtime.worlds import Bare
 from safenav.outcome import Outcome
-from safenav.runtime.mission import Mission
-from safenav.runtime.termination import RunEnded, Stop
-from safenav.runtime.traffic.background_search import BackgroundSearch, Unknown
-from safenav.runtime.traffic.plan_search import PlanSearch
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.spec.specification import Specification

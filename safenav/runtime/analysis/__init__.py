@@ -1,1 +1,0 @@
-"""Analysis of runs: expectations, reasons why an operator is needed, resumption."""

@@ -1,1 +1,0 @@
-"""Deadlines of a running mission: start, monitoring, refusal (docs/deadlines.md)."""

@@ -1,1 +1,0 @@
-"""Batteries: charges, charging stops, and robots with an empty battery."""

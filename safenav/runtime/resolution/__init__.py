@@ -1,1 +1,0 @@
-"""Resolvable obstacles and the order of acts: pure functions of poses, stages, capabilities."""

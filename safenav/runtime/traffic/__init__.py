@@ -1,1 +1,0 @@
-"""Traffic on a shared floor: triggers, search and execution of joint plans."""
