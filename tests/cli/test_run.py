@@ -7,7 +7,7 @@ import pytest
 
 from cli.conftest import Command
 from once import SCENARIOS
-from safenav.audit.check import check_trace
+from safenav.checked_trace import check_trace
 
 NO_WAY = """\
 safenav: 1

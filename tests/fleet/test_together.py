@@ -6,7 +6,7 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 
 from fleet.drives import driven
 from once import beside
-from safenav.audit.check import check_trace
+from safenav.checked_trace import check_trace
 from safenav.motion.file.records import Action, Reset
 
 YARD = beside(__file__, "scenarios/crate.yaml")

@@ -27,10 +27,10 @@ from fuzz.mixed import Data, formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
 from safenav import Mission
-from safenav.audit.check import check_trace
 from safenav.certify import bundle as writing
 from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
+from safenav.checked_trace import check_trace
 from safenav.errors import InputError, SafenavError, UsageError
 from safenav.lines import json_line
 from safenav.runtime.intervention.reading import read_intervention

@@ -24,7 +24,7 @@ from live.missions import timed
 from live.wire import Wired
 from live.worlds import HangError, Live, Serial
 from safenav import Mission
-from safenav.audit.check import check_trace
+from safenav.checked_trace import check_trace
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock

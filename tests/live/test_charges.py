@@ -23,7 +23,7 @@ from live.judge import verdict
 from live.worlds import Live
 from runtime.energy.test_need import lasting
 from safenav import Mission
-from safenav.audit.check import check_trace
+from safenav.checked_trace import check_trace
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.writing import as_data

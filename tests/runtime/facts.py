@@ -14,7 +14,7 @@ from certify.making import bundle_at, certified, files_of, judged, rewrite
 from certify.mutants import lines_of, with_lines
 from runtime.played import Line, Run, loaded, play, whole
 from runtime.resuming.cuts import continued, moves
-from safenav.audit.check import check_trace
+from safenav.checked_trace import check_trace
 from safenav.cli.check import command
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story

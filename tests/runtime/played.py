@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from safenav.audit.check import check_trace
-from safenav.audit.rules.rule import Finding
+from safenav.checked_trace import check_trace
+from safenav.judge.engine import Finding
 from safenav.lines import json_line
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario

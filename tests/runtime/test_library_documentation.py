@@ -44,7 +44,7 @@ def test_synthesis_alone(environment: dict[str, str]) -> None:
 
 
 def test_the_fleet_is_driven_through_the_door(tmp_path: Path, environment: dict[str, str]) -> None:
-    from safenav.audit.check import check_trace
+    from safenav.checked_trace import check_trace
 
     told = run(BUILDING, tmp_path, environment)
     order = [line.split("(")[0] for line in told.splitlines()]

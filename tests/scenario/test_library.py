@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from motion.runs import played
-from safenav.audit.check import audit
+from safenav.checked_trace import check_trace
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.making import motion_of
 from safenav.report.picture.glyphs import obstacle_pictogram, robot_pictogram
@@ -60,7 +60,7 @@ def test_each_obstacle_is_resolved_by_robots_of_the_library(name: str) -> None:
     trace = read_bytes(content, name)
     assert trace.outcome is not None
     assert trace.outcome.outcome == "completed"
-    assert audit(trace).findings == ()
+    assert check_trace(trace).findings == ()
     resolved = {record.obstacle for record in trace.records if isinstance(record, Resolved)}
     assert resolved == {f"{name}@{GAP}"}
 

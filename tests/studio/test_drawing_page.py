@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from report.browser import Browser, Keys
-from safenav.audit.check import audit
+from safenav.checked_trace import check_trace
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Move, Resolved
@@ -83,7 +83,7 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     board.fast()
     browser.wait(lambda: browser.all(".badge.good"))
     trace = read_bytes(board.saved("trace"))
-    assert audit(trace).findings == ()
+    assert check_trace(trace).findings == ()
     resolved = [(r.obstacle, r.robot) for r in trace.records if isinstance(r, Resolved)]
     assert resolved == [("door@47", "digit")]
 
@@ -159,7 +159,7 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     browser.button("Run").click()
     browser.wait(lambda: browser.all(".badge.good"))
     trace = read_bytes(board.saved("trace"))
-    assert audit(trace).findings == ()
+    assert check_trace(trace).findings == ()
     (appeared,) = (record for record in trace.records if isinstance(record, Appeared))
     assert (appeared.obstacle, appeared.cause) == ("door@44", ChangeCause.USER)
     assert b"</html>" in board.saved("replay")

@@ -9,7 +9,7 @@ import pytest
 
 from motion.runs import live_trace
 from once import trace_of_shipped
-from safenav.audit.check import audit
+from safenav.checked_trace import check_trace
 from safenav.report.page.encode import encoded
 from safenav.report.page.live import LiveRun
 from safenav.report.replay.reading import replay_of
@@ -62,7 +62,7 @@ def test_a_region_is_not_closed_on_a_robot_that_stands_in_it(served: Served) -> 
             if isinstance(r, Move) and r.robot == "digit" and r.tick > 4 and r.to != here
         )
         assert appeared.tick == left + 1
-        assert audit(trace).findings == ()
+        assert check_trace(trace).findings == ()
 
     visit(served.address, story)
 
@@ -125,7 +125,7 @@ def test_a_run_that_is_ended_leaves_a_sound_trace_and_can_begin_anew(served: Ser
         await page.say("end")
         ended = await page.state(phase="ended")
         assert ended["state"]["outcome"] == "interrupted"
-        assert audit(read_bytes(await page.get("save/trace"))).findings == ()
+        assert check_trace(read_bytes(await page.get("save/trace"))).findings == ()
         await page.say("restart", seed=7)
         await page.state(phase="paused", seed=7)
         await page.tick(0)

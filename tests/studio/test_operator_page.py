@@ -7,7 +7,7 @@ import pytest
 from once import beside
 from report.browser import Browser
 from runtime.test_operator import GATE
-from safenav.audit.check import audit
+from safenav.checked_trace import check_trace
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Inputs, Operator, Resolved, Waiting
 from studio.board import Board
@@ -32,7 +32,7 @@ def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
         ended = await page.state(phase="ended")
         assert ended["state"]["outcome"] == "completed"
         trace = read_bytes(await page.get("save/trace"))
-        assert audit(trace).findings == ()
+        assert check_trace(trace).findings == ()
         assert [r.outcome for r in trace.records if isinstance(r, Waiting)] == ["operator_needed"]
         assert [r.intervention for r in trace.records if isinstance(r, Operator)] == ["resolved"]
 
@@ -66,7 +66,7 @@ def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) 
         browser.one('[aria-label="Run"]').click()
         browser.wait(lambda: browser.all(".badge.good"))
         trace = read_bytes(board.saved("trace"))
-    assert audit(trace).findings == ()
+    assert check_trace(trace).findings == ()
     assert [r.values["alarm"] for r in trace.records if isinstance(r, Inputs)] == [True, False]
     assert [r.obstacle for r in trace.records if isinstance(r, Appeared)] == ["parcel@10"]
     assert [r.robot for r in trace.records if isinstance(r, Resolved)] == ["digit"]

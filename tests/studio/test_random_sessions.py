@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from report.browser import Browser
-from safenav.audit.check import audit
+from safenav.checked_trace import check_trace
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from studio.serving import SCENARIOS, Page, Served, opened
@@ -108,7 +108,7 @@ async def _session(page: Page, chance: random.Random) -> None:
     assert all(state["failure"] is None for state in states), states
     if _something_to_save(mark):
         trace = read_bytes(await page.get("save/trace"))
-        assert audit(trace).findings == ()
+        assert check_trace(trace).findings == ()
 
 
 def _something_to_save(heard: list[dict[str, Any]]) -> bool:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from safenav.audit.check import check_trace
+from safenav.checked_trace import check_trace
 from safenav.outcome import Outcome
 from safenav.runtime.run.mission import play, text_of
 from safenav.scenario.reading.loader import load_scenario_text

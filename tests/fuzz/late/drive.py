@@ -16,7 +16,7 @@ from fuzz.late.messages import Channel, Hand, LateTransport, RobotClock, channel
 from fuzz.late.physics_judge import Judge, PhysicsLog
 from fuzz.late.rooms import fleet_of, late_mission
 from fuzz.test_missions import quiet
-from safenav.audit.check import check_trace
+from safenav.checked_trace import check_trace
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.fleet_file import load_fleet
