@@ -12,7 +12,6 @@ from enum import StrEnum
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.begun import Begun
 from safenav.bounds import Count, Positive
 from safenav.scenario import needs, settings
 from safenav.scenario.objective import Objective
@@ -270,7 +269,6 @@ class Scenario(Struct, frozen=True):
     ``resolve_within``: the deadline of obstacles without their own; ``late``: whether a missed
     deadline ends the run. ``chargers``: regions where batteries are charged; ``flat``: the obstacle
     type that represents a robot without charge. ``inputs``: Booleans that the environment sets.
-    ``begun``: the state of the run that this one continues.
     """
 
     name: str
@@ -295,15 +293,9 @@ class Scenario(Struct, frozen=True):
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None
     inputs: tuple[settings.Input, ...] = ()
-    begun: Begun | None = None
 
     def __hash__(self) -> int:
         return hash((self.name, self.map, self.robots, self.obstacles))
-
-    @property
-    def continues(self) -> bool:
-        """Whether this run continues another one that was not refused before its first tick."""
-        return self.begun is not None and self.begun.ran
 
     @property
     def sets_deadlines(self) -> bool:

@@ -58,7 +58,6 @@ def scenario_header(
         inputs=convert(scenario.inputs, tuple[setting.InputHeader, ...], from_attributes=True)
         or None,
         flat=None if scenario.flat is None else scenario.flat.name,
-        begun=scenario.begun,
     )
 
 

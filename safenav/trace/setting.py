@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
-from safenav.begun import Begun
 from safenav.bounds import Count, Heading, Positive, Region, Seconds
 from safenav.trace.objective import Objective
 
@@ -170,8 +169,7 @@ class ScenarioHeader(Struct, frozen=True):
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
     any. ``changes``: the changes for robots during the run, by tick. ``requirements``: formulas
     over the motion of the run, by name. ``chargers``: regions where batteries are charged;
-    ``flat``: the type of obstacle that appears at a robot whose charge is used up; ``begun``: the
-    run that this one continues."""
+    ``flat``: the type of obstacle that appears at a robot whose charge is used up."""
 
     name: str
     map: MapHeader
@@ -190,4 +188,3 @@ class ScenarioHeader(Struct, frozen=True):
     chargers: tuple[Region, ...] | None = None
     inputs: tuple[InputHeader, ...] | None = None
     flat: str | None = None
-    begun: Begun | None = None

@@ -20,8 +20,7 @@ SHARPNESS = 6
 
 class Charges:
     """Charges updated by the records of a run. ``since`` (live): the time in seconds since when
-    each robot has been standing; ``charge`` applies to that time. ``had``: robots that had their
-    turn of tick 1, with its change of charge, in the run that this one continues."""
+    each robot has been standing; ``charge`` applies to that time."""
 
     def __init__(
         self,
@@ -30,9 +29,8 @@ class Charges:
         chargers: Collection[Region],
         *,
         live: bool,
-        had: Collection[str] = (),
     ) -> None:
-        self.batteries, self.chargers, self.had = batteries, chargers, had
+        self.batteries, self.chargers = batteries, chargers
         self.charge: dict[str, float] = {name: each.start for name, each in batteries.items()}
         self.region = {name: starts[name] for name in batteries}
         self.since = dict.fromkeys(batteries if live else (), 0.0)
@@ -43,8 +41,7 @@ class Charges:
             case records.Move() if record.robot in self.charge and record.to != record.from_:
                 self._stepped(record.robot, record.to)
             case records.Move() if record.robot in self.charge and record.toward is None:
-                if record.tick > 1 or record.robot not in self.had:
-                    self.charge[record.robot] = self._after(record.robot, 1)
+                self.charge[record.robot] = self._after(record.robot, 1)
             case records.Depart() if record.robot in self.since:
                 self.charge[record.robot] = self.at(record.robot, record.t or 0.0)
                 del self.since[record.robot]
@@ -94,9 +91,7 @@ class TracedCharges(Charges):
         batteries = {name: each.battery for name, each in robots.items() if each.battery}
         starts = {name: each.start for name, each in robots.items()}
         chargers = header.scenario.chargers or ()
-        begun, live = header.scenario.begun, header.clock is not None
-        had = () if begun is None else begun.had
-        super().__init__(batteries, starts, chargers, live=live, had=had)
+        super().__init__(batteries, starts, chargers, live=header.clock is not None)
         self._time = 0.0
         self.flat: dict[str, str] = {}
 

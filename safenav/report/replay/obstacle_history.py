@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from safenav.begun import Begun
 from safenav.report.replay.changes import Changes
 from safenav.report.replay.robot_paths import ContradictionError, RobotPaths
 from safenav.report.replay.timeline import Hidden, ObstacleStatus
@@ -48,21 +47,6 @@ class ObstacleHistory:
                 self._add(each)
                 if any(need.action == OPERATOR_ACTION for need in each.all_needs):  # a failure
                     self.statuses[each.name] = Changes.of(ObstacleStatus.ABSENT)
-
-    def begin(self, begun: Begun) -> None:
-        """Take over the obstacles of the run that this one continues."""
-        for name in begun.asked:
-            if name in self.hidden:
-                self.statuses[name] = Changes.of(ObstacleStatus.FOUND)
-        for name in begun.closed:
-            if name in self.hidden:
-                self.statuses[name] = Changes.of(ObstacleStatus.BLOCKED)
-                self.met[name] = Changes.of(len(self.hidden[name].actions))
-        for name, groups in begun.met.items():
-            if name in self.hidden:
-                self.met[name] = Changes.of(len(groups))
-                if self.hidden[name].carried[len(groups) - 1]:
-                    self.loads[name] = Changes.of(groups[-1])
 
     def _add(self, obstacle: setting.ObstacleHeader) -> None:
         self.hidden[obstacle.name] = hidden = self._hidden(obstacle)

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.begun import Begun
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Verdict
 from safenav.report.replay.changes import Changes
@@ -94,16 +93,6 @@ class ReplayBuilder:
             exclusions=tuple(map(self._exclusion, header.never_together or ())),
         )
         self.violation: records.Violation | None = None
-        if header.begun is not None:
-            self.obstacles.begin(header.begun)
-            self._begin(header.begun)
-
-    def _begin(self, begun: Begun) -> None:
-        """Take over the rounds of the run that this one continues."""
-        for name, done in begun.robots.items():
-            objective = self._objective(name)
-            if not (isinstance(objective, TargetObjective) and objective.settles):
-                self.replay.progress[name] = Changes.of(RobotProgress(done.rounds))
 
     def _exclusion(self, each: setting.ExclusionHeader) -> Exclusion:
         return Exclusion(frozenset(each.robots), frozenset(map(self.paths.on_map, each.regions)))

@@ -65,19 +65,10 @@ class Story:
             self._actions,
             {robot.name: robot.capabilities for robot in scenario.robots},
         )
-        asked = () if scenario.begun is None else scenario.begun.asked
-        self._closed = {
-            o.region: self._wording.obstacle(o.name)
-            for o in scenario.obstacles
-            if o.name in asked and any(map(o.blocks, scenario.robots))
-        }
-        closed = () if scenario.begun is None else scenario.begun.closed
-        self._barred = {
-            o.region: self._wording.obstacle(o.name) for o in scenario.obstacles if o.name in closed
-        }
+        self._closed: dict[int, str] = {}
+        self._barred: dict[int, str] = {}
         self._syntheses: list[records.Synthesis] = []
-        begun = {} if scenario.begun is None else scenario.begun.robots
-        self._rounds = {name: done.rounds for name, done in begun.items()}
+        self._rounds: dict[str, int] = {}
         self._in_rounds = False
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
         self._own = {r.name: r.objective for r in scenario.robots}

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable
 
+from safenav.begun import Begun
 from safenav.runtime.analysis.resuming import resumed
+from safenav.scenario.reading.joining import joined
 
 from runtime.played import Line, Run, prepared
 from safenav.audit.check import audit
-from safenav.begun import Begun
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.joining import joined
 from safenav.trace.reading import read_lines
 
 
