@@ -214,7 +214,7 @@ def _may_turn(floor: Floor, joint: Joint) -> bool:
 
 
 def _either(floor: Floor) -> Floor:
-    more = floor.robots, floor.barred, floor.helping, floor.rounds
+    more = floor.robots, floor.barred, floor.failed, floor.inside, floor.helping, floor.rounds
     return EitherFloor(floor.team, floor.gates, floor.graphs, floor.floors, *more)
 
 

@@ -63,7 +63,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return replace(state, time=at)
         case now.Departed(i, pose, by, node):
             state = _stepped(team, state, i, pose, event.values)
-            return _robot(state, i, to=pose, node=node, by=by)
+            plan = None if by == "backtrack" and node is None else state.plan
+            return replace(_robot(state, i, to=pose, node=node, by=by), plan=plan)
         case now.Goes(i):
             return _robot(state, i, by="plan" if state.robots[i].by == "plan" else None)
         case now.Arrived(i):
@@ -72,17 +73,17 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             way = state.plan.ways[i] if state.plan else ()
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             ended = {"pose": robot.next, "to": None, "by": None, "failed": ()}
+            if robot.next % team.size != robot.pose % team.size:
+                ended["behind"] = robot.pose % team.size
             return _robot(state, i, at=at + planned, **ended)
         case now.Elsewhere(i, pose):
             state = _moved(team, state, i)
-            state = _robot(state, i, pose=pose, to=None, node=None, by=None)
-            return replace(state, plan=None)
+            return replace(_put(team, state, i, pose), plan=None)
         case now.Failed(i, pose):
             state = _moved(team, state, i)
             robot = state.robots[i]
             failed = (*robot.failed, robot.next % team.size)
-            state = _robot(state, i, pose=pose, to=None, node=None, by=None, failed=failed)
-            return replace(state, plan=None)
+            return replace(_put(team, state, i, pose, failed=failed), plan=None)
         case now.Lost(i):
             state = _moved(team, state, i)
             return replace(_robot(state, i, to=None, node=None, by=None), plan=None)
@@ -92,10 +93,12 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return state if k is None else _asked(team, state, k, ((i, here),))
         case now.Served(i, active):
             state = _robot(state, i, active=active, flat=False, node=None, cause=event.cause)
-            return replace(_forgiven(state, i) if active else state, plan=None)
+            if active:
+                state = _robot(_forgiven(state, i), i, failed=())
+            return replace(state, plan=None)
         case now.Placed(i, pose):
-            state = _robot(state, i, pose=pose, to=None, node=None, by=None, active=True)
-            return replace(_forgiven(state, i), plan=None)
+            put = _put(team, state, i, pose, active=True, failed=())
+            return replace(_forgiven(put, i), plan=None)
         case now.Assigned(i, objective):
             state = _robot(state, i, mode=event.mode, base=event.mode and event.base)
             state = _assigned(team, state, i, objective)
@@ -114,9 +117,10 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             state = _obstacle(_dropped(state, k), k, sealed)
             return replace(state, plan=None)
         case now.Seen(k):
-            if state.obstacles[k].state is not Is.HIDDEN:
+            if state.obstacles[k].state not in (Is.HIDDEN, Is.OVER):
                 return state
-            return _obstacle(state, k, replace(state.obstacles[k], state=Is.SEEN))
+            plan = state.plan if state.obstacles[k].state is Is.HIDDEN else None
+            return replace(_obstacle(state, k, ObstacleNow(Is.SEEN)), plan=plan)
         case now.Introduced():
             return replace(state, obstacles=(*state.obstacles, ObstacleNow()))
         case now.Stayed(i, _, node):
@@ -143,7 +147,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             )
         case now.Gone(k):
             known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
-            state = _obstacle(_dropped(state, k), k, ObstacleNow(Is.OVER))
+            state = _obstacle(_dropped(_forgiven(state, k=k), k), k, ObstacleNow(Is.OVER))
             return replace(state, plan=None) if known else state
         case now.Counted(i, ticks):
             return _counted(team, state, i, ticks)
@@ -195,6 +199,14 @@ def _robot(state: State, i: int, **changes: object) -> State:
     return replace(state, robots=(*robots[:i], replace(robots[i], **changes), *robots[i + 1 :]))
 
 
+def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> State:
+    """A robot is in a pose to which no decision has led."""
+    robot = state.robots[i]
+    same = pose % team.size == robot.pose % team.size
+    changes |= {"pose": pose, "behind": robot.behind if same else None}
+    return _robot(state, i, to=None, node=None, by=None, **changes)
+
+
 def _moved(team: Team, state: State, i: int) -> State:
     """A step uses charge when it ends, whatever its result."""
     energy = team.members[i].energy
@@ -210,10 +222,10 @@ def _charged(team: Team, state: State, i: int, time: float) -> State:
     return _robot(state, i, charge=energy.stayed(robot.charge, robot.pose, time))
 
 
-def _forgiven(state: State, i: int) -> State:
-    """A robot is back in service: its failures are forgotten."""
-    left = tuple(pair for pair in state.attempts if pair[0] != i)
-    return replace(_robot(state, i, failed=()), attempts=left)
+def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State:
+    """The failed actions of a robot, or on an obstacle, are forgotten."""
+    left = tuple(pair for pair in state.attempts if pair[0] != i and pair[1] != k)
+    return state if left == state.attempts else replace(state, attempts=left)
 
 
 def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
@@ -275,11 +287,13 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
         state = replace(state, attempts=tried, plan=None)
     for k, stage in event.stages:
         state = _obstacle(state, k, replace(state.obstacles[k], stage=stage))
+    for k in event.again:
+        state = _obstacle(_forgiven(state, k=k), k, ObstacleNow(Is.OVER))
     foreseen = state.plan.foreseen if state.plan else frozenset()
     for k, truth in event.truths:
         after = Is.SEALED if truth is False else Is.OVER
         state = _obstacle(
-            _dropped(state, k),
+            _dropped(_forgiven(state, k=k), k),
             k,
             replace(state.obstacles[k], state=after, asked=(), given_up=False),
         )
@@ -463,7 +477,7 @@ def acting_floor(team: Team, state: State, among: Collection[int] | None = None)
     """Return the floor of the obstacles on which robots act: those that are open or given up."""
     known = (k for k, each in enumerate(state.obstacles) if each.known)
     gates = tuple(k for k in known if among is None or k in among)
-    return floor_of(team, gates, frozenset(), (), barred=barred(team, state))
+    return floor_of(team, gates, frozenset(), frozenset(), barred=barred(team, state))
 
 
 def participants(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle, ObstacleType, Robot
 from safenav.scenario.settings import FailedMoves
 from safenav.team import state as now
+from safenav.team.floor import barred, reserved
 from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.world.map import Region
@@ -15,9 +16,19 @@ FAILURE = "world"
 """The cause of a robot's time out of service that its own failures explain."""
 
 
-def consequences(team: Team, before: State, event: now.Failed | now.Lost) -> Iterator[now.Event]:
-    """Yield what a failed step or a lost robot changes. ``before``: the state before the event."""
+def consequences(
+    team: Team, before: State, event: now.Elsewhere | now.Failed | now.Lost
+) -> Iterator[now.Event]:
+    """Yield what the end of a step changes that is not as commanded. A robot that has got where
+    another may be needs an operator. ``before``: the state before the event."""
     i, robot = event.robot, team.members[event.robot].robot
+    if not isinstance(event, now.Lost):
+        here, place = before.robots[i].pose % team.size, event.pose % team.size
+        if place != here and reserved(team, before, i) >> place & 1 and before.robots[i].active:
+            yield now.Served(i, False, FAILURE)
+            return
+        if isinstance(event, now.Elsewhere):
+            return
     if isinstance(event, now.Lost):
         here = before.robots[i].pose % team.size
         for region in sorted(event.regions - {here}):
@@ -42,15 +53,29 @@ def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iter
     yield now.Met(i, number(team, state, obstacle), pose, stopped=True)
 
 
+def vain(
+    team: Team, before: State, after: State, i: int, failed: Collection[int]
+) -> Iterator[now.Event]:
+    """Yield what failed actions show: an obstacle that the team did not know, or one in which the
+    robot stands and which it leaves to others. ``before``, ``after``: that action."""
+    pose, late = after.robots[i].pose, barred(team, after) - barred(team, before)
+    behind, steps = after.robots[i].behind, team.members[i].graph.steps(pose)
+    for k in failed:
+        inside = team.obstacles[k].region == pose % team.size and i in team.obstacles[k].blocks
+        left = inside and (i, k) in late
+        if left or not before.obstacles[k].known:
+            yield now.Seen(k)
+        if left or (inside and not before.obstacles[k].known):
+            yield now.Met(i, k, pose, stopped=True)
+        if left and behind is not None and all(to % team.size != behind for to in steps):
+            yield now.Served(i, False, FAILURE)  # it cannot turn back
+
+
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
     """Yield the events by which an obstacle joins those of the team, if it must."""
     if obstacle.name not in team.numbers:
         yield now.Introduced(obstacle)
-    k = number(team, state, obstacle)
-    over = k < len(state.obstacles) and state.obstacles[k].state is Is.OVER
-    if over:
-        yield now.Appeared(k, cause="world")
-    yield now.Seen(k)
+    yield now.Seen(number(team, state, obstacle))
 
 
 def number(team: Team, state: State, obstacle: Obstacle) -> int:

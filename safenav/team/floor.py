@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.cached_method import cached_method
-from safenav.team.state import Count, Stage, State
+from safenav.team.state import Count, Is, Stage, State
 from safenav.team.team import Member, Need, Obstacle, Team, posed
 from safenav.world.poses import Mask, PoseGraph, bits
 
@@ -36,8 +36,10 @@ class Joint(NamedTuple):
 class Floor(Struct, frozen=True, eq=False, dict=True):
     """``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``: poses of
     each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
-    take part; ``barred``: robots that must not act on an obstacle; ``helping``: those that serve
-    each gate already; ``rounds``: those to be completed, if not all of the mission."""
+    take part; ``barred``: robots that must not act on an obstacle; ``failed``: those that do not
+    resolve one by entering it; ``inside``: the pose of each robot in an obstacle closed to it;
+    ``helping``: those that serve each gate already; ``rounds``: those to be completed, if not all
+    of the mission."""
 
     team: Team
     gates: tuple[int, ...]
@@ -45,6 +47,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     floors: tuple[Mask, ...]
     robots: tuple[int, ...]
     barred: frozenset[tuple[int, int]] = frozenset()
+    failed: frozenset[tuple[int, int]] = frozenset()
+    inside: tuple[Mask, ...] = ()
     helping: tuple[tuple[int, tuple[int, ...]], ...] = ()
     rounds: int | None = None
 
@@ -65,8 +69,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             self.gate(g).region
             for g in self.open(stages)
             if i in self.gate(g).closed_to[stages[g].need]
+            or (self.failed and (i, self.gates[g]) in self.failed and i in self.gate(g).blocks)
         ]
-        return self.floors[i] & ~self.graphs[i].on(closed)
+        return self.floors[i] & ~self.graphs[i].on(closed) | self.inside[i]
 
     @cached_method
     def rivals(self, i: int) -> frozenset[int]:
@@ -355,6 +360,29 @@ def restarted(member: Member, count: Count) -> Count:
     return Count(count.memory if member.pursuit.in_turn else 0, 0, count.held)
 
 
+Inside = tuple[int, int, int, int | None]
+"""A robot in an obstacle that is closed to it, its pose, and the only region to which it may leave,
+if it has entered it to resolve it (None: any)."""
+
+
+def inside(team: Team, state: State) -> frozenset[Inside]:
+    """Return the robots that are in obstacles closed to them."""
+    found, failed = set[Inside](), barred(team, state)
+    for k, each in enumerate(state.obstacles):
+        obstacle = team.obstacles[k]
+        if each.state not in (Is.OPEN, Is.SEALED):
+            continue
+        for i in obstacle.blocks:
+            robot = state.robots[i]
+            shut = (i, k) in failed or each.state is Is.SEALED
+            if robot.next % team.size == obstacle.region and (
+                shut or i in obstacle.closed_to[each.stage.need]
+            ):
+                behind = robot.behind if robot.to is None else robot.pose % team.size
+                found.add((i, k, robot.next, behind if (i, k) in failed else None))
+    return frozenset(found)
+
+
 def gates_of(state: State) -> tuple[int, ...]:
     """The open obstacles in the order of service: by the ticks at which they are due, then the
     newest first, as the paper's stack has it."""
@@ -365,30 +393,21 @@ def gates_of(state: State) -> tuple[int, ...]:
 def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -> Floor:
     """Return the floor as the team knows it; ``robots``: those that take part, default all in
     service."""
-    poses = tuple(robot.next for robot in state.robots)
-    out = frozenset((i, p) for i, p in enumerate(poses) if not state.robots[i].active)
-    closed = barred(team, state)
-    return floor_of(team, gates_of(state), state.sealed, poses, robots, closed, out)
+    out = frozenset((i, robot.next) for i, robot in enumerate(state.robots) if not robot.active)
+    closed, within = barred(team, state), inside(team, state)
+    return floor_of(team, gates_of(state), state.sealed, within, robots, closed, out)
 
 
 def floor_of(
     team: Team,
     gates: tuple[int, ...],
     sealed: frozenset[int],
-    poses: tuple[int, ...],
+    inside: frozenset[Inside],
     robots: tuple[int, ...] | None = None,
     barred: frozenset[tuple[int, int]] = frozenset(),
     out: frozenset[tuple[int, int]] = frozenset(),
 ) -> Floor:
-    """Return the floor with these open and sealed obstacles. ``poses``: needed where something is
-    sealed, since a robot may leave a sealed region; ``out``: the robots out of service."""
-    shut = frozenset((k, team.obstacles[k].region) for k in sealed)
-    inside = frozenset(
-        (i, pose)
-        for i, pose in enumerate(poses if shut else ())
-        for k, region in shut
-        if pose % team.size == region and i in team.obstacles[k].blocks
-    )
+    """Return the floor with these open and sealed obstacles. ``out``: the robots out of service."""
     away = {i for i, _ in out}
     chosen = tuple(i for i in robots or _all(team) if i not in away)
     return _floor(team, gates, sealed, inside, chosen, barred, out)
@@ -404,12 +423,12 @@ def _floor(
     team: Team,
     gates: tuple[int, ...],
     sealed: frozenset[int],
-    inside: frozenset[tuple[int, int]],
+    inside: frozenset[Inside],
     robots: tuple[int, ...],
     barred: frozenset[tuple[int, int]],
     out: frozenset[tuple[int, int]],
 ) -> Floor:
-    graphs, floors, standing = [], [], dict(out)
+    graphs, floors, within, standing = [], [], [], dict(out)
     for i, member in enumerate(team.members):
         graph = member.graph
         closed = [team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks]
@@ -418,12 +437,15 @@ def _floor(
         for j, pose in out:
             at[j] = 1 << pose % team.size
         floor = member.floor & ~graph.on(closed) & ~graph.poses_on(member.shut(at))
-        for robot, pose in inside:
+        there = 0
+        for robot, k, pose, behind in inside:
             if robot == i:  # it stands there, and may leave
-                graph, floor = graph.left_only(pose), floor | 1 << pose
+                floor, there = floor | 1 << pose, there | 1 << pose
+                graph = graph.left_only(pose, behind) if k in sealed else graph
         graphs.append(graph)
         floors.append(1 << standing[i] if i in standing else floor)
-    return Floor(team, gates, tuple(graphs), tuple(floors), robots, barred)
+        within.append(there)
+    return Floor(team, gates, tuple(graphs), tuple(floors), robots, barred, barred, tuple(within))
 
 
 def without_memory(team: Team, state: State) -> tuple[Team, State]:

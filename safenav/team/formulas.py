@@ -154,8 +154,9 @@ class StateGraph(PoseGraph):
     def pose(self, number: int) -> Pose:
         return super().pose(number % self._span)
 
-    def left_only(self, pose: int) -> PoseGraph:
-        """This graph without the steps into a pose, whatever the memory is."""
+    def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
+        """This graph without the steps into a pose, whatever the memory is; runs let a robot leave
+        to the region behind it only."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, shut)
 

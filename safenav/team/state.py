@@ -82,7 +82,8 @@ class RobotNow(Struct, frozen=True):
     its own objective; ``base``: what it had before that. ``charge``: of its
     battery; ``flat``: that was used up, and the robot waits for another one; ``cause``: who took
     it out of service. ``kept``: progress with its own objective when it got another one, if nothing
-    has been resolved since."""
+    has been resolved since. ``behind``: the region from which it entered its own; None if it was
+    put there."""
 
     pose: int
     objective: Objective
@@ -105,6 +106,7 @@ class RobotNow(Struct, frozen=True):
     flat: bool = False
     cause: str = ""
     kept: Count | None = None
+    behind: int | None = None
 
     @property
     def next(self) -> int:
@@ -352,7 +354,8 @@ class Acts(NamedTuple):
 class Acted(NamedTuple):
     """A robot has done all that it can where it stands. ``stages``: those that changed; ``truths``:
     what each resolved obstacle revealed; ``failed``: the obstacles that it would have resolved, and
-    has not; ``gone``: those that it did not find; ``why``: the reason of a failure."""
+    has not; ``gone``: those that it did not find; ``why``: the reason of a failure; ``again``:
+    those that it opened once more, unasked."""
 
     robot: int
     stages: tuple[tuple[int, Stage], ...]
@@ -361,6 +364,7 @@ class Acted(NamedTuple):
     gone: tuple[int, ...] = ()
     command: int = 0
     why: str = ""
+    again: tuple[int, ...] = ()
 
 
 class Introduced(NamedTuple):

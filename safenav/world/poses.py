@@ -113,16 +113,13 @@ class PoseGraph:
         return frozenset(map(self.pose, bits(mask)))
 
     @cached_method
-    def left_only(self, pose: int) -> PoseGraph:
-        """Return this graph without the steps into ``pose``."""
-        into = {(former, pose) for former in bits(self.backward(1 << pose))}
-        return PoseGraph(self.world, self.mobility, self._closed.union(into))
-
-    @cached_method
-    def back_only(self, pose: int, region: Region) -> PoseGraph:
-        """Return this graph with the steps from ``pose`` into ``region`` only."""
-        ahead = {(pose, after) for after in self.steps(pose) if after % self.size != region}
-        return PoseGraph(self.world, self.mobility, self._closed.union(ahead))
+    def left_only(self, pose: int, behind: Region | None = None) -> PoseGraph:
+        """Return this graph without the steps into ``pose``, and from there with those to the
+        region ``behind`` only (None: to any)."""
+        shut = {(former, pose) for former in bits(self.backward(1 << pose))}
+        if behind is not None:
+            shut |= {(pose, to) for to in self.steps(pose) if to % self.size != behind}
+        return PoseGraph(self.world, self.mobility, self._closed.union(shut))
 
     def regions_of(self, poses: Mask) -> Mask:
         """The regions of a set of poses."""

@@ -98,7 +98,15 @@ class Answers:
         time: float = 0,
     ) -> Found | Deadlock | Unserved | None:
         """The joint plan for the remaining mission, or the reason why there is none."""
-        known = floor.team, floor.gates, floor.floors, floor.robots, floor.barred, floor.helping
+        known = (
+            floor.team,
+            floor.gates,
+            floor.floors,
+            floor.robots,
+            floor.barred,
+            floor.inside,
+            floor.helping,
+        )
         key = *known, joint, served, seed
         if charges:
             plain: Found | Deadlock | Unserved | None = None

@@ -25,7 +25,7 @@ from safenav.solve.solve import Sets, around
 from safenav.spec.objective import Memory
 from safenav.spec.task import Task
 from safenav.team.apply import done, rounds, stands
-from safenav.team.floor import barred, floor_of, gates_of, stages_of, without_memory
+from safenav.team.floor import barred, floor_of, gates_of, inside, stages_of, without_memory
 from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
@@ -61,10 +61,9 @@ def hopeful(team: Team, state: State, *, given_up: bool = True) -> Sets:
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
-    poses = tuple(robot.next for robot in state.robots)
     gates = (*gates_of(state), *again)
-    floor = floor_of(team, gates, sealed, poses, None, barred(team, state))
-    return around(floor, poses, stages_of(floor, state))
+    floor = floor_of(team, gates, sealed, inside(team, state), None, barred(team, state))
+    return around(floor, tuple(robot.next for robot in state.robots), stages_of(floor, state))
 
 
 def lacks_of(team: Team, state: State) -> dict[str, Shortfall]:

@@ -11,7 +11,7 @@ from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.observing import heard
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
-from safenav.team.floor import reserved
+from safenav.team.floor import barred, reserved
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 
@@ -34,6 +34,12 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
         return stay
     if i in control.pending:
         return stay._replace(why="synthesis")
+    behind = way_back(team, state, i)
+    if behind is not None:
+        steps = team.members[i].graph.steps(stay.pose)
+        back = next((pose for pose in steps if pose % team.size == behind), stay.pose)
+        free = not reserved(team, state, i) >> behind & 1
+        return Proposal(back, "backtrack") if free else stay
     if not team.members[i].planned:
         return next(iter(_successors(team, state, control, i)), stay)
     pose = next_step(team, state, i)
@@ -73,18 +79,34 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     return found
 
 
-def closing(team: Team, state: State, i: int, step: Proposal) -> int | None:
-    """The known obstacle that a robot would enter by a move."""
-    region = step.pose % team.size
-    if region == state.robots[i].pose % team.size:
+def closing(team: Team, state: State, i: int, pose: int) -> int | None:
+    """The known obstacle that a robot would enter by a move to a pose; or pass, as it stands in one
+    that it has not resolved."""
+    robot, failed = state.robots[i], barred(team, state)
+    here, region = robot.pose % team.size, pose % team.size
+    if region == here:
         return None
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
-        if obstacle.region == region:
-            if each.state in (Is.OPEN, Is.SEEN) and i in obstacle.closed_to[each.stage.need]:
+        if i not in obstacle.blocks or obstacle.region not in (here, region):
+            continue
+        if obstacle.region == here:
+            if each.known and robot.behind not in (None, region):
                 return k
-            if each.state is Is.SEALED and i in obstacle.blocks:
-                return k
+        elif each.state is Is.SEALED or (
+            each.known and (i in obstacle.closed_to[each.stage.need] or (i, k) in failed)
+        ):
+            return k
+    return None
+
+
+def way_back(team: Team, state: State, i: int) -> int | None:
+    """The region to which a robot leaves an obstacle that it has entered and failed to resolve."""
+    robot = state.robots[i]
+    for one, k in barred(team, state):
+        there = team.obstacles[k].region == robot.pose % team.size and state.obstacles[k].known
+        if one == i and there and i in team.obstacles[k].blocks:
+            return robot.behind
     return None
 
 

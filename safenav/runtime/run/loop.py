@@ -155,19 +155,20 @@ class Run:
         if not self.state.robots[i].idle:
             return
         if self.world.reaches(self, i):
-            self.happens(now.Stayed(i, "stay", ticks=self.world.ticks))
-            self.act(i)
+            self.take(i, Proposal(self.state.robots[i].pose, "stay"))
         else:
             step = propose(self.team, self.state, self.control, i)  # NP
             obstacle = self.characterize(i, step)  # EC
             if obstacle is not None:
-                self.happens(now.Met(i, obstacle, step.pose))  # 7
+                here = self.state.robots[i].pose
+                inside = self.team.obstacles[obstacle].region == here % self.team.size
+                self.happens(now.Met(i, obstacle, here if inside else step.pose))  # 7
                 step = self.back_up(i, step)  # 8
             self.take(i, step)
 
     def characterize(self, i: int, step: Proposal) -> int | None:
         """The obstacle that a robot would enter by a move: knowledge first, then the sensor."""
-        known = closing(self.team, self.state, i, step)
+        known = closing(self.team, self.state, i, step.pose)
         region = step.pose % self.team.size
         if known is not None or region == self.state.robots[i].pose % self.team.size:
             return known
@@ -176,7 +177,7 @@ class Run:
             return None
         for event in noticed(self.team, self.state, obstacle):
             self.happens(event)
-        return closing(self.team, self.state, i, step)
+        return closing(self.team, self.state, i, step.pose)
 
     def back_up(self, i: int, refused: Proposal) -> Proposal:
         """Another successor of the strategy's node that is safe; else the stay, which keeps the
@@ -192,9 +193,10 @@ class Run:
         if step.pose == self.state.robots[i].pose:
             why = "operator" if self.recorder.waited is not None else step.why
             stays = now.Stayed(i, step.by, step.node, why, step.values, self.world.ticks)
-            self.happens(stays)
-            return
-        for event in self.world.start(self, i, step):
+            events = self.world.stay(self, stays)
+        else:
+            events = self.world.start(self, i, step)
+        for event in events:
             self.happens(event)
         self.act(i)
 
@@ -363,6 +365,6 @@ def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
             return ended or state.obstacles[k].state in (now.Is.OPEN, now.Is.SEALED)
         case now.Served(_, active):
             return ended or active
-        case now.Appeared() | now.Inputs() | now.Declared():
+        case now.Appeared() | now.Inputs() | now.Declared() | now.Elsewhere():
             return ended
     return isinstance(event, now.Placed | now.Assigned)

@@ -28,7 +28,7 @@ from safenav.scenario.settings import Clock
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
 from safenav.team.apply import acting_floor, apply, goals, rounds
-from safenav.team.floor import barred, driven, floor_now, floor_of, put, stages_of
+from safenav.team.floor import barred, driven, floor_now, floor_of, inside, put, stages_of
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -156,7 +156,7 @@ class Recorder:
                 who = tuple(map(self._robot, group)), tuple(map(self._name, obstacles))
                 self.emit(records.Act(self.tick, command, self._robot(i), *who))
             case now.Acted():
-                if self.live:
+                if self.live or event.failed:
                     self._action_ends(before, event, after)
                 self._acted(before, event)
             case now.Appeared(k, truth, another, cause):
@@ -257,12 +257,12 @@ class Recorder:
 
     def _action_ends(self, before: State, event: now.Acted, after: State) -> None:
         results = {self._name(k): ActResult.FAILED for k in event.failed}
-        for k, truth in event.truths:
+        for k, truth in event.truths if self.live else ():
             results[self._name(k)] = ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE
         results |= {self._name(k): ActResult.NOTHING for k in event.gone}
         late = barred(self.team, after) - barred(self.team, before)
         left = tuple(self._name(k) for i, k in sorted(late)) or None
-        who = self.tick, event.command, self._robot(event.robot)
+        who = self.tick, event.command if self.live else 0, self._robot(event.robot)
         self.emit(records.ActionEnd(*who, results, left, event.why or None))
 
     def _acted(self, before: State, event: now.Acted) -> None:
@@ -396,8 +396,8 @@ class Recorder:
         floor = floor_now(self.team, state)
         stages, g = stages_of(floor, state), floor.gates.index(k)
         need, number, bids = floor.need(g, stages), stages[g].need, {}
-        poses, closed = tuple(robot.next for robot in state.robots), barred(self.team, state)
-        free = floor_of(self.team, floor.gates, state.sealed, poses, barred=closed)
+        within, closed = inside(self.team, state), barred(self.team, state)
+        free = floor_of(self.team, floor.gates, state.sealed, within, barred=closed)
         for i in free.skilled(g, stages):
             graph, allowed = free.graphs[i], free.allowed(i, stages)
             if not state.robots[i].active:

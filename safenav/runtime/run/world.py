@@ -8,14 +8,14 @@ pass is an instant at which something ends, after which each idle robot has its 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from math import inf
 
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.plan.order import charging_ends
-from safenav.runtime.run.decide import Proposal
+from safenav.runtime.run.decide import Proposal, closing
 from safenav.runtime.run.inputs import selected, values_of
 from safenav.runtime.run.operator import Operator
 from safenav.runtime.run.running import Running
@@ -29,8 +29,8 @@ from safenav.scenario import model
 from safenav.scenario.settings import switching
 from safenav.team import state as now
 from safenav.team.apply import acts_on, charged, participants, resolved
-from safenav.team.failures import consequences, met, noticed, number, unknown
-from safenav.team.floor import occupied, standing
+from safenav.team.failures import consequences, met, noticed, number, unknown, vain
+from safenav.team.floor import occupied, reserved, standing
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
@@ -75,6 +75,13 @@ class World:
         self._stood: list[State] = []
         """The states since a robot moved last: strategies may go in a circle where they stand."""
         self._asked: set[int] = set()
+        """The robots that have acted since their last move."""
+        self._told_late = not self.live and self._truth is None
+        """Whether the world learns of a step when it ends, and of stays: a blocking one."""
+        self._held: set[int] = set()
+        """The robots of such a world that it has moved."""
+        self._strayed: dict[int, protocol.Ended] = {}
+        """The ends of their first stays, if elsewhere."""
         self._opened: dict[str, float] = {}
         """When obstacles were opened last: earlier reports of them are late."""
         self._found: dict[int, protocol.Acted | None] = {}
@@ -155,7 +162,10 @@ class World:
         for i, member in enumerate(run.team.members):
             robot = run.state.robots[i]
             if robot.to is not None:
-                ended = self.commands.ended(member.robot)
+                if self._told_late:
+                    found = self.sense(run, i, robot.to % run.team.size)
+                    yield from () if found is None else noticed(run.team, run.state, found)
+                ended = self._ended(run, i)
                 if ended is not None:
                     yield from self._arrived(run, i, ended)
                 elif not self.live:
@@ -165,6 +175,16 @@ class World:
                 yield from () if acted is None else self._acted(run, i, acted)
             else:
                 yield now.Turn(i, None if self.live else 1)
+
+    def _ended(self, run: Running, i: int) -> protocol.Ended | None:
+        """The end of a robot's step, if it has come. One of several ticks, of which the world
+        learns when it ends, is given up if the robot must not enter the region any longer: another
+        has ended there, or an obstacle is known."""
+        robot, to = run.team.members[i].robot, run.state.robots[i].next
+        taken = reserved(run.team, run.state, i) >> to % run.team.size & 1
+        if self._told_late and (taken or closing(run.team, run.state, i, to) is not None):
+            return self.commands.give_up(robot)
+        return self.commands.ended(robot)
 
     def _on(self, run: Running) -> frozenset[str]:
         """The inputs that are on now."""
@@ -182,11 +202,15 @@ class World:
     def _arrived(self, run: Running, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
         graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
         here = before.robots[i].pose
+        self._asked.discard(i)
+        self._found.pop(i, None)
         match ended:
             case protocol.Arrived(reason=why):
                 yield now.Arrived(i, why)
             case protocol.Elsewhere(pose=pose):
-                yield now.Elsewhere(i, graph.moved(here, pose))
+                strays = now.Elsewhere(i, graph.moved(here, pose))
+                yield strays
+                yield from consequences(run.team, before, strays)
             case protocol.Blocked(pose=pose, obstacle=obstacle):
                 yield now.Elsewhere(i, graph.moved(here, pose), blocked=True)
                 obstacle = obstacle or unknown(run.team.members[i].robot, target % run.team.size)
@@ -202,6 +226,7 @@ class World:
 
     def _changed(self, run: Running, change: Change) -> Iterator[now.Event]:
         if change.appeared:
+            self._opened.pop(change.obstacle.name, None)
             yield from _introduced(run, change.obstacle)
             k = number(run.team, run.state, change.obstacle)
             cause = "user" if change.by_user else "scenario"
@@ -229,8 +254,6 @@ class World:
     def start(self, run: Running, i: int, step: Proposal) -> Iterator[now.Event]:
         """Command a step: its departure, and its end if it takes no time."""
         graph, robot = run.team.members[i].graph, run.team.members[i].robot
-        self._asked.discard(i)
-        self._found.pop(i, None)
         here = graph.pose(run.state.robots[i].pose)
         ended = self.commands.start(robot, here, graph.pose(step.pose))
         command, seconds = self.commands.number(robot.name), self.commands.expected(robot)
@@ -238,6 +261,28 @@ class World:
         yield now.Departed(i, step.pose, step.by, step.node, *about)
         if ended is not None:
             yield from self._arrived(run, i, ended)
+
+    def stay(self, run: Running, event: now.Stayed) -> Iterator[now.Event]:
+        """Let a robot stay. In lockstep worlds other than the simulation may carry it meanwhile."""
+        i = event.robot
+        if not self._told_late or i in self._found:
+            yield event
+            return
+        ended = self._strayed.pop(i, None) or self._holds(run, i)
+        self._asked.discard(i)
+        if isinstance(ended, protocol.Arrived):
+            yield event
+        else:
+            yield from self._arrived(run, i, ended)
+
+    def _holds(self, run: Running, i: int) -> protocol.Ended:
+        """The end of a stay, for which a blocking world is told to move."""
+        member, pose = run.team.members[i], run.state.robots[i].pose
+        self._held.add(i)
+        here = member.graph.pose(pose)
+        ended = self.commands.start(member.robot, here, here)
+        assert ended is not None, "a stay takes one tick"
+        return ended
 
     def reaches(self, run: Running, i: int) -> bool:
         """Whether a robot would change something by acting where it stands."""
@@ -255,6 +300,11 @@ class World:
                 return reached
         if i in self._asked:
             return i in self._found
+        if self._told_late and i not in self._held:  # it acts after a move, also at its start
+            ended = self._holds(run, i)
+            if not isinstance(ended, protocol.Arrived):
+                self._strayed[i] = ended
+                return True
         self._asked.add(i)
         if self.live and not self.commands.simulated:
             return False  # such a world acts on nothing unasked
@@ -283,9 +333,13 @@ class World:
     def _acted(self, run: Running, i: int, event: protocol.Acted) -> Iterator[now.Event]:
         """The results of an action: earlier needs follow from where robots stand, the last one only
         from what the world reports."""
+        again: tuple[int, ...] = ()
+        if self._truth is None:
+            event, again = yield from self._news(run, i, event)
         for obstacle, _ in event.found:
             yield from _introduced(run, obstacle)
-        team, stages, truths = run.team, dict(self._changes(run, i)), dict[int, bool | None]()
+        team, truths = run.team, dict[int, bool | None]()
+        stages = {k: stage for k, stage in self._changes(run, i) if k not in again}
         if self._truth is not None:
             stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
                 number(run.team, run.state, obstacle): stage
@@ -306,14 +360,53 @@ class World:
                 done = result is ActResult.DONE
                 truths[k] = (done if has_truth else None) if done else False
                 stages[k] = now.Stage(len(team.obstacles[k].needs))
+        if event.reason and {*reported.values()} <= {ActResult.FAILED}:
+            stages = {}  # it has reported effects only
         gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
         over = {team.obstacles[k].name for k in (*truths, *gone)}
         self._opened |= dict.fromkeys(over, self.commands.now())
         kept = tuple((k, s) for k, s in stages.items() if k in truths or k not in failed)
         failed = tuple(k for k in failed if k not in truths and k not in gone)
         command, why = event.command or 0, event.reason
-        yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why)
+        before = run.state
+        yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why, again)
         yield from map(now.Gone, gone)
+        yield from vain(run.team, before, run.state, i, failed)
+
+    def _news(
+        self, run: Running, i: int, event: protocol.Acted
+    ) -> Generator[now.Event, None, tuple[protocol.Acted, tuple[int, ...]]]:
+        """What an action adds to what the team knows, and the obstacles that it has opened again
+        although nobody had asked: a world that repeats its results would keep the robot acting
+        forever. A load is not delivered where it is taken."""
+        team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
+        again, echoes, early = list[int](), list[str](), list[str]()
+        for obstacle, result in event.found:
+            k, words = number(team, state, obstacle), f"{obstacle.name}: {result.value}"
+            listed = k < len(state.obstacles)
+            there = state.obstacles[k] if listed else now.ObstacleNow()
+            new = obstacle.name not in self._opened and result is not ActResult.NOTHING
+            if result is ActResult.FAILED:
+                new = _shows(team, state, i, obstacle, there)
+            if (
+                there.known
+                and result is ActResult.DONE
+                and _is_early(team, state, i, obstacle, there)
+            ):
+                early.append(words)
+            elif new or (there.known and there.state is not now.Is.SEEN):
+                told.append((obstacle, result))
+            else:
+                echoes.append(words)
+                again += [k] if there.known and result is ActResult.DONE else []
+        for why, dropped in (
+            ("other needs are still open", early),
+            ("it adds nothing to the knowledge", echoes),
+        ):
+            if dropped and self.live:
+                why = f"{why} ({', '.join(dropped)})"
+                yield now.Late("acted", why, i, None, self.commands.at(event))
+        return replace(event, found=tuple(told)), tuple(again)
 
     def _changes(self, run: Running, i: int) -> tuple[tuple[int, now.Stage], ...]:
         if not run.team.members[i].robot.capabilities or not any(
@@ -364,6 +457,28 @@ class World:
         orders = [each.source.appears or 0 for each in run.team.obstacles if each.ordered]
         times = (*self.commands.times(), *map(float, (*listed, *switches, *orders)))
         return min((time for time in times if run.state.time < time <= most), default=None)
+
+
+def _is_early(
+    team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
+) -> bool:
+    """Whether a robot would have delivered a load that it has only taken: the same robot must meet
+    one of the needs that are left elsewhere."""
+    here = state.robots[i].pose % team.size
+    return any(
+        need.same and here not in obstacle.resolution_regions(team.world, number)
+        for number, need in [*enumerate(obstacle.needs)][there.stage.need :]
+    )
+
+
+def _shows(
+    team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
+) -> bool:
+    """Whether a failed action shows an obstacle that the team did not know as present."""
+    here, last = state.robots[i].pose % team.size, len(obstacle.needs) - 1
+    able = obstacle.needs[last].action in team.members[i].robot.capabilities
+    able = able and here in obstacle.resolution_regions(team.world, last)
+    return able and (here == obstacle.region or there.state is not now.Is.SEEN)
 
 
 def _introduced(run: Running, obstacle: model.Obstacle) -> Iterator[now.Event]:

@@ -122,11 +122,6 @@ class BlockingAdapter:
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
 
-    @property
-    def external(self) -> bool:
-        """Whether the world is not the simulation."""
-        return self._simulated is None
-
     def cancel(self, robot: Robot) -> None:
         """Forget a step of several ticks, of which the world receives only the end."""
         self._open.pop(robot.name, None)

@@ -188,23 +188,12 @@ class Commands:
         return found
 
     def give_up(self, robot: Robot) -> protocol.Ended | None:
-        """Lockstep: end a robot's step where it began; None if a simulated world moves it."""
-        if not isinstance(self.world, BlockingAdapter) or not self.world.external:
-            return None
+        """Lockstep: end a robot's step where it began."""
         open_ = self._open[robot.name]
         self.world.cancel(robot)
         number = open_.command
         self._take(protocol.Elsewhere(self.now(), robot.name, open_.start, command=number))
         return self.ended(robot)
-
-    def may_have_ended(self, name: str) -> bool:
-        """Whether a robot's step may have ended, as far as is known before its turn."""
-        return not self.live or name in self._ended
-
-    def claims(self) -> Iterator[tuple[str, Collection[Region]]]:
-        """The robots whose steps have ended, and the regions that their reports name."""
-        for name, event in self._ended.items():
-            yield name, claimed(event)
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted | None:
         """Let a robot act where it stands; return the results, if the action has already ended."""
