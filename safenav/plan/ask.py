@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import combinations, islice
 
 from msgspec import Struct
@@ -21,8 +21,8 @@ from safenav.plan.shorten import shortened
 from safenav.scenario.room import room_words, without_room
 from safenav.solve.duties import settle
 from safenav.solve.solve import Solver
-from safenav.team.floor import EitherFloor, Floor, Joint, Stages
-from safenav.team.state import Plan
+from safenav.team.floor import EitherFloor, Floor, Joint, Stages, put
+from safenav.team.state import Plan, Stage
 from safenav.trace import proofs
 from safenav.world.poses import Mask
 
@@ -161,16 +161,32 @@ def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
     return None
 
 
-def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | None:
-    """The proof that a few robots cannot complete the mission even without all others and open
+def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
+    """The proof that some robots cannot complete the mission, even with all that could help them with the open
     obstacles, if that is soon found."""
-    few = EitherFloor(floor.team, (), floor.graphs, floor.floors, group, rounds=floor.rounds)
-    begun = few.begun(joint.poses, joint.counts, ())
+    group = {*robots}
+    for g in floor.open(joint.stages):
+        for stage in range(joint.stages[g].need, len(floor.gate(g).needs)):
+            group |= {*floor.skilled(g, put(joint.stages, g, Stage(stage)))}
+    return _proof(floor, joint, tuple(sorted(group)), opened=True)
+
+
+def _proof(
+    floor: Floor, joint: Joint, group: tuple[int, ...], *, opened: bool = False
+) -> Deadlock | None:
+    """The proof that a few robots cannot complete the mission even without all others, and, unless
+    ``opened``, without the open obstacles; if that is soon found."""
+    gates, stages = (floor.gates, joint.stages) if opened else ((), ())
+    about = floor.team, gates, floor.graphs, floor.floors, group, floor.barred
+    few = EitherFloor(*about, rounds=floor.rounds)
+    begun = few.begun(joint.poses, joint.counts, stages)
     search = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
     found = search.deep(begun, search.goal, 200, "farthest first", list(group))
     if found is None or isinstance(found, Exhausted):
         found = search.singles(FEW_STATES)
-    return Deadlock(group, _stated(few, begun, found)) if isinstance(found, Exhausted) else None
+    if not isinstance(found, Exhausted):
+        return None
+    return Deadlock(group, _stated(few, begun, found), whole=opened)
 
 
 def _crowded(floor: Floor) -> Deadlock | None:

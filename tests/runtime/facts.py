@@ -12,8 +12,8 @@ from click.testing import CliRunner
 
 from certify.making import bundle_at, certified, files_of, judged, rewrite
 from certify.mutants import lines_of, with_lines
+from runtime.continued import moves, rests
 from runtime.played import Line, Run, loaded, play, whole
-from runtime.resuming.cuts import continued, moves
 from safenav.checked_trace import check_trace
 from safenav.cli.check import command
 from safenav.errors import InputError
@@ -45,7 +45,7 @@ def hold(text: str, facts: Facts) -> None:
             loaded(text)
         _has(str(error.value), facts["refused"])
         return
-    run, damages, rests = play(text), facts.pop("damaged", ()), facts.pop("rests", ())
+    run, damages = play(text), facts.pop("damaged", ())
     cut = facts.pop("cut", None)
     for damage in facts.pop("forged", ()):
         _forged(bundle_at("plan", text), damage)
@@ -57,8 +57,6 @@ def hold(text: str, facts: Facts) -> None:
     _recorded(run, facts)
     for damage in damages:
         _refused(run, damage)
-    for rest in rests:
-        _continued(run, text, dict(rest))
     if cut:
         _cut(run, text, cut)
 
@@ -170,22 +168,9 @@ def _place(line: Line, path: str) -> tuple[Any, Any]:
     return place, int(key) if isinstance(place, list) else key
 
 
-def _continued(run: Run, text: str, rest: Facts) -> None:
-    """Check the rest of the run that is cut after a line."""
-    last = _found(run, *rest.pop("after"))
-    end = next(k for k, line in enumerate(run.records, 1) if line is last)
-    found = continued(run, end, loaded(text))
-    assert not found.findings, found.findings
-    _recorded(found, rest)
-
-
 def _cut(run: Run, text: str, alike: str) -> None:
-    """Check that each rest of the run has its outcome, or the moves of the run from there on."""
-    expected, scenario = moves(run.records), loaded(text)
-    for end in range(2, len(run.records) - 1, 1 if alike == "moves" else 3):
-        rest = continued(run, end, scenario)
-        assert rest.outcome["outcome"] == run.outcome["outcome"], end
-        had = rest.records[0]["scenario"]["begun"].get("had", ())
-        after = [move for move in rest.all("move") if move["tick"] > 1 or move["robot"] not in had]
-        both = moves(run.records[:end]) + moves(after)
-        assert alike != "moves" or both == expected, (end, run.records[end])
+    """Check that each rest of the run has its outcome, or the moves of the whole run."""
+    expected = moves(run.records)
+    for number, rest in enumerate(rests(loaded(text))):
+        assert rest.outcome["outcome"] == run.outcome["outcome"], number
+        assert alike != "moves" or moves(rest.records) == expected, number

@@ -15,8 +15,8 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
   other ``fields`` of it or without one (``drop``), ``and`` more of these: the words ``found``, the
   broken ``rule``
 - ``forged``: likewise, the checker of bundles refuses the bundle with the damaged trace
-- ``rests``: facts about the rest of the run that is cut after a line (``after``), and resumed
-- ``cut``: wherever the run is cut, its rest has the same ``outcome``, or even the same ``moves``
+- ``cut``: from before each pass on, resumed, the run has the same ``outcome``, or even the same
+  ``moves``
 - ``refused``: the scenario is not loaded; words of the message
 - ``clocks``: it is played on each of these
 - ``or``: it is also played with these words replaced

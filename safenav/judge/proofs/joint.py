@@ -138,10 +138,11 @@ def goals_of(name: str, case: Case) -> Goals:
         starts = [(int(rounds < 1), 0)]
     elif own.in_turn:
         left, turn = max(wanted * count - progress.goals, 0), progress.turn or 0
-        free = own.strict and not progress.goals and not (
-            own.literal and progress.turn is not None
-        )  # fmt: skip
-        starts = [(left, k) for k in (range(count) if free else [turn])]
+        free = own.strict and not own.literal and not progress.goals
+        firsts = [turn]
+        if own.literal and progress.turn is None:  # with the target on which it starts
+            firsts += [k for k in range(1, count) if case.at[name] in targets[k]]
+        starts = [(left, k) for k in (range(count) if free else firsts)]
         starts = [(left, EITHER)] if free and either else starts
     else:
         met = progress.seen if own.covers else _partly(progress.counts)

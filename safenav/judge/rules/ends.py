@@ -115,6 +115,8 @@ def end(e: Line, s: State) -> Iterator[str]:
     limits, wanted = s.scenario.limits, s.scenario.until.rounds
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)
+        if s.live and robot.own.settles and rounds:
+            rounds = max(rounds, wanted or 0)  # no time passes while it stays
         if e.outcome == "completed" and wanted is not None:
             if rounds < wanted:
                 yield f"{name} has met its objective {rounds} times of {wanted}"

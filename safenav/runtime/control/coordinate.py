@@ -12,7 +12,7 @@ from collections.abc import Collection, Hashable, Sequence
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.plan.ask import Deadlock, Found, Unserved
+from safenav.plan.ask import Deadlock, Found, Unserved, lost
 from safenav.plan.order import at_end, charges_now, joint_now, starving, stuck
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.ends import (
@@ -25,6 +25,7 @@ from safenav.runtime.control.ends import (
 )
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.tasks import Controller, outdated, pursues, synthesized
+from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Clock
 from safenav.solve.duties import Settlement, settle
 from safenav.solve.proof import closure_of, stated
@@ -32,7 +33,7 @@ from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
 from safenav.team.failures import FAILURE
-from safenav.team.floor import driven, floor_now, stages_of, without_memory
+from safenav.team.floor import driven, floor_now, gates_of, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
@@ -166,7 +167,10 @@ def _question(team: Team, state: State) -> Hashable:
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
     out = tuple([(i, robot.pose) for i, robot in enumerate(state.robots) if not robot.active])
     astray = tuple([i for i in team.lone if _is_astray(state.robots[i])])
-    return state.requests, obstacles, state.over, state.attempts, out, astray, team.objectives
+    order = [i for i in team.lone if team.members[i].pursuit.settles] if state.requests else []
+    next_ = tuple((i, state.robots[i].own.memory) for i in order)
+    about = state.requests, obstacles, state.over, state.attempts
+    return *about, out, astray, next_, team.objectives
 
 
 def _is_astray(robot: RobotNow) -> bool:
@@ -246,7 +250,21 @@ def _settled(
         if vain:  # formulas remember what the decision does not know
             kept = replace(before, question=None, failed=tuple(c for _, c in failed))
             return replace(kept, vain=vain)
+        if before.roles and floor.open(stages) and not any(map(_is_a_game, failed)):
+            whole = floor_now(team, state)
+            joint = joint_now(team, state, whole)._replace(stages=stages_of(whole, state))
+            proven = lost(whole, joint, [i for i, _ in failed])
+            if proven is not None:
+                dead = _deadlock(team, state, proven)
+                links = (*end.links, *dead.links)
+                end = replace(dead, why="; ".join(links), links=links)
     return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
+
+
+def _is_a_game(failed: tuple[int, Controller]) -> bool:
+    """Whether others or inputs may keep a robot from its objective."""
+    objective = failed[1].task.objective
+    return isinstance(objective, Ltl) or (objective.strict and objective.literal)
 
 
 def _planned(
@@ -299,18 +317,24 @@ def _planned(
             decide(now.Planned(plan))  # type: ignore[operator]
         case Unserved(gates):
             decide(now.SetAside(tuple(floor.gates[g] for g in gates)))  # type: ignore[operator]
-        case Deadlock(robots, proof, why, whole):
-            if isinstance(proof, JointSearch) and whole:
-                begun = {team.obstacles[k].name: state.obstacles[k].stage.need for k in floor.gates}
-                proof = replace(proof, stages=begun)  # nobody has acted yet
-            if isinstance(proof, JointSearch):
-                proof = _whole(team, state, robots, proof)
-            return deadlocked(team, state, robots, proof, why)
+        case Deadlock():
+            return _deadlock(team, state, answer)
         case None:
             return End(
                 "search_limit", "search budget exhausted while planning a joint plan; no verdict"
             )
     return None
+
+
+def _deadlock(team: Team, state: State, found: Deadlock) -> End:
+    """The end of a run by such an answer."""
+    robots, proof, why, whole = found.robots, found.proof, found.why, found.whole
+    if isinstance(proof, JointSearch) and whole:
+        begun = {team.obstacles[k].name: state.obstacles[k].stage.need for k in gates_of(state)}
+        proof = replace(proof, stages=begun)  # nobody has acted yet
+    if isinstance(proof, JointSearch):
+        proof = _whole(team, state, robots, proof)
+    return deadlocked(team, state, robots, proof, why)
 
 
 def _whole(team: Team, state: State, robots: tuple[int, ...], proof: JointSearch) -> JointSearch:

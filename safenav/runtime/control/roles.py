@@ -4,6 +4,7 @@ of."""
 from __future__ import annotations
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import (
@@ -57,7 +58,8 @@ class Roles:
 
     def role(self, i: int) -> Role:
         if i in self.found.duties:
-            return self._help(i)
+            first = self._own(i) if self._meets_own_first(i) else None
+            return self._help(i) if first is None else replace(first, helps=self._served(i))
         own = None if self.waits(i) else self._own(i)
         return own or self._wait(i)
 
@@ -94,6 +96,23 @@ class Roles:
         else:
             objective = alternating(places, own, rules)
         return self._toward(i, wanted, objective, k)
+
+    def _served(self, i: int) -> int:
+        return self.floor.gates[self.found.duties[i].g]
+
+    def _meets_own_first(self, i: int) -> bool:
+        """Whether a robot must meet the next target of its ``once`` before its duty, since it could
+        not meet all that are left afterwards; and can."""
+        member, duty, floor = self.team.members[i], self.found.duties[i], self.floor
+        if not (member.pursuit.settles and member.pursuit.in_turn):
+            return False
+        graph, left = floor.graphs[i], member.targets[self.state.robots[i].own.memory :]
+        after = floor.allowed(i, floor.advanced(duty.g, self.stages, duty.group))
+        rest, now = duty.goal, floor.allowed(i, self.stages)
+        for target in left:
+            rest = graph.closure(rest, after) & target
+        first = graph.closure(1 << self.poses[i], now) & left[0]
+        return not rest and bool(graph.closure(first, now) & duty.goal)
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
         """The place where it waits, or the first own target between which and its duty it can

@@ -85,6 +85,7 @@ class Run:
         ended where they began; strategies are synthesized where the robots are."""
         kept, self.team, self.state = begun.kept, begun.team, begun.state
         self.recorder.team = self.team
+        self.world.operator.resume(self.state.time, begun.lines)
         for line in begun.lines:
             if isinstance(line, Synthesis):
                 self.answers.count += 1
@@ -237,6 +238,8 @@ class Run:
             if kind is not None and not taken:
                 k = len(self.team.obstacles)
                 source = Obstacle(kind, region, appears=int(self.state.time))
+                while source.name in self.team.numbers:
+                    source = replace(source, number=source.number + 1)
                 self.world.place(source)
                 self.happens(now.Introduced(source, i))
             self.happens(now.Flat(i, k))

@@ -7,7 +7,7 @@ refused at the call; one that becomes impossible later is dropped, and recorded.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from msgspec.structs import replace
 
@@ -26,6 +26,7 @@ from safenav.team import state as now
 from safenav.team.failures import number, stands_for
 from safenav.team.floor import occupied
 from safenav.team.state import Is
+from safenav.trace import records
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
@@ -47,6 +48,13 @@ class Operator:
         self.inputs: dict[str, bool] = {}
         self._listed = [*scenario.changes]
         self._ordered: set[str] = set()
+
+    def resume(self, time: float, lines: Iterable[records.Record]) -> None:
+        """Continue after the changes until ``time``, with the inputs set in these lines."""
+        self._listed = [change for change in self._listed if change.at > time]
+        for line in lines:
+            if isinstance(line, records.Inputs):
+                self.inputs = {name: line.values[name] for name in line.user or ()}
 
     def ask(self, run: Running, wanted: kinds.Intervention, *, late: bool = False) -> None:
         """Request a change. Raises UsageError, with the reason, for an impossible one; with

@@ -110,6 +110,7 @@ class World:
         regions = [robot.pose % run.team.size for robot in robots]
         fits = self._truth is None or (truth is not None and self._truth.resume(truth, regions))
         self.follow(run.team)
+        self._set = frozenset(self.operator.inputs)
         return fits
 
     def wait(self, run: Running) -> Iterator[now.Event]:

@@ -1,0 +1,44 @@
+"""Runs that are resumed before each of their passes."""
+
+from collections.abc import Iterable, Iterator
+from itertools import count
+
+import msgspec
+
+from runtime.played import Line, Run, play, prepared
+from safenav.lines import json_line
+from safenav.runtime.run.checkpoint import resumption
+from safenav.runtime.run.mission import Mission
+from safenav.scenario.model import Scenario
+from safenav.trace.reading import read_lines
+from safenav.trace.records import Checkpoint
+from safenav.trace.writing import as_data
+
+MOST = 12
+
+
+def rests(scenario: Scenario, most: int = MOST) -> Iterator[Run]:
+    """Play a run; yield the whole trace of each run that is resumed before one of its passes, of
+    at most so many. The judge must accept each."""
+    whole = 1 + play(scenario).outcome["tick"]
+    mission, run = prepared(scenario)
+    mission.start()
+    for number in count():
+        if mission.result is not None:
+            return
+        if number % (1 + whole // most):
+            mission.step()
+            continue
+        moment = mission._run.moment()
+        kept = Checkpoint(moment.memory.tick, len(run.records), msgspec.to_builtins(moment.kept()))
+        trace = read_lines([*run.lines, json_line(as_data(kept))])
+        rest = Run()
+        Mission(scenario, begun=resumption(trace, scenario), listeners=[rest]).run()
+        assert not rest.findings, rest.findings
+        yield rest
+        mission.step()
+
+
+def moves(records: Iterable[Line]) -> list[tuple[str, int, int, str]]:
+    keys = "robot", "from", "to", "by"
+    return [tuple(one[key] for key in keys) for one in records if one["type"] == "move"]
