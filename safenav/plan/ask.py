@@ -162,8 +162,8 @@ def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
-    """The proof that some robots cannot complete the mission, even with all that could help them with the open
-    obstacles, if that is soon found."""
+    """The proof that some robots cannot complete the mission, even with all that could resolve the
+    open obstacles, if that is soon found."""
     group = {*robots}
     for g in floor.open(joint.stages):
         for stage in range(joint.stages[g].need, len(floor.gate(g).needs)):
