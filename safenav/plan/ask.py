@@ -177,8 +177,7 @@ def _proof(
     """The proof that a few robots cannot complete the mission even without all others, and, unless
     ``opened``, without the open obstacles; if that is soon found."""
     gates, stages = (floor.gates, joint.stages) if opened else ((), ())
-    about = floor.team, gates, floor.graphs, floor.floors, group, floor.barred
-    few = EitherFloor(*about, rounds=floor.rounds)
+    few = _either(replace(floor, gates=gates, robots=group))
     begun = few.begun(joint.poses, joint.counts, stages)
     search = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
     found = search.deep(begun, search.goal, 200, "farthest first", list(group))

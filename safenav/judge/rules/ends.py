@@ -135,7 +135,7 @@ def end(e: Line, s: State) -> Iterator[str]:
     if e.outcome == "completed":
         if wanted is None:
             yield "the scenario sets no rounds"
-        undone, later = sorted(n for n in s.orders if s.obstacles[n].open), later_change(s)
+        undone, later = sorted(n for n in s.orders if s.obstacles[n].open), later_change(e, s)
         if undone and later is not None:
             yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
         last = limits.seconds if s.live else limits.ticks
@@ -159,7 +159,7 @@ def end(e: Line, s: State) -> Iterator[str]:
             yield NotJudged(f"whether {names} is unrealizable (a bundle proves it)")
 
 
-def later_change(s: State) -> float | None:
+def later_change(e: Line, s: State) -> float | None:
     """Return when the scenario surely changes something later, within its limits."""
     times = [float(change.at) for change in s.scenario.changes or ()]
     for each in s.scenario.inputs or ():
@@ -168,7 +168,7 @@ def later_change(s: State) -> float | None:
     for one in s.obstacles.values():
         if one.until is not None and one.open and listed.count(one.name) == 1:
             times.append(float(one.until))
-    now, limits = s.time if s.live else s.tick, s.scenario.limits
+    now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
     last = (limits.seconds if s.live else None) or limits.ticks
     times = [t for t in times if t > now and (last is None or t <= last)]
     return None if s.external else min(times, default=None)
@@ -179,7 +179,7 @@ def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission, and the
     scenario changes nothing more."""
     if e.outcome == "operator_needed":
-        if e.kind == "outcome" and e.tick > 0 and (later := later_change(s)) is not None:
+        if e.kind == "outcome" and e.tick > 0 and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
         yield from negative_problems(e, s)
 
