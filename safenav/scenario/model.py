@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from safenav.bounds import Count, Positive
 from safenav.scenario import needs, settings
-from safenav.scenario.objective import Objective
+from safenav.scenario.objective import Objective, TargetObjective
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
@@ -77,7 +77,7 @@ class Robot(Struct, frozen=True):
     avoids: frozenset[str] | None = None
     tracks: frozenset[str] = frozenset()
     tracking: Tracking = Tracking.NEARBY
-    while_waiting: Objective | None = None
+    while_waiting: TargetObjective | None = None
     within: int | None = None
     when: tuple[tuple[str, Objective], ...] = ()
 

@@ -79,6 +79,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Elsewhere(i, pose):
             state = _moved(team, state, i)
             return replace(_put(team, state, i, pose), plan=None)
+        case now.Astray(i, rules):
+            return _robot(state, i, node=None, broken=rules)
         case now.Failed(i, pose):
             state = _moved(team, state, i)
             robot = state.robots[i]
@@ -181,6 +183,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
                 state = replace(state, plan=None) if robot.kept != own else state
             elif robot.objective == mine and not same:
                 begun["kept"] = own
+            if node is not None:
+                begun["broken"] = ()
             if robot.by == "strategy" and node != robot.node:
                 begun["by"] = None  # another strategy decided the step under way
             return _robot(
@@ -361,8 +365,11 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
         assert not isinstance(own, Ltl)
-        memory = own.begin(robot.pose % team.size, robot.own.memory)
-        return replace(robot, own=robot.own._replace(memory=memory))
+        count = robot.own
+        memory = own.begin(robot.pose % team.size, count.memory)
+        if memory != count.memory:  # the round that it has begun is void
+            met = count.met - count.met % member.pursuit.targets
+            robot = replace(robot, own=count._replace(memory=memory, met=met))
     return robot
 
 

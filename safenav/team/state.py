@@ -83,7 +83,7 @@ class RobotNow(Struct, frozen=True):
     battery; ``flat``: that was used up, and the robot waits for another one; ``cause``: who took
     it out of service. ``kept``: progress with its own objective when it got another one, if nothing
     has been resolved since. ``behind``: the region from which it entered its own; None if it was
-    put there."""
+    put there. ``broken``: the assumptions of its last strategy that did not hold."""
 
     pose: int
     objective: Objective
@@ -107,6 +107,7 @@ class RobotNow(Struct, frozen=True):
     cause: str = ""
     kept: Count | None = None
     behind: int | None = None
+    broken: tuple[str, ...] = ()
 
     @property
     def next(self) -> int:
@@ -213,6 +214,14 @@ class Elsewhere(NamedTuple):
     robot: int
     pose: int
     blocked: bool = False
+
+
+class Astray(NamedTuple):
+    """What a robot observes violates these assumptions of its strategy, which does not say how to
+    continue."""
+
+    robot: int
+    rules: tuple[str, ...]
 
 
 class Failed(NamedTuple):
@@ -472,6 +481,7 @@ Event = (
     | Departed
     | Arrived
     | Elsewhere
+    | Astray
     | Failed
     | Lost
     | Flat

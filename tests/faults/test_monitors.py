@@ -1,22 +1,21 @@
-"""The monitors report and survive broken assumptions, and stop wrong strategies."""
+"""Robots whose assumptions do not hold, and wrong strategies."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
-from safenav.runtime.turns.monitor import GuaranteeError
 
 from runtime.played import Run, loaded
-from safenav.errors import ExitCode
-from safenav.outcome import Outcome
+from runtime.worlds import Driven
+from safenav.errors import ExitCode, SynthesizerError
+from safenav.outcome import Outcome, Verdict
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Robot
 from safenav.spec.specification import Specification
 from safenav.synthesis.request import Listener, SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.trace import records
 from safenav.world.moves import Pose
 
 
@@ -25,86 +24,76 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
 
 
-ROVERS = "catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}\n"
-
-HALL = (
-    ROVERS
-    + """
+HALL = """
+catalogue:
+  robots:
+    bee: {mobility: free, layer: air, capabilities: []}
+    rover: {mobility: free, layer: ground, capabilities: []}
 map: {grid: ["#######", "#.....#", "#.....#", "#.....#", "#######"]}
 robots:
-  walker: {model: r, start: 8, tracking: exact, objective: {visit: [12, 8]}}
-  other: {model: r, start: 26, tracking: exact, objective: {visit: [22, 26]}}
+  bee: {model: bee, start: 8, tracks: [rover], tracking: exact, objective: {visit: [12, 8]}}
+  rover: {model: rover, start: 26, objective: {visit: [22, 26]}}
 until: {rounds: 2}
 """
-)
 
 
-def _mission(
-    text: str, synthesizer: Synthesizer | None = None
-) -> tuple[Mission, list[records.Record]]:
-    events: list[records.Record] = []
-    scenario: Scenario = loaded(text)
-    return Mission(scenario, synthesizer, listeners=[events.append]), events
+class Carried(Driven):
+    """Somebody carries the rover to another place in tick 3."""
+
+    carried = False
+
+    def move(self, robot: Robot, pose: Pose) -> Pose | None:
+        if robot.name == "rover" and pose == Pose(23) and not self.carried:
+            self.carried = True
+            self.truth.move(robot, Pose(22))
+            return Pose(22)
+        return super().move(robot, pose)
 
 
-def test_a_robot_that_is_carried_away_breaks_an_assumption_and_the_others_continue() -> None:
-    mission, events = _mission(HALL)
+class Once(Synthesizer):
+    """One that finds no other strategy for the bee than the first."""
+
+    def synthesize_all(
+        self,
+        specs: Sequence[Specification],
+        strategy: bool = True,
+        progress: Listener | None = None,
+    ) -> list[SynthesisResult]:
+        found = super().synthesize_all(specs, strategy, progress)
+        none = {"verdict": Verdict.UNREALIZABLE, "strategy": None}
+        again = [spec.robot for spec in specs] == ["bee"]
+        return [replace(result, **none) for result in found] if again else found
+
+
+@pytest.mark.parametrize("tracking", ["exact", "belief"])
+def test_a_robot_that_is_carried_away_breaks_an_assumption_and_the_others_continue(
+    tracking: str,
+) -> None:
+    scenario, run = loaded(HALL.replace("exact", tracking)), Run()
+    result = Mission(scenario, world=Carried(scenario), listeners=[run]).run()
+    broken, found = run.one("assumption"), run.one("synthesis", reason="blocked", robot="bee")
+    assert (broken["tick"], broken["robot"], found["tick"]) == (4, "bee", 4)
+    assert "stay, or step to a neighbouring region" in broken["name"]
+    assert run.one("move", tick=4, robot="bee")["by"] == "strategy"
+    assert result.outcome is Outcome.COMPLETED
+    assert not run.findings
+
+
+def test_a_run_in_which_all_keep_the_rules_breaks_no_assumption() -> None:
     run = Run()
-    mission.state.listeners += (run,)
-    mission.start()
-    mission.step()
-    mission.state.robots["other"].pose = Pose(22)  # from 26 or beside it: no single step
-    while mission.result is None:
-        mission.step()
-    (broken, *_) = [e for e in events if isinstance(e, records.Assumption)]
-    assert (broken.tick, broken.robot) == (2, "walker")
-    assert "robots.other.mobility: stay, or step to a neighbouring region" in broken.name
-    assert mission.result.outcome is Outcome.COMPLETED
-    blamed = {(finding.rule, finding.robot) for finding in run.audit}
-    assert blamed == {("continuity", "other"), ("mobility", "other")}
-
-
-def test_a_run_in_which_all_keep_the_rules_has_no_findings() -> None:
-    mission, events = _mission(HALL)
-    assert mission.run().outcome is Outcome.COMPLETED
-    assert not [e for e in events if isinstance(e, records.Assumption)]
-
-
-CORNER = (
-    ROVERS
-    + """
-map: {grid: ["########", "####...#", "#......#", "####...#", "########"]}
-robots:
-  walker:
-    model: r
-    start: 20
-    tracking: exact
-    objective: {ltl: {safety: ["region = 17 -> region' != 17"],
-                      liveness: ["region = 17", "region = 22"]}}
-  other: {model: r, start: 14, tracking: exact, objective: {visit: [30, 14]}}
-until: {rounds: 9}
-"""
-)
+    assert Mission(loaded(HALL), listeners=[run]).run().outcome is Outcome.COMPLETED
+    assert not run.all("assumption")
 
 
 def test_where_no_strategy_is_left_the_run_ends_with_the_broken_assumption() -> None:
-    """The formulas demand to leave 17 at once; then somebody is put before its only exit."""
-    mission, events = _mission(CORNER)
-    mission.start()
-    while mission.state.robots["walker"].pose.region != 17:
-        mission.step()
-        assert mission.result is None
-    mission.state.robots["other"].pose = Pose(18)
-    mission.step()
-    result = mission.result
-    assert result is not None
+    scenario, run = loaded(HALL), Run()
+    result = Mission(scenario, Once(), world=Carried(scenario), listeners=[run]).run()
     assert result.outcome is Outcome.ASSUMPTION_VIOLATED
-    assert "step to a neighbouring region" in result.explanation
-    assert mission.state.robots["walker"].pose == Pose(17)
-    assert isinstance(events[-1], records.End)
+    assert "stay, or step to a neighbouring region" in result.explanation
+    assert run.all("assumption")
 
 
-class _BlindToWalls(Synthesizer):
+class BlindToWalls(Synthesizer):
     """Answers as if there were no wall at 10, and claims that it is the answer."""
 
     def synthesize_all(
@@ -123,15 +112,13 @@ class _BlindToWalls(Synthesizer):
 
 def test_a_strategy_through_a_wall_is_stopped_before_the_wall() -> None:
     text = """
+catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
 map: {grid: ["#######", "#..#..#", "#.....#", "#######"]}
 robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
 """
-    mission, events = _mission(ROVERS + text, _BlindToWalls())
-    with pytest.raises(GuaranteeError) as caught:
-        mission.run()
+    run = Run()
+    with pytest.raises(SynthesizerError, match="walker leads from 9 .* to 10 ") as caught:
+        Mission(loaded(text), BlindToWalls(), listeners=[run]).run()
     assert caught.value.exit_code is ExitCode.INTERNAL
-    assert "walker" in str(caught.value)
-    assert "walls are never entered" in str(caught.value)
-    assert [e.to for e in events if isinstance(e, records.Move)] == [9]
-    assert isinstance(events[-1], records.End)
-    assert events[-1].outcome == "error"
+    assert [line["to"] for line in run.all("move")] == [9]
+    assert run.outcome["outcome"] == "error"

@@ -7,7 +7,7 @@ dropped it (``apply``), or it is at its end and its promise is not kept.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Sequence
+from collections.abc import Callable, Collection, Hashable, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -39,6 +39,8 @@ from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
 from safenav.trace.words import listed
 
+Coming = Callable[[], bool]
+"""Whether the scenario still changes something."""
 _OUT = {
     "scenario": "by a change of the scenario",
     "user": "by an operator",
@@ -69,9 +71,10 @@ class Control(Struct, frozen=True):
 
 
 def coordinate(
-    team: Team, state: State, before: Control, answers: Answers
+    team: Team, state: State, before: Control, answers: Answers, coming: Coming = lambda: False
 ) -> tuple[Control, list[now.Event]]:
-    """Return the intentions of the team now, and the decisions that lead there, in order."""
+    """Return the intentions of the team now, and the decisions that lead there, in order.
+    ``coming``: whether a change is to come, for which a team that can do nothing waits."""
     decided: list[now.Event] = []
 
     def decide(event: now.Event) -> None:
@@ -87,7 +90,7 @@ def coordinate(
             return control, []
         given = _give_up(team, state, decide)
         try:
-            control = _settled(team, state, before, given, answers)
+            control = _settled(team, state, before, given, answers, coming)
         except Pending as wait:
             return replace(control, pending=wait.robots, asked=question), []
         except BudgetError:
@@ -97,29 +100,32 @@ def coordinate(
         if control.vain:
             decide(now.SetAside(control.vain))
             failed, vain = control.failed, control.vain
-            control, decided = _again(team, state, control, answers, decided)
+            control, decided = _again(team, state, control, answers, decided, coming)
             more = {"failed": failed + control.failed, "vain": vain + control.vain}
             return replace(control, **more), decided
         if control.end is None:
-            for i, role in enumerate(control.roles):
-                mine, robot = control.controllers[i], state.robots[i]
-                if not robot.active:
-                    continue
-                if role.objective != robot.objective or (
-                    i in control.new and not team.members[i].planned
-                ):
-                    node = mine.node if mine is not None and i in control.new else robot.node
-                    if mine is not None and mine.form == "other_memory":
-                        decide(now.Turned(i, mine.task.memory.index))
-                    decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
-            for i, robot in enumerate(state.robots):
-                if (
-                    robot.fresh
-                    and robot.active
-                    and robot.to is None
-                    and not (before.roles and team.members[i].planned)
-                ):
-                    decide(now.Counted(i))
+            told: Collection[int] = range(len(control.roles))
+        else:
+            told = control.new if before.roles and control.found.proof is not None else ()
+        for i in told:
+            role, mine, robot = control.roles[i], control.controllers[i], state.robots[i]
+            if robot.active and (
+                role.objective != robot.objective
+                or (i in control.new and not team.members[i].planned)
+            ):
+                node = mine.node if mine is not None and i in control.new else robot.node
+                if mine is not None and mine.form == "other_memory":
+                    decide(now.Turned(i, mine.task.memory.index))
+                decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
+        for i in told:
+            robot = state.robots[i]
+            if (
+                robot.fresh
+                and robot.active
+                and robot.to is None
+                and not (before.roles and team.members[i].planned)
+            ):
+                decide(now.Counted(i))
         control = replace(control, question=_question(team, state))
     if control.end is None:
         try:
@@ -129,7 +135,7 @@ def coordinate(
             return replace(control, thinks=True), decided
         aside = any(isinstance(event, now.SetAside) for event in decided)
         if aside and control.end is None and _question(team, state) != control.question:
-            return _again(team, state, control, answers, decided)
+            return _again(team, state, control, answers, decided, coming)
     return control, decided
 
 
@@ -156,9 +162,14 @@ def first_controllers(
 
 
 def _again(
-    team: Team, state: State, control: Control, answers: Answers, decided: list[now.Event]
+    team: Team,
+    state: State,
+    control: Control,
+    answers: Answers,
+    decided: list[now.Event],
+    coming: Coming,
 ) -> tuple[Control, list[now.Event]]:
-    after, more = coordinate(team, state, control, answers)
+    after, more = coordinate(team, state, control, answers, coming)
     return replace(after, new=control.new + after.new), decided + more
 
 
@@ -198,7 +209,12 @@ def _names(team: Team, state: State) -> tuple[str, ...]:
 
 
 def _settled(
-    team: Team, state: State, before: Control, given: dict[int, Proof], answers: Answers
+    team: Team,
+    state: State,
+    before: Control,
+    given: dict[int, Proof],
+    answers: Answers,
+    coming: Coming,
 ) -> Control:
     """Duties, roles and strategies: Algorithm 1, lines 10 to 14 and 20. Raises Pending."""
     plain, here = without_memory(team, state)
@@ -221,11 +237,14 @@ def _settled(
             never = _without(team, state, out)  # only its absence stops the others
         else:
             never = infeasible(plain, here, around(floor, poses, stages), found.proof)
-    if never is not None and before.roles:
-        return Control(None, found, before.roles, before.controllers, proofs, (), never)
-    roles = tuple(Role(member.objective) for member in team.members)
+    roles = before.roles or tuple(Role(member.objective) for member in team.members)
     if never is None:
         roles = Roles(plain, here, floor, stages, found).all()
+    elif before.roles:
+        stands = Control(None, found, roles, before.controllers, proofs, (), never)
+        anywhere = replace(found, safe=(None,) * len(poses))
+        others = Roles(plain, here, floor, stages, anywhere)
+        return _meanwhile(team, state, stands, others, answers) if coming() else stands
     controllers, asked = list(before.controllers or (None,) * len(poses)), dict[int, Role]()
     for i, role in enumerate(roles):
         mine = controllers[i]
@@ -244,7 +263,7 @@ def _settled(
     new = [*asked]
     end = never
     if failed := [(i, c) for i in new if (c := controllers[i]) and not c.realizable]:
-        end = no_strategy(team, failed, begun=bool(before.roles))
+        end = no_strategy(team, state, failed, begun=bool(before.roles))
         helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
         vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
         if vain:  # formulas remember what the decision does not know
@@ -265,6 +284,23 @@ def _is_a_game(failed: tuple[int, Controller]) -> bool:
     """Whether others or inputs may keep a robot from its objective."""
     objective = failed[1].task.objective
     return isinstance(objective, Ltl) or (objective.strict and objective.literal)
+
+
+def _meanwhile(
+    team: Team, state: State, control: Control, roles: Roles, answers: Answers
+) -> Control:
+    """Objectives of robots that wait for help, while the team waits for a change."""
+    asked = {i for each in state.obstacles if each.known for i, _ in each.asked}
+    found = {i: role for i in sorted(asked) if (role := roles.meanwhile(i)) is not None}
+    found = {i: role for i, role in found.items() if state.robots[i].active}
+    made = synthesized(team, state, found, answers)
+    made = {i: each for i, each in made.items() if each.realizable}
+    return replace(
+        control,
+        roles=tuple(found[i] if i in made else each for i, each in enumerate(control.roles)),
+        controllers=tuple(made.get(i, each) for i, each in enumerate(control.controllers)),
+        new=tuple(made),
+    )
 
 
 def _planned(

@@ -132,8 +132,17 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
     return _why_not(team, i, Task(robot, pose, objective, memory, walls))
 
 
-def no_strategy(team: Team, failed: Sequence[tuple[int, Controller]], *, begun: bool) -> End:
-    """The end of a run in which a robot has no strategy: ``unrealizable`` before the start."""
+def no_strategy(
+    team: Team, state: State, failed: Sequence[tuple[int, Controller]], *, begun: bool
+) -> End:
+    """The end of a run in which a robot has no strategy: ``unrealizable`` before the start,
+    ``assumption_violated`` where others have violated an assumption of the last one."""
+    for i, _ in failed:
+        if rules := state.robots[i].broken:
+            name = team.members[i].name
+            what = "; ".join(rules)
+            why = f"{name} assumes: {what}; this was violated, and it has no strategy here"
+            return End("assumption_violated", why, stuck=(name,))
     links = tuple(_why_not(team, i, each.task) for i, each in failed)
     specs = tuple((each.task.robot.name, each.result.spec_sha256) for _, each in failed)
     if not begun:

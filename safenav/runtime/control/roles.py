@@ -13,6 +13,7 @@ from safenav.scenario.objective import (
     Objective,
     Target,
     formulas_in,
+    ruled,
     station,
 )
 from safenav.solve.duties import Settlement
@@ -123,8 +124,23 @@ class Roles:
                 return target
         return None
 
+    def meanwhile(self, i: int) -> Role | None:
+        """Its objective while it waits for help; None if it has none or cannot pursue it, or a
+        joint plan drives it."""
+        member, graph = self.team.members[i], self.floor.graphs[i]
+        other = member.robot.while_waiting
+        if other is None or member.planned:
+            return None
+        other = ruled(other, member.objective)  # its rules may have changed
+        targets = graph.on_each(other.targets)
+        return self._toward(i, targets, other) if self._goes_between(i, targets) else None
+
     def _wait(self, i: int) -> Role:
-        """Hold where it met the obstacle, or clear of a helper's way."""
+        """Pursue its objective for this time; else hold where it met the obstacle, or clear of a
+        helper's way."""
+        other = self.meanwhile(i) if self.waits(i) else None
+        if other is not None:
+            return other
         graph, rules, here = (
             self.floor.graphs[i],
             self.team.members[i].objective,

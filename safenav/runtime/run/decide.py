@@ -5,12 +5,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from safenav.errors import SynthesizerError
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
 from safenav.plan.order import next_step
 from safenav.runtime.control.assignable import commanded
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.observing import heard
 from safenav.scenario.guarantees import guarantees_of
-from safenav.scenario.objective import Ltl
+from safenav.scenario.objective import Ltl, ruled
+from safenav.spec.specification import Section
 from safenav.team.floor import barred, reserved
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
@@ -27,10 +31,24 @@ class Proposal(NamedTuple):
     why: str | None = None
 
 
+def continues(team: Team, state: State, i: int) -> bool:
+    """Whether a robot moves while the team waits for help from outside: it can undo each of its
+    steps alone, and does not wait for help itself, or has an objective for that time."""
+    robot, member = state.robots[i], team.members[i]
+    if member.planned or member.graph.one_way or isinstance(member.objective, Ltl):
+        return False
+    asks = any(i in dict(each.asked) for each in state.obstacles if each.known)
+    meanwhile = member.robot.while_waiting
+    return robot.active and (
+        (robot.objective == member.objective and not asks)
+        or (meanwhile is not None and robot.objective == ruled(meanwhile, member.objective))
+    )
+
+
 def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     """The driver's move: that of the joint plan for a robot with rivals, else of its strategy."""
     stay = Proposal(state.robots[i].pose, "stay")
-    if control.end is not None or not state.robots[i].active:
+    if not state.robots[i].active:
         return stay
     if i in control.pending:
         return stay._replace(why="synthesis")
@@ -65,18 +83,44 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     controller, robot = control.controllers[i], state.robots[i]
     if controller is None or robot.node is None or not controller.realizable:
         return []
-    if not control.found.safe:
-        return []  # the team can never continue
-    safe, graph, found = control.found.safe[i], team.members[i].graph, []
+    safe, graph, found = None, team.members[i].graph, []
+    if control.found.safe:  # else the team can never continue
+        safe = control.found.safe[i]
     if controller.task.assignable:
         steps = commanded(team, state, i, control.roles[i], controller, safe)
     else:
         steps = controller.steps(robot.node, heard(team, state, i, controller.task))
     for region, heading, node in steps:
         pose = region if heading is None else heading * team.size + region
+        if pose != robot.pose and pose not in graph.steps(robot.pose):
+            here, there = (team.world.label(p % team.size) for p in (robot.pose, pose))
+            raise SynthesizerError(
+                f"the strategy of {team.members[i].name} leads from {here} to {there}, which is no "
+                f"step on this map; it did not move"
+            )
         if pose == robot.pose or safe is None or not graph.one_way or safe >> pose & 1:
             found.append(Proposal(pose, "strategy", node, controller.values(node)))
     return found
+
+
+def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...]:
+    """The assumptions of a robot's strategy that its observations violate, if the strategy has no
+    successor for them."""
+    controller, robot = (control.controllers or (None,) * (i + 1))[i], state.robots[i]
+    strategy = None if controller is None else controller.result.strategy
+    if strategy is None or controller is None or robot.node is None or team.members[i].planned:
+        return ()
+    found = heard(team, state, i, controller.task)
+    if controller.task.assignable or strategy.successors_for(robot.node, found):
+        return ()
+    before = strategy.values(robot.node)
+    spec = strategy.specification
+    rules = (
+        str(each.origin)
+        for each in spec.section(Section.ENV_TRANS)
+        if not evaluate(parse(each.formula), before, {**before, **found})
+    )
+    return tuple(dict.fromkeys(rules))
 
 
 def closing(team: Team, state: State, i: int, pose: int) -> int | None:

@@ -26,7 +26,7 @@ from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.control.observing import looked
 from safenav.runtime.run.checkpoint import Moment, Resumption
-from safenav.runtime.run.decide import Proposal, closing, others, propose
+from safenav.runtime.run.decide import Proposal, broken, closing, continues, others, propose
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.refusal import refusal_of
 from safenav.runtime.run.world import World
@@ -155,10 +155,14 @@ class Run:
         to a safe one."""
         if not self.state.robots[i].idle:
             return
-        if self.world.reaches(self, i):
+        if self.acts_at(i) or not self.moves(i):
             self.take(i, Proposal(self.state.robots[i].pose, "stay"))
         else:
             step = propose(self.team, self.state, self.control, i)  # NP
+            if step.by == "stay" and (rules := broken(self.team, self.state, self.control, i)):
+                self.happens(now.Astray(i, rules))
+                self.settle()
+                step = propose(self.team, self.state, self.control, i)
             obstacle = self.characterize(i, step)  # EC
             if obstacle is not None:
                 here = self.state.robots[i].pose
@@ -203,10 +207,21 @@ class Run:
 
     def act(self, i: int) -> None:
         """Lines 17 and 18: a robot resolves what it can where it stands, requested or not."""
-        if self.world.reaches(self, i):
+        if self.acts_at(i):
             for event in self.world.act(self, i):
                 self.happens(event)
             self.settle()
+
+    def moves(self, i: int) -> bool:
+        """Whether a robot may move: while the team waits only some do."""
+        ended = self.control.end is not None
+        return not ended or (self.waits() and continues(self.team, self.state, i))
+
+    def acts_at(self, i: int) -> bool:
+        """Whether a robot acts where it stands: not beside an operator for whom the team waits."""
+        operator = self.waits() and self.until() is None
+        may = not operator or continues(self.team, self.state, i)
+        return may and self.world.reaches(self, i)
 
     def count(self, before: now.State, event: now.Event) -> None:
         """The end of a turn: goals count where the robot stands, after it has acted. One that got
@@ -267,10 +282,12 @@ class Run:
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
-        self.control, decided = coordinate(self.team, before, intended, self.answers)
+        self.control, decided = coordinate(
+            self.team, before, intended, self.answers, lambda: self.awaited() is not None
+        )
         for event in decided:
             self.state = apply(self.team, self.state, event)
-        if self.control.question != intended.question:
+        if self.control.new or self.control.question != intended.question:
             coming = self.world.coming(self) is not None
             self.recorder.settled(before, decided, self.state, self.control, coming=coming)
         self.recorder.tell_plan(before, self.state)
@@ -298,8 +315,12 @@ class Run:
         """When a coming change of the scenario may help; None: only an operator can."""
         end = self.control.end
         helped = end is not None and end.outcome == "operator_needed"
+        return self.awaited() if helped else None
+
+    def awaited(self) -> float | None:
+        """When the scenario changes something; None where only an operator is waited for."""
         real = self.world.attended and not self.world.commands.simulated
-        return self.world.coming(self) if helped and not real else None
+        return None if real else self.world.coming(self)
 
     def over(self) -> End | None:
         """The end of the run, if it has come."""

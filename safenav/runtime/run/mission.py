@@ -262,8 +262,11 @@ class Mission:
 
     @property
     def still(self) -> bool:
-        """Whether no robot has a command."""
-        return all(robot.idle for robot in self._run.state.robots)
+        """Whether no robot has a command, except those that continue while the team waits."""
+        return all(
+            robot.idle or (self._run.waits() and self._run.moves(i))
+            for i, robot in enumerate(self._run.state.robots)
+        )
 
     @property
     def controllers(self) -> dict[str, Controller]:

@@ -140,6 +140,10 @@ class Recorder:
                 self.moves.stayed(self.tick, event, after)
                 if by == "backtrack" and after.plan is None:
                     self._plan_ends(PlanEndReason.VIOLATION)
+            case now.Astray(i, rules):
+                for rule in rules:
+                    self.emit(records.Assumption(self.tick, self._robot(i), rule))
+                self.why = Reason.BLOCKED
             case now.Introduced(source):
                 header = obstacle_header(source, self.team.scenario, None)
                 self.emit(records.Discovered(self.tick, header))

@@ -15,6 +15,7 @@ from safenav.scenario.objective import (
     STAYING,
     Ltl,
     Objective,
+    TargetObjective,
     kinds_that,
     one_of,
     ruled,
@@ -142,7 +143,7 @@ def _robot(key: Scalar, node: Node, standing: list[Standing], reading: Reading) 
 
 def _while_waiting(
     node: Node | None, own: Objective | None, name: str, mobility: Mobility | None, reading: Reading
-) -> Objective | None:
+) -> TargetObjective | None:
     """Return the objective while it waits for help. With ``ltl`` there is none: the robot stays,
     which keeps its safety formulas."""
     if node is None:
