@@ -9,7 +9,7 @@ from safenav.scenario.settings import FailedMoves
 from safenav.team import state as now
 from safenav.team.floor import barred, reserved
 from safenav.team.state import Is, State
-from safenav.team.team import Team
+from safenav.team.team import Team, introduced
 from safenav.world.map import Region
 
 FAILURE = "world"
@@ -32,7 +32,10 @@ def consequences(
     if isinstance(event, now.Lost):
         here = before.robots[i].pose % team.size
         for region in sorted(event.regions - {here}):
-            yield from noticed(team, before, lost(robot, _rivals(team, i), region))
+            there = lost(robot, _rivals(team, i), region)
+            yield from noticed(team, before, there)
+            if there.name not in team.numbers:
+                team = introduced(team, there)
         if before.robots[i].active:
             yield now.Served(i, False, FAILURE)
         return

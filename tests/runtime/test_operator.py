@@ -10,8 +10,6 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
-from safenav.runtime.traffic.joint_search.search import Search
-from safenav.runtime.traffic.joint_search.states import Found
 
 import warm
 from runtime.played import Run, begin, end, loaded, whole
@@ -25,6 +23,8 @@ from safenav.runtime.worlds.protocol import Failed, Lost, Sensed
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
+from safenav.team.apply import rounds
+from safenav.world.moves import Pose
 
 GATE = """
 safenav: 1
@@ -56,16 +56,6 @@ PARCEL = GATE.replace("gate: {", "parcel: {needs: [{action: lift}], blocks: []}\
 BACK = PUSHER_OUT.replace("changes: [", "changes: [{at: 40, robot: bee, service: back}, ")
 BACK_AND_OUT = PUSHER_OUT.replace("out}]", "out}, {at: 30, robot: cart, service: back}]")
 
-HEAD_ON = """
-safenav: 1
-map: {grid: ["#########", "#.......#", "#########"]}
-catalogue: {robots: {free: {mobility: free, layer: ground}}}
-robots:
-  a: {model: free, start: 10, objective: {visit: [10, 16]}}
-  b: {model: free, start: 16, objective: {visit: [15, 10]}}
-clock: live
-"""
-
 
 def attended(text: str | Scenario, *waits: list[str]) -> Run:
     """Play a scenario with the interventions of each wait; its trace must pass the audit."""
@@ -74,7 +64,7 @@ def attended(text: str | Scenario, *waits: list[str]) -> Run:
     while mission.result is None:
         if mission.waiting is not None and mission.still:
             for line in left.pop(0) if left else ["give_up"]:
-                mission.intervene(read_intervention(line, mission.state.scenario))
+                mission.intervene(read_intervention(line, mission.scenario))
         mission.step()
     assert not run.findings, run.findings
     assert not left
@@ -129,16 +119,16 @@ def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_ba
     mission, run = begin(east, attended=True)
     while not (mission.waiting is not None and mission.still):
         mission.step()
-    mission.intervene(read_intervention("resolved gate@27", mission.state.scenario))
-    while mission.state.robots["bee"].own.memory.index == 0:
+    mission.intervene(read_intervention("resolved gate@27", mission.scenario))
+    while not run.all("goal", robot="bee"):
         mission.step()
-    gate = mission.state.scenario.obstacles[0]
+    gate = mission.scenario.obstacles[0]
     mission.intervene(AddObstacle(gate.type, gate.region))
     while not (mission.waiting is not None and mission.still):
         mission.step()
-    mission.intervene(read_intervention("service cart out", mission.state.scenario))
+    mission.intervene(read_intervention("service cart out", mission.scenario))
     mission.step()
-    mission.intervene(read_intervention("give_up", mission.state.scenario))
+    mission.intervene(read_intervention("give_up", mission.scenario))
     end(mission, run)
     assert run.one("reopened")["obstacle"] == "gate@27"
     assert [line["requester"] for line in run.all("request")] == ["cart", "bee", "bee"]
@@ -158,32 +148,17 @@ changes: [{at: 3, robot: a, service: out}]
 """
 
 
-def test_no_joint_plan_is_searched_for_robots_behind_one_out_of_service() -> None:
-    """There is none until it is back; the third robot completes its rounds first."""
+def test_robots_behind_one_out_of_service_continue_once_it_is_back() -> None:
     trace = attended(CORRIDOR, ["service a back"])
     (waiting,) = trace.all("waiting")
     assert waiting["cause"] == "out_of_service"
-    goals = [line for line in trace.all("goal", robot="c") if line["t"] <= waiting["t"]]
-    assert max(line["round"] for line in goals) == 2 and not trace.all("plan", t=waiting["t"])
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_joint_plans_exclude_rounds_that_a_robot_out_of_service_prevents(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_joint_plans_exclude_rounds_that_a_robot_out_of_service_prevents() -> None:
     """The digit can reach its target in the west, but not the one in the east."""
     text = CORRIDOR.replace("b: {model: cart, start: [2, 1]", "b: {model: digit, start: [2, 1]")
     text = text.replace("{visit: [[3, 8], [3, 1]]}", "{cover: [[1, 3], [3, 8]]}, heading: east")
-
-    usual = Search.run
-
-    def run(search: Search, *budgets: int, **named: int) -> object:
-        answer = usual(search, *budgets, **named)
-        assert isinstance(answer, Found), "one for all rounds would find nothing"
-        assert len(budgets) > 1 or search.course.excused
-        return answer
-
-    monkeypatch.setattr(Search, "run", run)
     result = Mission(loaded(text)).run()
     assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
 
@@ -214,7 +189,7 @@ def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
     while mission.waiting is None:
         mission.step()
     with pytest.raises(UsageError) as error:
-        mission.intervene(read_intervention(line, mission.state.scenario))
+        mission.intervene(read_intervention(line, mission.scenario))
     assert message in str(error.value)
 
 
@@ -235,14 +210,12 @@ def changed(*kinds: str, **fields: Any) -> Callable[[list[dict[str, Any]]], None
 @pytest.mark.parametrize(
     ("waits", "change", "rule"),
     [
-        ([["resolved gate@27"]], changed("operator", "gone"), "waiting"),
-        ([["permanent gate@27", "give_up"]], changed("waiting", outcome="completed"), "waiting"),
-        ([["service bee out"], ["give_up"]], changed("reopened", obstacle="gate@99"), "names"),
-        ([["service bee out"], ["give_up"]], changed("blocked"), "waiting"),
-        ([["put_back cart [2, 8]"]], changed("operator", region=0), "waiting"),
-        ([["give_up"]], changed("waiting", proof=None), "proof"),
+        ([["resolved gate@27"]], changed("operator", "gone"), "unresolved-obstacle"),
+        ([["service bee out"], ["give_up"]], changed("blocked"), "permanence"),
+        ([["put_back cart [2, 8]"]], changed("operator", region=0), "shut"),
+        ([["give_up"]], changed("waiting", proof=None), "negative"),
     ],
-    ids=["no intervention", "no end", "unknown", "not given up", "wall", "no proof"],
+    ids=["no intervention", "not given up", "wall", "no proof"],
 )
 def test_a_broken_trace_is_found(
     waits: list[list[str]],
@@ -255,22 +228,17 @@ def test_a_broken_trace_is_found(
 
 
 def test_a_proof_holds_after_moves_during_the_wait() -> None:
-    """Robots that pursue their own objective continue, and the run is given up: the poses with
+    """A robot that pursues its own objective continues, and the run is given up: the poses with
     which its proof begins are those at the begin of the wait."""
-    run = attended(HEAD_ON, ["give_up"])
-    wait, last = run.one("waiting"), run.all("arrive", robot="a")[-1]
-    leaves = {**run.all("depart", robot="a")[-1], "tick": wait["tick"], "t": wait["t"]}
-    leaves |= {"command": leaves["command"] + 9, "from": last["at"], "to": last["at"] - 1}
-    comes = {**last, "tick": wait["tick"] + 1, "t": wait["t"] + 1}
-    comes |= {"command": leaves["command"], "at": leaves["to"]}
-    end = run.records.index(run.one("operator"))
-    for line in run.records[end:]:
-        line |= {"tick": wait["tick"] + 2, "t": comes["t"]}
-    run.records[end:end] = [leaves, comes]
-    run.outcome["ticks"] += 1
-    assert "proof" not in run.broken
-    run.outcome["proof"] = {**wait["proof"], "states": 1}
-    assert "proof" in run.broken
+    mission, run = begin(GATE, attended=True)
+    while not run.all("waiting") or len(run.all("goal", robot="bee")) < 5:
+        mission.step()
+    mission.intervene(read_intervention("give_up", mission.scenario))
+    end(mission, run)
+    assert run.outcome["outcome"] == "operator_needed"
+    assert run.outcome["rounds"]["bee"] > 1
+    run.outcome["proof"]["robots"]["cart"]["poses"].pop()
+    assert "negative" in run.broken
 
 
 @pytest.mark.parametrize(
@@ -344,14 +312,14 @@ def test_a_simulated_run_waits_for_an_operator_once_no_event_is_pending(
     run = attended(text, *waits)
     assert run.outcome["outcome"] == outcome
     assert [line.get("until") for line in run.all("waiting")] == until
-    mission, _ = begin(text, attended=True)
-    while mission.state.waiting is None:
+    mission, run = begin(text, attended=True)
+    while not run.all("waiting"):
         mission.step()
     assert mission.waiting is None
     mission.intervene(read_intervention("resolved gate@27", mission.scenario))
     mission.intervene(read_intervention("service bee back", mission.scenario))
     mission.step()
-    assert mission.state.waiting is None
+    assert len(run.all("waiting")) == 1 and run.all("gone")
 
 
 OPEN = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "").replace("air", "ground")
@@ -363,13 +331,14 @@ def losing_the_cart(text: str, *regions: int, service: str = "") -> tuple[Missio
     scenario = loaded(text)
     world = Remote(scenario)
     mission, run = begin(scenario, world=world, attended=True)
-    cart = mission.state.robots["cart"]
-    while cart.transit is None or mission.state.tick < 6:
+    while mission._run.state.robots[0].to is None or mission.tick < 6:
         mission.step()
     if service:
         mission.intervene(read_intervention(service, scenario))
         mission.step()
-    places, number = frozenset(regions) or cart.occupied, mission._commands.number("cart")
+    cart, size = mission._run.state.robots[0], scenario.map.size
+    places = frozenset(regions or (cart.pose % size, cart.next % size))
+    number = mission._world.commands.number("cart")
     mission.post(Lost(world.now(), "cart", places, "no signal", command=number))
     world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
     return mission, run, scenario
@@ -382,17 +351,17 @@ def test_a_report_that_nothing_is_there_changes_no_wait() -> None:
     while mission.waiting is None or not mission.still:
         mission.step()
     elsewhere = replace(scenario.obstacles[0], region=23)
-    mission.post(Sensed(mission.state.now(), elsewhere, there=False))
+    mission.post(Sensed(mission._world.commands.now(), elsewhere, there=False))
     mission.step()
     assert len(run.all("waiting")) == 1 and not run.all("reopened")
 
 
 def test_a_robot_that_is_out_of_service_may_be_lost() -> None:
-    """By an operator, while it was on its way: its regions are requested all the same."""
+    """By an operator, while it was on its way: its regions are closed all the same."""
     mission, run, scenario = losing_the_cart(OPEN, service="service cart out")
     while mission.waiting is None or not mission.still:
         mission.step()
-    assert run.one("request")["obstacle"] == "lost_cart@26"
+    assert run.one("discovered")["obstacle"]["name"] == "lost_cart@26"
     mission.intervene(read_intervention("give_up", scenario))
     end(mission, run)
 
@@ -402,8 +371,7 @@ def test_a_lost_robot_is_put_back() -> None:
     mission, run, scenario = losing_the_cart(OPEN)
     while mission.waiting is None or not mission.still:
         mission.step()
-    assert "lost_cart@26" in mission.waiting.explanation
-    assert mission.state.failures.out == {"cart": "lost: no signal"}
+    assert run.one("service", robot="cart")["cause"] == "world"
     with pytest.raises(UsageError, match="give its position"):
         mission.intervene(read_intervention("service cart back", scenario))
     mission.intervene(read_intervention("put_back cart [3, 2]", scenario))
@@ -424,7 +392,7 @@ def test_a_region_that_an_operator_resolves_is_excluded_for_a_lost_robot(*, at_o
         mission.step()
     mission.intervene(read_intervention("give_up", scenario))
     end(mission, run)
-    ends = ("interrupted", "given up") if at_once else ("operator_needed", "cart (lost")
+    ends = ("interrupted", "given up") if at_once else ("operator_needed", "cart (its steps fail)")
     assert (run.outcome["outcome"], run.outcome["explanation"][: len(ends[1])]) == ends
 
 
@@ -432,7 +400,7 @@ def test_a_robot_lost_in_several_regions_is_put_back_by_one_decision() -> None:
     """No region where it is not counts as a closed one for another decision."""
     text = OPEN.replace("rounds: 1", "rounds: 4").replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")
     mission, run, scenario = losing_the_cart(text, 24, 25, 26, 27)
-    while mission.state.robots["cart"].active:
+    while not run.all("service", robot="cart"):
         mission.step()
     assert mission.waiting is None
     mission.intervene(read_intervention("put_back cart [3, 2]", scenario))
@@ -471,6 +439,12 @@ class Gated(Synthesizer):
         return super().synthesize_all(*given, **more)
 
 
+def _rounds(mission: Mission) -> int:
+    """The rounds that the cart has completed."""
+    run = mission._run
+    return rounds(run.team.members[0].objective, run.state.robots[0].own)
+
+
 class Sudden(Clocked):
     """One in which a gate appears before the cart, which has done a round."""
 
@@ -478,7 +452,7 @@ class Sudden(Clocked):
     mission: Mission
 
     def sense(self, robot: Robot, region: int) -> Obstacle | None:
-        done = robot.name == "cart" and self.mission.state.robots["cart"].own.rounds
+        done = robot.name == "cart" and _rounds(self.mission)
         return replace(self.gate, region=24) if done and region == 24 else None
 
 
@@ -491,7 +465,7 @@ def test_a_run_that_is_completed_waits_for_no_strategy() -> None:
     mission = world.mission = Mission(scenario, synthesizer, world=world, listeners=[run])
     mission.start()
     for _ in range(1000):
-        if mission.state.robots["cart"].own.rounds:
+        if _rounds(mission):
             synthesizer.answers.clear()
         if mission.result is None:
             mission.step()
@@ -509,10 +483,11 @@ def test_a_robot_that_fails_while_the_team_waits_is_in_the_reason_that_ends_the_
     mission, run = begin(scenario, world=world, attended=True)
     while mission.waiting is None:
         mission.step()
-    bee = mission.state.robots["bee"]
-    assert bee.transit is not None
-    number = mission._commands.number("bee")
-    mission.post(Failed(world.now(), "bee", bee.pose, "motor", fatal=True, command=number))
+    bee = mission._run.state.robots[1]
+    assert bee.to is not None
+    number = mission._world.commands.number("bee")
+    here = Pose(bee.pose)
+    mission.post(Failed(world.now(), "bee", here, "motor", fatal=True, command=number))
     world.simulation._coming = []
     mission.step()
     mission.intervene(read_intervention("give_up", scenario))

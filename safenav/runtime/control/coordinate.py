@@ -28,7 +28,7 @@ from safenav.runtime.control.tasks import Controller, outdated, pursues, synthes
 from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Clock
 from safenav.solve.duties import Settlement, settle
-from safenav.solve.proof import closure_of, stated
+from safenav.solve.proof import closure_of, refute, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
@@ -176,7 +176,7 @@ def _again(
 def _question(team: Team, state: State) -> Hashable:
     known = (Is.OPEN, Is.SEALED)
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
-    out = tuple([(i, robot.pose) for i, robot in enumerate(state.robots) if not robot.active])
+    out = tuple([(i, robot.next) for i, robot in enumerate(state.robots) if not robot.active])
     astray = tuple([i for i in team.lone if _is_astray(state.robots[i])])
     order = [i for i in team.lone if team.members[i].pursuit.settles] if state.requests else []
     next_ = tuple((i, state.robots[i].own.memory) for i in order)
@@ -232,11 +232,13 @@ def _settled(
     never: End | None = None
     if found.proof is not None:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        sets = hopeful(plain, here, given_up=False)
-        if out and Solver(sets.floor).feasible(sets):
+        whole, rest = (hopeful(plain, here, given_up=False, serving=n) for n in (False, True))
+        if not out:
+            never = infeasible(plain, here, around(floor, poses, stages), found.proof)
+        elif len(out) == len(poses) or any(Solver(n.floor).feasible(n) for n in (whole, rest)):
             never = _without(team, state, out)  # only its absence stops the others
         else:
-            never = infeasible(plain, here, around(floor, poses, stages), found.proof)
+            never = infeasible(plain, here, rest, refute(rest))
     roles = before.roles or tuple(Role(member.objective) for member in team.members)
     if never is None:
         roles = Roles(plain, here, floor, stages, found).all()

@@ -55,14 +55,16 @@ class End(Struct, frozen=True):
         return self.why
 
 
-def hopeful(team: Team, state: State, *, given_up: bool = True) -> Sets:
-    """The team as if every robot were in service; with ``given_up`` as if the obstacles that are
-    given up were still requested."""
+def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = False) -> Sets:
+    """The team as if every robot were in service, or with ``serving`` as if the others did nothing,
+    and were in nobody's way; with ``given_up`` as if the obstacles that are given up were still
+    requested."""
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
     gates = (*gates_of(state), *again)
-    floor = floor_of(team, gates, sealed, inside(team, state), None, barred(team, state))
+    active = tuple(i for i, robot in enumerate(state.robots) if robot.active or not serving)
+    floor = floor_of(team, gates, sealed, inside(team, state), active, barred(team, state))
     return around(floor, tuple(robot.next for robot in state.robots), stages_of(floor, state))
 
 

@@ -389,6 +389,6 @@ def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
             return ended or state.obstacles[k].state in (now.Is.OPEN, now.Is.SEALED)
         case now.Served(_, active):
             return ended or active
-        case now.Appeared() | now.Inputs() | now.Declared() | now.Elsewhere():
+        case now.Appeared() | now.Inputs() | now.Declared() | now.Elsewhere() | now.Lost():
             return ended
     return isinstance(event, now.Placed | now.Assigned)

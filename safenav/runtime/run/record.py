@@ -80,7 +80,7 @@ class Recorder:
         self.said: list[int] | None = None
         self.basis: object = None
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
-        self.waited: End | None = None
+        self.waited: tuple[float | None] | None = None
         self.times = CommandTimes()
         self.ledger = Ledger(team, self.emit)
 
@@ -533,8 +533,8 @@ class Recorder:
     # Ends.
 
     def waiting(self, end: End, until: float | None) -> None:
-        if self.waited is None:
-            self.waited = end
+        if self.waited != (until,):
+            self.waited = (until,)
             cause = None if end.cause is None else OperatorCause(end.cause)
             self.emit(
                 records.Waiting(self.tick, Outcome(end.outcome), end.why, cause, end.proof, until)
