@@ -117,7 +117,7 @@ map: {grid: ["#######", "#..#..#", "#.....#", "#######"]}
 robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
 """
     run = Run()
-    with pytest.raises(SynthesizerError, match="walker leads from 9 .* to 10 ") as caught:
+    with pytest.raises(SynthesizerError, match=r"walker leads from 9 .* to 10 ") as caught:
         Mission(loaded(text), BlindToWalls(), listeners=[run]).run()
     assert caught.value.exit_code is ExitCode.INTERNAL
     assert [line["to"] for line in run.all("move")] == [9]

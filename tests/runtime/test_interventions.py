@@ -25,17 +25,15 @@ from safenav.runtime.intervention.kinds import (
 from safenav.runtime.intervention.reading import read_intervention
 from safenav.scenario.model import Need, ObstacleType
 from safenav.scenario.objective import Ltl, Visit
-from safenav.scenario.settings import Clock
-from safenav.trace.vocabulary import HoldReason
 from safenav.world.moves import Pose
 
 
 def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> None:
     """In lockstep, too; the audit accepts the line, which a report of a world has live only."""
     mission, trace = begin(load_scenario(SCENARIOS / "case_study_1.yaml"))
-    while not mission.state.knowledge.obstacles:
+    while not trace.all("violation"):
         mission.step()
-    (name,) = mission.state.knowledge.obstacles
+    name = trace.one("violation")["obstacle"]
     for _ in range(2):
         mission.intervene(MarkResolved(name))
     end(mission, trace)
@@ -75,16 +73,6 @@ def test_a_line_that_is_not_an_intervention_is_refused(line: str) -> None:
         read_intervention(line, load_scenario(SCENARIOS / "case_study_1.yaml"))
 
 
-def test_a_robot_out_of_service_may_wait_for_a_strategy() -> None:
-    """The trace says so, since the decision that needs it has not taken effect yet."""
-    scenario = load_scenario(SCENARIOS / "hello.yaml")
-    mission, trace = begin(replace(scenario, clock=Clock.LIVE))
-    (robot,) = mission.state.robots.values()
-    robot.active, robot.held = False, HoldReason.SYNTHESIS
-    mission.step()
-    assert trace.all("hold")[-1]["why"] == "synthesis"
-
-
 ONE_DIGIT = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
 TWO_DIGITS = ONE_DIGIT.replace(
     "obstacles:",
@@ -119,7 +107,7 @@ def changes(told: str) -> str:
 @pytest.mark.parametrize(
     ("text", "told", "says", "helpers"),
     [
-        (ONE_DIGIT, "12 digit out", "digit has it", 1),
+        (ONE_DIGIT, "12 digit out", "digit (by a change of the scenario) out of service", 1),
         (ONE_DIGIT, "3 digit out", "out of service", 0),
         (TWO_DIGITS, "13 spare out", "spare has completed", 2),
         (TWO_DIGITS, "13 spare out; 40 spare back", "", 2),
