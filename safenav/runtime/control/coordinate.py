@@ -232,10 +232,10 @@ def _settled(
     never: End | None = None
     if found.proof is not None:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        whole, rest = (hopeful(plain, here, given_up=False, serving=n) for n in (False, True))
+        all_, rest = (hopeful(plain, here, given_up=False, serving=n) for n in (False, True))
         if not out:
             never = infeasible(plain, here, around(floor, poses, stages), found.proof)
-        elif len(out) == len(poses) or any(Solver(n.floor).feasible(n) for n in (whole, rest)):
+        elif len(out) == len(poses) or any(Solver(n.floor).feasible(n) for n in (all_, rest)):
             never = _without(team, state, out)  # only its absence stops the others
         else:
             never = infeasible(plain, here, rest, refute(rest))
@@ -271,7 +271,8 @@ def _settled(
         if vain:  # formulas remember what the decision does not know
             kept = replace(before, question=None, failed=tuple(c for _, c in failed))
             return replace(kept, vain=vain)
-        if before.roles and floor.open(stages) and not any(map(_is_a_game, failed)):
+        proves = end.outcome == "operator_needed" and floor.open(stages)
+        if proves and not any(map(_is_a_game, failed)):
             whole = floor_now(team, state)
             joint = joint_now(team, state, whole)._replace(stages=stages_of(whole, state))
             proven = lost(whole, joint, [i for i, _ in failed])
