@@ -17,10 +17,8 @@ import yaml
 from measuring import cpu_seconds
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from safenav.runtime.traffic.joint_search.search import Search
-from safenav.runtime.traffic.joint_search.states import Answer
-
 from campaigns.generate.families import benchmark, maps_folder, mission
+from safenav.plan.search import Answer, Search
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.cache import Cache
@@ -31,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[1]
 @dataclass(frozen=True)
 class Run:
     """Results and costs of one run. ``cpu``: of safenav and its synthesizers; ``searches``: seconds
-    of each search for a joint plan, certificates of single moves among them."""
+    of each search for a joint plan."""
 
     outcome: str
     wall: float
@@ -77,10 +75,10 @@ def _searches() -> Iterator[list[float]]:
     search = Search.run
 
     @wraps(search)
-    def timed(self: Search, *arguments: int) -> Answer:
+    def timed(self: Search) -> Answer:
         begun = time.process_time()
         try:
-            return search(self, *arguments)
+            return search(self)
         finally:
             seconds.append(time.process_time() - begun)
 

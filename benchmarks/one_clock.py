@@ -33,21 +33,23 @@ import yaml
 from msgspec.structs import replace
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from safenav.runtime.coordination.strategy_search import StrategySearch
-from safenav.runtime.traffic import planning
-
 from campaigns.generate.build import scattered
 from campaigns.generate.families import benchmark_map, maps_folder, mission
 from live.missions import crowd
 from safenav.outcome import Outcome
 from safenav.pace.robot import Pace
+from safenav.plan import ask
+from safenav.plan.order import linear, plan_of
 from safenav.report.terminal.table import table
+from safenav.runtime.control.answers import Answers
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.team.floor import Floor, Joint
+from safenav.team.state import Plan
 from safenav.trace.records import Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -119,12 +121,12 @@ def measure(text: str, draw: int) -> Draw | None:
     synthesizer = default_synthesizer(scenario)
     mission = Mission(scenario, synthesizer, world=live)
     apart = 0.0
-    original = StrategySearch.synthesize
+    original = Answers.strategies
 
-    def apart_from_the_rest(search: StrategySearch, alternatives: Any) -> Any:
+    def apart_from_the_rest(answers: Answers, specs: Any) -> Any:
         nonlocal apart
         begun = time.process_time()
-        found = original(search, alternatives)
+        found = original(answers, specs)
         apart += time.process_time() - begun
         return found
 
@@ -134,9 +136,9 @@ def measure(text: str, draw: int) -> Draw | None:
         nonlocal moves
         moves += record.type == "depart"
 
-    mission.state.listeners = (*mission.state.listeners, count)
+    mission.listen(count)
     begun = time.process_time()
-    with patch.object(StrategySearch, "synthesize", apart_from_the_rest):
+    with patch.object(Answers, "strategies", apart_from_the_rest):
         second = mission.run()
     spent = time.process_time() - begun - apart
     if {first.outcome, second.outcome} != {Outcome.COMPLETED}:
@@ -230,6 +232,11 @@ def families(draws: int) -> dict[str, Iterable[tuple[str, int]]]:
     return found
 
 
+def _as_found(on: Floor, states: Sequence[Joint], *_: object) -> Plan:
+    """The plan of a search, without shortening it."""
+    return plan_of(on, linear(on, states[0], [joint.poses for joint in states]))
+
+
 @click.command()
 @click.option("--draws", default=20, show_default=True, help="Runs of each line.")
 @click.option("--only", help="Only lines with this in their name.")
@@ -237,7 +244,7 @@ def families(draws: int) -> dict[str, Iterable[tuple[str, int]]]:
 def main(draws: int, only: str | None, long_plans: bool) -> None:
     """Print a line for each team."""
     if long_plans:
-        patch.object(planning, "shortened", lambda _, states, *__: states).start()
+        patch.object(ask, "shortened", _as_found).start()
     rows = []
     for name, cases in families(draws).items():
         if only is not None and only not in name:

@@ -46,7 +46,6 @@ def test_a_benchmark_with_options_starts(program: Path) -> None:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("plans.py", "--plans", "1"),
         ("one_clock.py", "--only", "rooms", "--draws", "1", "--long-plans"),
         ("batch.py", "--scenarios", "1", "--repeat", "1", "--jobs", "1"),
     ],
