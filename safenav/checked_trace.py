@@ -8,8 +8,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from safenav.audit.check import audit, statistics
-from safenav.audit.continuation import NAME
+from safenav.audit.check import statistics
 from safenav.errors import Diagnostic, InputError, ResourceLimitError
 from safenav.judge.engine import Finding, judge
 from safenav.judge.lines import NotATraceError
@@ -52,21 +51,15 @@ def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
     return checked("".join(lines).encode(), "<trace>")
 
 
-def checked(content: bytes, source: str, first: Trace | None = None) -> CheckedTrace:
-    """Check the content of a trace. ``first``: the trace of the run that it continues."""
+def checked(content: bytes, source: str) -> CheckedTrace:
+    """Check the content of a trace."""
     trace = _of_bounded_size(read_bytes(content, source))
     try:
         found = judge(BytesIO(content))
     except NotATraceError as error:
         raise InputError([Diagnostic(source, 0, 0, str(error))]) from error
-    findings, notes = [*found.findings], [*found.notes]
-    if first is not None:  # the audit compares the header with the end of the first run
-        notes = [note for note in notes if note.rule != "header"]
-        for each in audit(trace, first).findings:
-            if each.rule == NAME:
-                findings.append(Finding(each.rule, each.tick, None, each.line, each.explanation))
     complete = found.outcome is not None and not trace.cut_off
-    told = tuple(findings), statistics(trace), tuple(notes), found.strays, found.hands
+    told = tuple(found.findings), statistics(trace), tuple(found.notes), found.strays, found.hands
     return CheckedTrace(source, found.outcome, complete, *told)
 
 

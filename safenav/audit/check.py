@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from safenav.audit.continuation import NAME, continuation_problems
 from safenav.audit.judging import RULES, findings
 from safenav.audit.rules.rule import Finding
 from safenav.audit.run.situation import Situation
@@ -44,17 +43,12 @@ def check_trace(trace: str | Path | Iterable[str]) -> Audit:
     return audit(read_lines(trace))
 
 
-def audit(trace: Trace, after: Trace | None = None) -> Audit:
-    """Check a trace that has been read. The findings are in the order of the lines they concern.
-    ``after``: the trace of the run that this one continues; the header is compared with its end."""
+def audit(trace: Trace) -> Audit:
+    """Check a trace that has been read. The findings are in the order of the lines they concern."""
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
     records = [_plain_proof(record) for record in trace.records]
     now = Situation(trace.header, records)
     found = [*findings(now, records, [rule() for rule in RULES])]
-    if after is not None:
-        before = [_plain_proof(record) for record in after.records]
-        problems = continuation_problems(after.header, before, after.digest, trace.header)
-        found += [Finding(NAME, 0, None, 1, problem) for problem in problems]
     found.sort(key=lambda f: (f.line, rank.get(f.rule, 0)))
     outcome = trace.outcome
     return Audit(

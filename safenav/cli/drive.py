@@ -32,8 +32,8 @@ Examples:
   safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
   safenav drive lab.yaml --fleet fleet.yaml --live   # extra 'studio'
-  safenav drive lab.yaml --fleet fleet.yaml --rehearse --time-limit 20 --trace a.jsonl
-  safenav drive lab.yaml --fleet fleet.yaml --rehearse --resume a.jsonl --trace b.jsonl
+  head -120 lab.jsonl > part.jsonl                   # as if that drive had been killed
+  safenav drive lab.yaml --fleet fleet.yaml --rehearse --resume part.jsonl --trace b.jsonl
 Without --rehearse the robots of the fleet file move.
 \b
 Ctrl-C stops all robots, then ends the run; a second one ends it immediately.
@@ -66,7 +66,7 @@ Exit codes:
     "begun",
     type=options.INPUT,
     metavar="TRACE",
-    help="Continue an interrupted drive of SCENARIO from where its trace ends.",
+    help="Continue an interrupted drive of SCENARIO from its last checkpoint.",
 )
 @options.operator
 @options.live

@@ -44,9 +44,9 @@ Exit codes:
 
 RESUME_EPILOG = """\b
 Examples:
-  safenav new lab.yaml
-  safenav run lab.yaml --max-ticks 20 --trace part.jsonl
-  safenav resume part.jsonl lab.yaml --max-ticks 200 --trace whole.jsonl
+  safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
+  head -120 lab.jsonl > part.jsonl               # as if that run had been killed
+  safenav resume part.jsonl lab.yaml --trace whole.jsonl
   safenav resume part.jsonl lab.yaml -o out      # out/part-2.jsonl and out/part-2.html
 \b
 Exit codes: those of 'safenav run', for the resumed run

@@ -190,7 +190,7 @@ class Wording(Struct, frozen=True):
                 reason = _OBSTACLE.sub(lambda found: self.obstacle(found[0]), line.reason)
                 count, whole = len(line.robots), "all " * (len(line.robots) == self.team)
                 who = f"{whole}{count} robots" if count > MANY else self._all(line.robots)
-                return f"{who} move by a joint plan ({reason})"
+                return f"{who} {'moves' if count == 1 else 'move'} by a joint plan ({reason})"
             case records.PlanEnd():
                 return f"the joint plan has ended: {_PLAN_OVER[line.reason]}"
             case records.Late():

@@ -1,67 +1,14 @@
-"""Headers of resumed runs, and the progress of objectives that robots resume."""
-
-from collections.abc import Iterator
+"""Names that are not in the scenario, and the progress of objectives that robots resume."""
 
 import pytest
 
 from audit.good_traces import GOOD
-from audit.trace_script import Line, text
-from safenav.audit.check import audit, check_trace
+from audit.trace_script import text
+from safenav.audit.check import check_trace
 from safenav.audit.judging import can_have_met
 from safenav.audit.lines import Made
 from safenav.audit.needs import Need
-from safenav.audit.rules.rule import Finding
 from safenav.audit.run.progress import Progress
-from safenav.trace.reading import read_lines
-
-
-def continued(lines: list[Line]) -> Iterator[Finding]:
-    """The findings on a trace that continues one without such a header, and one with it."""
-    trace, plain = read_lines(text(lines)), read_lines(text(GOOD["door"]()))
-    for after in (plain, trace):
-        yield from audit(trace, after=after).findings
-
-
-STRANGERS = [
-    ({"robots": {"mule": {"rounds": 1}}}, "mule"),
-    ({"asked": {"door@9": {"mule": 7}}}, "mule"),
-    ({"had": ["quad", "mule"]}, "mule"),
-    ({"charging": ["mule"]}, "mule"),
-    ({"waited": {"mule": 2}}, "mule"),
-    ({"met": {"door@9": [["mule"]]}}, "mule"),
-    ({"plan": {"robots": {"mule": [[7, None]]}, "orders": [], "reason": "waiting"}}, "mule"),
-    ({"plan": {"robots": {}, "orders": [["quad", 1, "mule", 1]], "reason": "waiting"}}, "mule"),
-    ({"asked": {"gate@9": {"quad": 7}}}, "gate@9"),
-    ({"met": {"gate@9": [["quad"]]}}, "gate@9"),
-    ({"stays": ["gate@9"]}, "gate@9"),
-    ({"closed": ["gate@9"]}, "gate@9"),
-    ({"due": {"gate@9": 3}}, "gate@9"),
-    ({"late": ["gate@9"]}, "gate@9"),
-]
-
-
-@pytest.mark.parametrize(("begun", "stranger"), STRANGERS)
-def test_a_header_names_only_robots_and_obstacles_of_the_scenario(
-    begun: Line, stranger: str
-) -> None:
-    lines = GOOD["door"]()
-    lines[0]["scenario"]["begun"] = begun
-    first = check_trace(text(lines)).findings[0]
-    told = f"'{stranger}' is not in the scenario"
-    assert (first.rule, first.line, first.explanation) == ("names", 1, told)
-    assert {f.rule for f in continued(lines)} >= {"names", "continuation"}
-
-
-@pytest.mark.parametrize("groups", [[], [["quad"]], [["quad"], ["digit"]]])
-def test_a_header_with_an_obstacle_whose_needs_are_all_fulfilled_is_refused(
-    groups: list[list[str]],
-) -> None:
-    lines = GOOD["door"]()
-    lines[0]["scenario"]["begun"] = {"met": {"door@9": groups}}
-    first = check_trace(text(lines)).findings[0]
-    told = "cannot have met the first needs of door@9"
-    assert (first.rule, first.line) == ("header", 1) and told in first.explanation
-    assert {f.rule for f in continued(lines)} == {"header", "continuation"}
 
 
 @pytest.mark.parametrize("line", ["request", "push"])

@@ -56,16 +56,14 @@ def test_check_shows_the_limit_of_a_run_that_does_not_end(safenav: Command, tmp_
 
 EMPTY = """
 safenav: 1
-map: {grid: ["#######", "#..#..#", "#.....#", "#.##..#", "##....#", "#######"]}
+map: {grid: [".......", "......."]}
 catalogue:
   robots:
-    bat: {mobility: free, layer: ground, capabilities: [],
-          battery: {capacity: 25, charge: 3, stay: 1}}
-robots:
-  a: {model: bat, start: 15, objective: {patrol: [8, 18]}}
-  b: {model: bat, start: 11, objective: {patrol: [30, 16]}}
-  c: {model: bat, start: 26, objective: {hold: 17}}
-chargers: [33, 19]
+    cart: {mobility: free, layer: ground, battery: {capacity: 12, charge: 4, stay: 1}}
+robots: {c: {model: cart, start: 0, objective: {visit: [3, 0]}}}
+chargers: [0]
+changes: [{at: 3, robot: c, objective: {hold: 6}}]
+until: {rounds: 20}
 """
 
 

@@ -42,14 +42,6 @@ def test_an_obstacle_is_hidden_then_requested_then_resolved(replays: dict[str, R
     assert door.at(resolved) is door.at(replays["door"].last) is ObstacleStatus.RESOLVED
 
 
-def test_the_rest_of_a_run_knows_what_was_requested_before(tmp_path: Path) -> None:
-    """The page said that it is still hidden, while a robot waited before it."""
-    lines = made_traces.door()
-    lines[0]["scenario"]["begun"] = {"asked": {"door@47": {"quad": 46}}, "ran": True}
-    replay = read_replay(made_traces.write(lines, tmp_path / "rest.jsonl"))
-    assert replay.statuses["door@47"].at(0) is ObstacleStatus.FOUND
-
-
 def test_an_untraversable_obstacle_stays_blocked(replays: dict[str, Replay]) -> None:
     replay = replays["detour"]
     assert replay.statuses["uncertainty@34"].at(replay.last) is ObstacleStatus.BLOCKED

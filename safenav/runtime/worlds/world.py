@@ -1,4 +1,4 @@
-"""What a world that changes by itself reports: obstacles that come and go, and inputs."""
+"""Reports of a world that changes by itself: obstacles that come and go, and inputs."""
 
 from __future__ import annotations
 
