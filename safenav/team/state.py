@@ -217,8 +217,8 @@ class Elsewhere(NamedTuple):
 
 
 class Astray(NamedTuple):
-    """What a robot observes violates these assumptions of its strategy, which does not say how to
-    continue."""
+    """These assumptions of a robot's strategy are violated by what it observes; the strategy does
+    not say how to continue."""
 
     robot: int
     rules: tuple[str, ...]

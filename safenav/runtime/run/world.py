@@ -277,7 +277,7 @@ class World:
             yield from self._arrived(run, i, ended)
 
     def _holds(self, run: Running, i: int) -> protocol.Ended:
-        """The end of a stay, for which a blocking world is told to move."""
+        """The end of a stay, for which a blocking world gets a move."""
         member, pose = run.team.members[i], run.state.robots[i].pose
         self._held.add(i)
         here = member.graph.pose(pose)
@@ -377,7 +377,7 @@ class World:
     def _news(
         self, run: Running, i: int, event: protocol.Acted
     ) -> Generator[now.Event, None, tuple[protocol.Acted, tuple[int, ...]]]:
-        """What an action adds to what the team knows, and the obstacles that it has opened again
+        """The news of an action for the team, and the obstacles that it has opened again
         although nobody had asked: a world that repeats its results would keep the robot acting
         forever. A load is not delivered where it is taken."""
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()

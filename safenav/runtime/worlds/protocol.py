@@ -142,13 +142,13 @@ class BlockingWorld(Protocol):
         """The unresolved obstacle in a region that ``robot`` is about to enter, if any."""
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
-        """Bring the robot to ``pose``, in a neighbouring region. Return the pose that it has
-        reached, or None if that is the commanded one."""
+        """Bring the robot to ``pose``, in its own region or a neighbouring one. Return the pose
+        that it has reached, or None if that is the commanded one."""
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
-        """Let the robot act in its region, after each ``move`` and before the first one. Return
-        the obstacles whose last need this fulfils, each with whether its region is traversable
-        (None: its type has no truth).
+        """Let the robot act in its region, after each ``move`` (the first one is to its start).
+        Return the obstacles whose last need this fulfils, each with whether its region is
+        traversable (None: its type has no truth).
 
         The mission derives earlier needs from the poses of the robots."""
 
