@@ -194,7 +194,7 @@ def test_a_user_sets_inputs_during_a_run() -> None:
     mission.step()
     mission.intervene(SetInput("call", on=True))
     mission.step()
-    assert isinstance(mission.state.robots["quad"].robot.objective, Hold)
+    assert isinstance(mission._run.team.members[0].objective, Hold)
     with pytest.raises(UsageError, match="the inputs determine the objective of quad"):
         mission.intervene(AssignObjective("quad", Hold((frozenset({0}),))))
     with pytest.raises(UsageError, match="there is no input 'fire'"):

@@ -8,14 +8,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
 
 from campaigns.judge.joint import JointState, State
 from campaigns.judge.mission import read_mission
 from campaigns.judge.situation import Answer, at_start
 from certify.making import certified
-from runtime.coordination.floors import Bot, Floor
 from runtime.played import loaded, play
+from safenav.team.team import team_of
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 ROWS, COLS = 3, 4
@@ -117,6 +116,4 @@ def test_robots_that_share_only_a_zone_may_wait_for_each_other() -> None:
     scenario = loaded(f'map: {{grid: ["...."]}}\nrobots:\n{team}\n{zone}\n')
     a, b, c = scenario.robots
     assert scenario.interfere(a, b) and not scenario.interfere(a, c)
-    floor = Floor(["...."], {name: Bot(f"{k}", [k], layer=name) for k, name in enumerate("abc")})
-    problem = replace(floor.problem, zones=((frozenset({0, 1}), 1 << 3),))
-    assert [problem.interferes(robot) for robot in range(3)] == [True, True, False]
+    assert [member.planned for member in team_of(scenario).members] == [True, True, False]

@@ -3,14 +3,11 @@
 from typing import Any
 
 import pytest
-from safenav.runtime.knowledge import Knowledge
 
-from once import SCENARIOS
 from runtime.played import begin, completed, end, play
 from runtime.worlds import Driven
 from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import PlaceOrder
-from safenav.scenario.reading.loader import load_scenario
 
 CATALOGUE = {
     "robots": {
@@ -76,8 +73,8 @@ def test_an_order_of_a_live_run_has_the_time_at_which_it_is_placed() -> None:
     mission, run = begin(PLAN | {"clock": "live", "orders": [], "until": {"rounds": 12}})
     for _ in range(40):
         mission.step()
-    made = mission.state.time
-    assert made < mission.state.tick / 2
+    made = mission._run.state.time
+    assert made < mission.tick / 2
     mission.intervene(PlaceOrder(mission.scenario.catalogue.obstacles["parcel"], 9))
     end(mission, run)
     assert made <= run.one("order")["t"] <= made + 5
@@ -93,16 +90,3 @@ class Outside(Driven):
 
 def test_orders_reach_the_team_in_another_world() -> None:
     assert completed(PLAN, world=Outside).all("order")
-
-
-def test_each_of_two_equal_obstacles_reports_its_fulfilled_need() -> None:
-    """Each of the two pallets waits for its second need, after the other."""
-    scenario = load_scenario(SCENARIOS / "warehouse_orders.yaml")
-    pallets = {o.region: o for o in scenario.obstacles if o.type.name == "pallet"}
-    knowledge, shelf = Knowledge(scenario), next(iter(pallets))
-    for robot, obstacle in zip(("carrier", "truck"), pallets.values(), strict=True):
-        knowledge.appear(obstacle)
-        knowledge.meet(obstacle)
-        cleared = {obstacle.name}
-        further, met = knowledge.perform(scenario.robot(robot), {robot: shelf}, cleared)
-        assert further and [(one.obstacle, one.group) for one in met] == [(obstacle, (robot,))]
