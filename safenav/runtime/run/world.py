@@ -344,7 +344,7 @@ class World:
         if self._truth is not None:
             stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
                 number(run.team, run.state, obstacle): stage
-                for obstacle, stage in self._truth.parts()
+                for obstacle, stage in self._truth.parts(team.members[i].robot)
             }
         reported = {
             number(run.team, run.state, obstacle): result for obstacle, result in event.found

@@ -153,7 +153,7 @@ class LiveSimulation:
                 (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
                 for obstacle, truth in self.truth.act(robot)
             ]
-            changed = {obstacle.name for obstacle, _ in (*self.truth.parts(), *found)}
+            changed = {obstacle.name for obstacle, _ in (*self.truth.parts(robot), *found)}
             self._face(facing, [each for each in works if each[0].name in changed])
             found += [(obstacle, ActResult.NOTHING) for obstacle in missing]
             return replace(event, at=self._now, found=tuple(found))

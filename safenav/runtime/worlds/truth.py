@@ -54,7 +54,7 @@ class SimulatedWorld:
         for obstacle in sorted(scenario.obstacles, key=lambda each: each.appears or 0):
             self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
-        self._parts: tuple[tuple[Obstacle, Stage], ...] = ()
+        self._parts: dict[int, tuple[tuple[Obstacle, Stage], ...]] = {}
         self._brought: set[int] = set()
         self._taken_away: set[str] = set()
 
@@ -102,12 +102,14 @@ class SimulatedWorld:
         over = tuple((k, self._truth(k)) for k, stage in stages if resolved(team, k, stage))
         self._state = apply(team, self._state, now.Acted(i, stages, over))
         ended = {k for k, _ in over}
-        self._parts = tuple((team.obstacles[k].source, s) for k, s in stages if k not in ended)
+        parts = ((team.obstacles[k].source, s) for k, s in stages if k not in ended)
+        self._parts[i] = tuple(parts)
         return [(team.obstacles[k].source, truth) for k, truth in over]
 
-    def parts(self) -> Sequence[tuple[Obstacle, Stage]]:
-        """The obstacles that the last action changed without resolving them, at their stages."""
-        return self._parts
+    def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
+        """The obstacles that a robot's last action changed without resolving them, at their
+        stages."""
+        return self._parts.get(self._number[robot.name], ())
 
     # What a simulation of durations needs.
 
