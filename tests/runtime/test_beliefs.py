@@ -37,8 +37,7 @@ def test_two_on_one_floor_that_see_four_regions() -> None:
     seeing = "vision: 4, tracking: belief, objective: {visit:"
     text = text.replace("model: quadcopter,", "model: digit, heading: west,")
     text = text.replace("objective: {patrol:", seeing)
-    trace = completed(text)
-    assert {b["robot"] for b in trace.all("belief", seen=False)} == {"quad", "digit"}
+    assert not completed(text).all("belief")  # joint plans know where each robot is
 
 
 @pytest.mark.slow

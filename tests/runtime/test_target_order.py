@@ -6,12 +6,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from safenav.runtime.traffic import budgets
 
 from certify.making import THREE, bundle_at, certified, files_of, judged, rewrite, shipped
 from once import SCENARIOS
 from runtime.facts import case
 from runtime.played import Line, Run, completed, play
+from safenav.plan import search
 
 SHARED = """
 map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}
@@ -158,5 +158,6 @@ def test_a_bundle_proves_that_targets_are_met_once_in_order() -> None:
 
 
 def test_a_proof_that_exceeds_its_budget_is_not_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(budgets, "PROOF_BUDGET", 1)
+    monkeypatch.setattr(search, "PROOF", 1)
+    monkeypatch.setattr(search, "SINGLES", 1)
     assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"
