@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 from hypothesis import assume
 from hypothesis import strategies as st
-from safenav.runtime.beliefs import after_look
 
 from safenav.formula.evaluator import predicate
 from safenav.formula.parser import parse
+from safenav.runtime.control.observing import after_look
 from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
 from safenav.spec.other_robots import belief

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from safenav.runtime.beliefs import after_look
 
 from fuzz.campaign import campaign
 from safenav.errors import UsageError
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.outcome import Verdict
+from safenav.runtime.control.observing import after_look
 from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from safenav.runtime.beliefs import after_look
 
 from fuzz.campaign import campaign
 from safenav.audit.world import World
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
+from safenav.runtime.control.observing import after_look
 from safenav.scenario.model import Tracking
 from safenav.spec.other_robots import belief
 from safenav.spec.other_robots.knowledge import Knowledge, watch
