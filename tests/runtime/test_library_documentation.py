@@ -95,7 +95,7 @@ def test_what_the_page_shows_of_a_mission_exists() -> None:
         for name in path.split("."):
             assert hasattr(found, name), path
             found = getattr(found, name)
-    assert mission.state.poses == {"rover": mission.scenario.robot("rover").start}
+    assert mission.rest().robot("rover").start == mission.scenario.robot("rover").start
     mission.give_up()
 
 
@@ -132,6 +132,6 @@ def test_the_public_names_are_those_of_their_modules() -> None:
     assert safenav.World is World
     assert safenav.Synthesizer is Synthesizer
     assert safenav.load_scenario is load_scenario
-    assert [safenav.resumed.__name__, safenav.joined.__name__] == ["resumed", "joined"]
+    assert safenav.resumption.__name__ == "resumption"
     with pytest.raises(AttributeError, match="has no attribute 'Misson'"):
         _ = safenav.Misson  # type: ignore[attr-defined]  # nor has it for a type checker

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from runtime.played import completed
-from safenav.audit.check import audit
+from safenav.checked_trace import check_trace
 from safenav.errors import InputError
 from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import (
@@ -99,7 +99,7 @@ def test_texts_of_a_trace_give_no_orders_to_the_terminal() -> None:
     assert trace.outcome is not None
     shown = r"\x1b[2J\x07\x9b\u2028\u202e"
     assert trace.outcome.explanation.startswith(f"one\ntwo\\x1b{shown}\nx")
-    assert audit(trace).ok
+    assert check_trace(trace).ok
     said = json.dumps([as_data(record) for record in trace.records], ensure_ascii=False)
     assert said.isprintable()
 

@@ -164,8 +164,10 @@ class Run:
                 self.settle()
                 step = propose(self.team, self.state, self.control, i)
             obstacle = self.characterize(i, step)  # EC
-            if obstacle is not None:
-                here = self.state.robots[i].pose
+            here = self.state.robots[i].pose
+            if obstacle is not None and self.state.obstacles[obstacle].state is now.Is.SEALED:
+                step = Proposal(here, "stay")  # while the team waits: there is nothing to request
+            elif obstacle is not None:
                 inside = self.team.obstacles[obstacle].region == here % self.team.size
                 self.happens(now.Met(i, obstacle, here if inside else step.pose))  # 7
                 step = self.back_up(i, step)  # 8
