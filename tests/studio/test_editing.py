@@ -228,14 +228,14 @@ def test_a_changed_run_is_sound_and_plays_the_same_way_when_saved(name: str, see
             with suppress(UsageError):
                 mission.intervene(whatever(mission, world, chance))
         mission.step()
-        if mission.state.tick >= 60:
+        if mission.tick >= 60:
             mission.give_up()
     assert not run.findings, run.findings
     assert replay_of(read_lines(run.text.splitlines())).ending is not None
     again = Run()
     other = Mission(load_scenario_text(played(text, records, None)), listeners=[again])
     other.start()
-    while other.result is None and other.state.tick < mission.state.tick:
+    while other.result is None and other.tick < mission.tick:
         other.step()
     assert all(again.path(robot.name) == run.path(robot.name) for robot in scenario.robots)
     assert not again.findings

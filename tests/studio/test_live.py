@@ -201,7 +201,9 @@ def test_a_page_shows_the_last_tick_while_a_program_does_nothing(live: bool) -> 
 
     async def main() -> None:
         lines = data.splitlines(keepends=True)
-        first = lines[: next(at for at, line in enumerate(lines) if b'"tick":9,' in line)]
+        first = lines[
+            : next(at for at, line in enumerate(lines) if json.loads(line).get("tick", 0) > 8)
+        ]
         for line in first:
             run.hear(json.loads(line))
         told.append({"is": "silence"})

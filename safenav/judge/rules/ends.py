@@ -166,7 +166,7 @@ def later_change(e: Line, s: State) -> float | None:
         times += [float(t) for first, last in each.spans or () for t in (first, last + 1)]
     listed = [one.name for one in s.scenario.obstacles]
     for one in s.obstacles.values():
-        if one.until is not None and one.open and listed.count(one.name) == 1:
+        if one.until is not None and one.present and listed.count(one.name) == 1:
             times.append(float(one.until))
     now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
     last = (limits.seconds if s.live else None) or limits.ticks

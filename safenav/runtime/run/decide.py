@@ -31,13 +31,14 @@ class Proposal(NamedTuple):
     why: str | None = None
 
 
-def continues(team: Team, state: State, i: int) -> bool:
+def continues(team: Team, state: State, control: Control, i: int) -> bool:
     """Whether a robot moves while the team waits for help from outside: it can undo each of its
-    steps alone, and does not wait for help itself, or has an objective for that time."""
+    steps alone, and needs no help itself, or has an objective for that time."""
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or isinstance(member.objective, Ltl):
         return False
     asks = any(i in dict(each.asked) for each in state.obstacles if each.known)
+    asks = asks or (control.end is not None and member.name in control.end.stuck)
     meanwhile = member.robot.while_waiting
     return robot.active and (
         (robot.objective == member.objective and not asks)

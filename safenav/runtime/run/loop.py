@@ -217,12 +217,12 @@ class Run:
     def moves(self, i: int) -> bool:
         """Whether a robot may move: while the team waits only some do."""
         ended = self.control.end is not None
-        return not ended or (self.waits() and continues(self.team, self.state, i))
+        return not ended or (self.waits() and continues(self.team, self.state, self.control, i))
 
     def acts_at(self, i: int) -> bool:
         """Whether a robot acts where it stands: not beside an operator for whom the team waits."""
         operator = self.waits() and self.until() is None
-        may = not operator or continues(self.team, self.state, i)
+        may = not operator or continues(self.team, self.state, self.control, i)
         return may and self.world.reaches(self, i)
 
     def count(self, before: now.State, event: now.Event) -> None:

@@ -145,7 +145,8 @@ class Recorder:
                     self.emit(records.Assumption(self.tick, self._robot(i), rule))
                 self.why = Reason.BLOCKED
             case now.Introduced(source):
-                header = obstacle_header(source, self.team.scenario, None)
+                truth = (self.truths or {}).get(source.name)
+                header = obstacle_header(source, self.team.scenario, truth)
                 self.emit(records.Discovered(self.tick, header))
             case now.Met(i, k, pose):
                 self.helpers.pop(k, None)
