@@ -124,11 +124,11 @@ fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang 
 	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py \
 	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py tests/spec/test_belief.py \
 	  tests/runtime/test_rules_of_objectives.py tests/runtime/test_never_together.py tests/runtime/test_inputs.py \
-	  tests/runtime/test_loads.py tests/runtime/test_swept_regions.py \
+	  tests/runtime/test_loads.py \
 	  tests/oracle/test_agreement.py tests/synthesis/test_reading.py \
 	  tests/synthesis/test_verify_random.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \
-	  tests/runtime/coordination/test_same.py tests/runtime/deadlines tests/runtime/energy
+	  tests/team tests/runtime/deadlines tests/runtime/energy
 	@if command -v clang++ >/dev/null; then \
 	  $(CMAKE) -S slugs -B slugs/build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DSLUGS_FUZZ=ON -DSLUGS_SANITIZE=ON && \
 	  $(CMAKE) --build slugs/build-fuzz --parallel $(JOBS) && \
