@@ -10,6 +10,7 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
+from safenav.checked_trace import check_trace
 from safenav.errors import InputError, UsageError
 from safenav.runtime.run.checkpoint import Kept, Moment, Resumption, _restored, resumption
 from safenav.runtime.run.mission import Mission
@@ -19,7 +20,7 @@ from safenav.scenario.settings import Clock
 from safenav.team.team import team_of
 from safenav.trace import records
 from safenav.trace.reading import read_trace
-from safenav.trace.writing import as_data
+from safenav.trace.writing import TraceWriter, as_data
 from team.boards import scenario as board
 
 ROOT = Path(__file__).parents[2]
@@ -53,6 +54,18 @@ def continued(begun: Resumption) -> tuple[str, list[str]]:
 
 def facts(lines: list[records.Record]) -> list[str]:
     return [json.dumps(as_data(line)) for line in lines if line.type not in OWN]
+
+
+def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
+    """Its trace is that of one run, so its header has the limit that holds."""
+    scenario, path = load_scenario(ROOT / "scenarios" / "case_study_1.yaml"), tmp_path / "t.jsonl"
+    short = replace(scenario, limits=replace(scenario.limits, ticks=20))
+    with TraceWriter(path) as writer:
+        Mission(short, listeners=[writer], checkpoints=True).run()
+    begun, lines = resumption(read_trace(path), scenario), list[records.Record]()
+    mission = Mission(scenario, listeners=[lines.append], begun=begun)
+    assert mission.run().outcome == "completed"
+    assert check_trace(json.dumps(as_data(line)) for line in lines).ok
 
 
 @pytest.mark.parametrize("seed", SEEDS)

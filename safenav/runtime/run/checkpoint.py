@@ -30,6 +30,7 @@ from safenav.trace import records
 from safenav.trace.header import scenario_header
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import Trace
+from safenav.trace.setting import LimitsHeader
 from safenav.trace.told_objective import objective_of
 
 ENDED = ("completed", "unrealizable", "late")
@@ -141,8 +142,9 @@ class Resumption(Struct, frozen=True):
 
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
-    """Return the run of a trace at its last checkpoint. ``scenario``: its scenario. Raises
-    UsageError if the run has ended, has no checkpoint, or does not fit the scenario."""
+    """Return the run of a trace at its last checkpoint. ``scenario``: its scenario, perhaps with
+    other limits. Raises UsageError if the run has ended, has no checkpoint, or does not fit the
+    scenario."""
     if trace.outcome is not None and trace.outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
@@ -150,7 +152,7 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
         raise UsageError(
             f"{trace.source}: it has no checkpoint to continue from; a run with --trace writes them"
         )
-    _compare(trace, scenario)
+    limits = _compare(trace, scenario)
     try:
         kept = msgspec.convert(found[-1].run, Kept)
         team, state = _restored(team_of(scenario), kept)
@@ -159,12 +161,13 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     roles = tuple(
         Role(robot.objective, helps) for robot, helps in zip(state.robots, kept.helps, strict=True)
     )
-    lines = (trace.header, *trace.records)[: found[-1].lines]
+    header = replace(trace.header, scenario=replace(trace.header.scenario, limits=limits))
+    lines = (header, *trace.records)[: found[-1].lines]
     return Resumption(team, state, roles, kept, lines)
 
 
-def _compare(trace: Trace, scenario: Scenario) -> None:
-    """Compare a scenario with the header of its trace."""
+def _compare(trace: Trace, scenario: Scenario) -> LimitsHeader:
+    """Compare a scenario with the header of its trace; return its limits."""
     header = trace.header.scenario
     here = scenario_header(scenario, None, live=trace.header.clock is not None)
     pairs = {
@@ -181,6 +184,7 @@ def _compare(trace: Trace, scenario: Scenario) -> None:
         raise UsageError(
             f"the scenario is not that of {trace.source}: it differs in {' and '.join(other)}"
         )
+    return here.limits
 
 
 def _restored(team: Team, kept: Kept) -> tuple[Team, State]:
