@@ -3,7 +3,7 @@
 import yaml
 
 from campaigns.generate.families import mission
-from safenav.checked_trace import check_trace
+from safenav.audit.check import check_trace
 from safenav.outcome import Outcome
 from safenav.plan.immobile import Immobile
 from safenav.runtime.run.mission import Mission, play, text_of
