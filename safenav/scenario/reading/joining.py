@@ -5,11 +5,14 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
+from safenav.scenario import language
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.compatibility import conflicts
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.reading.robots import read_robots
+from safenav.scenario.reading.robots import resolve_robots
+from safenav.scenario.yaml.document import clipped, entries_of
 from safenav.scenario.yaml.source import parsed
+from safenav.scenario.yaml.typed import read
 
 FORM = "NAME: {model: ..., start: ..., objective: ...}"
 
@@ -24,7 +27,15 @@ def joined(scenario: Scenario, text: str) -> Scenario:
     known = {robot.model.name: robot.model for robot in scenario.robots}
     robots = {**scenario.catalogue.robots, **known}
     reading.catalogue = replace(scenario.catalogue, robots=robots)
-    found = read_robots(parsed(text, reading), reading, scenario.robots)
+    root = parsed(text, reading)
+    known_names = tuple(robot.name for robot in scenario.robots)
+    for key, _ in entries_of(root):
+        if key.text in known_names:
+            message = f"the team has a robot {clipped(key.text)} already"
+            reading.add(key, message, "choose another name")
+    reading.named = (*(key.text for key, _ in entries_of(root)), *known_names)
+    team = read(dict[language.RobotName, language.RobotKeys], root, "robots", reading)
+    found = resolve_robots(team or {}, reading, scenario.robots)
     reading.refuse_if_any()
     if len(found) != 1:
         raise UsageError(f"one robot joins at a time; expected: {FORM}")
