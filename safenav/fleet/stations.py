@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
+from typing import Annotated
 
 from msgspec import Struct, field
 
 from safenav.scenario.model import Obstacle
 from safenav.scenario.settings import Failures
+from safenav.scenario.yaml.typed import Key
 from safenav.world.map import RegionMap
 
 
@@ -72,11 +74,13 @@ def on_regions(metres: float, side: float) -> float:
 
 
 class Network(Struct, frozen=True):
-    """Network of the robots: loopback unless the fleet file names another."""
+    """Where the robots are. Default: this machine alone."""
 
-    domain: int = 0
-    interface: str = "lo"
-    peers: tuple[str, ...] = ("127.0.0.1",)
+    domain: Annotated[int, Key("ROS_DOMAIN_ID.", most=232)] = 0
+    interface: Annotated[str, Key("The network interface; lo: loopback.")] = "lo"
+    peers: Annotated[
+        tuple[str, ...], Key("Where to find robots; []: multicast. Default: 127.0.0.1.")
+    ] = ("127.0.0.1",)
 
 
 class SimulationUse(Struct, frozen=True):

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from enum import StrEnum
+from typing import Annotated, ClassVar
 
 from msgspec import Struct
 
 from safenav.outcome import Outcome
 from safenav.scenario.objective import Objective
+from safenav.scenario.yaml.typed import Key
 from safenav.world.map import Region
 
 
@@ -79,19 +81,26 @@ class FailedMoves(StrEnum):
 
 
 class Failures(Struct, frozen=True):
-    """Policies of a live run. ``retries``: repetitions of a failed move into a region before
-    ``then``. ``most``: failed moves without an arrival after which a robot is out of service.
-    ``actions``: failed actions of a robot on an obstacle after which another robot helps.
-    A step is cancelled after ``patience`` times the median duration, a command after ``timeout``
-    seconds (None: no such limit); if it has not ended after the same time again, the robot is
-    lost."""
+    """Reactions to robots that fail to carry out a command in a live run.
 
-    retries: int = 2
-    then: FailedMoves = FailedMoves.OBSTACLE
-    most: int = 6
-    actions: int = 2
-    patience: float = 10.0
-    timeout: float | None = None
+    A command that has not ended after its time limit is cancelled; if it has not ended after the
+    same time again, the robot is lost."""
+
+    example: ClassVar[str] = "{retries: 3}"
+    retries: Annotated[int, Key("How often a failed move into a region is repeated.")] = 2
+    then: Annotated[
+        FailedMoves, Key("Then the region is an obstacle, or the robot is out of service.")
+    ] = FailedMoves.OBSTACLE
+    most: Annotated[
+        int, Key("Failed moves in a row after which a robot is out of service.", least=1)
+    ] = 6
+    actions: Annotated[int, Key("Failed actions after which another robot helps.", least=1)] = 2
+    patience: Annotated[
+        float, Key("Median durations after which a command is cancelled.", above=0)
+    ] = 10.0
+    timeout: Annotated[
+        float | None, Key("Seconds after which a command is cancelled. Default: none.", above=0)
+    ] = None
 
 
 class LatePolicy(StrEnum):
@@ -102,21 +111,28 @@ class LatePolicy(StrEnum):
 
 
 class Until(Struct, frozen=True):
-    """The run is completed when every robot has met its objective this many times after the
-    last resolution; ``by``: the tick of its deadline, None if it has none."""
+    """When a run is completed."""
 
-    rounds: int = 2
-    by: int | None = None
+    example: ClassVar[str] = "{rounds: 2}"
+    rounds: Annotated[int, Key("Rounds of each robot after the last resolution.", least=1)] = 2
+    by: Annotated[
+        int | None, Key("The tick at which the mission is completed at the latest.", least=1)
+    ] = None
 
 
 class Limits(Struct, frozen=True):
-    """Limits of a run in ``ticks`` and ``seconds`` (wall time, or the clock of a live run; None: no
-    limit), and of each synthesis in seconds (wall time) and MiB."""
+    """Limits of the run and of each synthesis."""
 
-    ticks: int = 1000
-    synthesis_seconds: float = 60.0
-    synthesis_memory: int = 2048
-    seconds: float | None = None
+    example: ClassVar[str] = "{ticks: 500}"
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "states": "limit a synthesis by 'synthesis_seconds' and 'synthesis_memory'"
+    }
+    ticks: Annotated[int, Key("Ticks of a run.", least=1)] = 1000
+    synthesis_seconds: Annotated[float, Key("Seconds of a single synthesis.", above=0)] = 60.0
+    synthesis_memory: Annotated[int, Key("Memory of a single synthesis, in MiB.", least=1)] = 2048
+    seconds: Annotated[
+        float | None, Key("Seconds of a run (live: on its clock). Default: none.", above=0)
+    ] = None
 
 
 class Expect(Struct, frozen=True):

@@ -6,6 +6,7 @@ from msgspec.structs import replace
 
 from once import beside
 from safenav.outcome import Outcome
+from safenav.report.terminal import story
 from safenav.report.terminal.map import MapPicture, Marker, legend
 from safenav.report.terminal.story import Story
 from safenav.scenario.model import OPERATOR_ACTION
@@ -43,6 +44,18 @@ def test_the_legend_of_a_large_team_goes_on_below_a_map_of_few_rows() -> None:
     drawn = "\n".join(said[said.index("") :])
     assert all(f" {robot.name} at " in drawn for robot in scenario.robots)
     assert " o target of an objective" in drawn
+
+
+@pytest.mark.parametrize(("most", "drawn"), [(24, 2), (23, 1)])
+def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run on 256 x 256 regions printed 256 kB at each request."""
+    monkeypatch.setattr(story, "LARGE", most)
+    said: list[str] = []
+    tell = Story(load_scenario_text(ROOM), lambda line: said.append(click.unstyle(str(line))))
+    tell(header())
+    tell(records.Move(1, "quad", 7, 8, None))
+    tell(records.Gone(1, "door@9", vocabulary.ChangeCause.WORLD))
+    assert sum("██" in line for line in said) == drawn * 4
 
 
 def test_the_legend_explains_each_mark() -> None:

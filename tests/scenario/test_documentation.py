@@ -6,18 +6,15 @@ from pathlib import Path
 
 import pytest
 import yaml
+from msgspec import Struct
 
 from safenav.errors import InputError
-from safenav.fleet.fleet_file import FailureKeys, FleetKeys, StationKeys
-from safenav.scenario.reading.catalogue import BatteryKeys, ModelKeys, NeedKeys, TypeKeys
-from safenav.scenario.reading.changes import ChangeKeys, InputKeys
-from safenav.scenario.reading.expectation import ExpectKeys
-from safenav.scenario.reading.loader import ScenarioKeys, load_scenario_text
-from safenav.scenario.reading.objective import LtlKeys
-from safenav.scenario.reading.obstacles import ObstacleKeys, OrderKeys
-from safenav.scenario.reading.robots import RobotKeys
+from safenav.fleet.fleet_file import FleetKeys, StationKeys
+from safenav.scenario import language
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Failures
 from safenav.scenario.yaml.json_schema import schema_text
-from safenav.scenario.yaml.shapes import Table
+from safenav.scenario.yaml.typed import entries
 from scenario.mistakes import keys_of
 
 ROOT = Path(__file__).parents[2]
@@ -78,23 +75,31 @@ def tables(page: str) -> list[set[str]]:
 @pytest.mark.parametrize(
     ("page", "table"),
     [
-        *(("scenario.md", table) for table in (ScenarioKeys, RobotKeys, LtlKeys)),
-        *(("scenario.md", table) for table in (InputKeys, ObstacleKeys, OrderKeys, ChangeKeys)),
-        *(("scenario.md", table) for table in (ExpectKeys, ModelKeys, TypeKeys, NeedKeys)),
-        ("batteries.md", BatteryKeys),
-        ("drive.md", FailureKeys),
+        *(
+            ("scenario.md", table)
+            for table in (language.ScenarioKeys, language.RobotKeys, language.LtlKeys)
+        ),
+        *(
+            ("scenario.md", table)
+            for table in (language.InputKeys, language.ObstacleKeys, language.OrderKeys)
+        ),
+        *(("scenario.md", table) for table in (language.ChangeKeys, language.ExpectKeys)),
+        *(("scenario.md", table) for table in (language.ModelKeys, language.TypeKeys)),
+        ("scenario.md", language.NeedKeys),
+        ("batteries.md", language.BatteryKeys),
+        ("drive.md", Failures),
         ("drive.md", StationKeys),
     ],
 )
-def test_a_table_of_the_documentation_has_every_key(page: str, table: type[Table]) -> None:
-    most = max(tables(page), key=lambda words: len(words & table.known.keys()))
-    assert set(table.known) - most == set()
+def test_a_table_of_the_documentation_has_every_key(page: str, table: type[Struct]) -> None:
+    most = max(tables(page), key=lambda words: len(words & entries(table).keys()))
+    assert set(entries(table)) - most == set()
     if table is not StationKeys:  # that one begins with keys of the file
-        assert most - set(table.known) == set()
+        assert most - set(entries(table)) == set()
 
 
-@pytest.mark.parametrize("table", [ScenarioKeys, FleetKeys])
-def test_the_documentation_has_every_key(table: type[Table]) -> None:
+@pytest.mark.parametrize("table", [language.ScenarioKeys, FleetKeys])
+def test_the_documentation_has_every_key(table: type[Struct]) -> None:
     pages = (page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))
     words = set(re.findall(r"[\w-]+(?=`|:\s)", "\n".join(pages)))
     assert keys_of(json.loads(schema_text(table, "")), set()) - words == set()

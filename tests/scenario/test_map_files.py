@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from safenav.errors import Diagnostic, InputError
+from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.scenario.reading.maps import map as map_reader
+from safenav.scenario.yaml.typed import entries
 from safenav.world.files.flaws import MapFileError
 from safenav.world.files.image import read_image
 from safenav.world.files.movingai import read_movingai
@@ -325,7 +326,7 @@ FILES = [
 VALUES = st.sampled_from(
     [*FILES, "[1, 2]", "[1, .nan, x]", "{}", "null", "true", "-1", "0", "0.3", "7", "13", "1e9"]
 )
-KEYS = st.sampled_from([*map_reader.MapKeys.known, "imag"])
+KEYS = st.sampled_from([*entries(MapKeys), "imag"])
 
 
 @settings(max_examples=300)

@@ -18,23 +18,45 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from typing import Any
+from typing import Any, ClassVar
 
 from msgspec import Struct
 
-from safenav.scenario.reading.loader import ScenarioKeys
-from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, plain
+from safenav.scenario import language
+from safenav.scenario.yaml import document
+from safenav.scenario.yaml.document import Node, Scalar, Sequence, plain
+from safenav.scenario.yaml.fields import wrong_type
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.source import parsed
+from safenav.scenario.yaml.typed import Item, Raw, entries, key, read, sequence, version
 
 VERSION = 1
-KEYS = ("batch", "scenarios", "matrix", "exclude", "include")
 MOST_COMBINATIONS = 100_000
 
 _MARK = re.compile(r"^(batch|matrix)\s*:", re.MULTILINE)
 _RANGE = re.compile(r"(\d+) ?(?:-|\.\.+|to) ?(\d+)")
 _FIXED = ("safenav", "name")
+
+
+class Range(Item, frozen=True):
+    """Whole numbers, both ends included."""
+
+    label: ClassVar = "in {what}"
+    from_: int | None = key("", "the first number")
+    to: int | None = key("", "the last number, included")
+
+
+class BatchKeys(Item, frozen=True):
+    """A matrix file."""
+
+    label: ClassVar = ""
+    batch: int | None = version(VERSION, "batch", "batch")
+    scenarios: Scalar | tuple[Scalar, ...] | None = key(
+        "", "list the scenarios to run, as paths beside this file", expected="a list [...]"
+    )
+    matrix: dict[Scalar, Raw] | None = key()
+    exclude: tuple[dict[Scalar, Raw], ...] = key(default=())
+    include: tuple[dict[Scalar, Raw], ...] = key(default=())
 
 
 class Named(Struct, frozen=True):
@@ -62,117 +84,82 @@ def is_matrix(text: str) -> bool:
 def read_matrix(text: str, file: str) -> Matrix:
     """Read a matrix file. Raises InputError with all its errors."""
     findings = Findings(file)
-    root = parsed(text, findings)
-    matrix = None if root is None else _matrix(root, findings)
+    item: BatchKeys | None = read(BatchKeys, parsed(text, findings), "the batch", findings)
+    matrix = None if item is None else _matrix(item, findings)
     findings.raise_if_any()
     assert matrix is not None
     return matrix
 
 
-def _matrix(root: Node, findings: Findings) -> Matrix | None:
-    required = {
-        "batch": f"begin the file with 'batch: {VERSION}', the version of its format",
-        "scenarios": "list the scenarios to run, as paths beside this file",
+def _matrix(item: BatchKeys, findings: Findings) -> Matrix | None:
+    listed = item.scenarios if isinstance(item.scenarios, tuple) else (item.scenarios,)
+    if not listed and not item.flawed:
+        found = "'scenarios' is empty"
+        findings.add(item.at("scenarios"), found, "name at least one scenario")
+    scenarios = [Named(p.text, p.place.line, p.place.column) for p in listed if p is not None]
+    axes = {
+        path.text: _values(values, findings)
+        for path, values in (item.matrix or {}).items()
+        if _is_path(path, findings)
     }
-    item = read.mapping(root, "the batch", findings, KEYS, required)
-    if item is None:
-        return None
-    version = read.integer(item.get("batch"), "'batch' (the version of the format)", findings)
-    if version is not None and version != VERSION:
-        found = f"version {version} of the batch format is unknown"
-        findings.add(item.get("batch"), found, f"this safenav reads 'batch: {VERSION}'")
-    scenarios = _scenarios(item.get("scenarios"), findings)
-    axes = _axes(item.get("matrix"), findings)
-    excluded = _settings_list(item.get("exclude"), "exclude", findings)
-    _check_excluded(item.get("exclude"), excluded, axes, findings)
-    included = _settings_list(item.get("include"), "include", findings)
+    excluded = _settings(item.exclude, findings)
+    _check_excluded(item.at("exclude"), excluded, axes, findings)
+    included = _settings(item.include, findings)
     combinations = math.prod(len(values) for values in axes.values())
     if combinations > MOST_COMBINATIONS:
         found = f"the matrix has {combinations} combinations"
-        findings.add(item.get("matrix"), found, f"at most {MOST_COMBINATIONS} in one file")
+        findings.add(item.at("matrix"), found, f"at most {MOST_COMBINATIONS} in one file")
         return None
     chosen = itertools.product(*axes.values())
     all_settings = [dict(zip(axes, values, strict=True)) for values in chosen]
     kept = [s for s in all_settings if not any(_matches(s, out) for out in excluded)]
-    if item.get("matrix") is None and included:
+    if item.at("matrix") is None and included:
         kept = []  # the listed runs replace the plain scenario
     runs = kept + included
     if not runs and not len(findings):
-        findings.add(item.get("exclude"), "every combination is excluded")
+        findings.add(item.at("exclude"), "every combination is excluded")
     return Matrix(tuple(scenarios), tuple(runs))
 
 
-def _scenarios(node: Node | None, findings: Findings) -> list[Named]:
-    if isinstance(node, Scalar):
-        node = Sequence(node.place, (node,))
-    items = read.sequence(node, "'scenarios'", findings) or ()
-    if node is not None and not items and not len(findings):
-        findings.add(node, "'scenarios' is empty", "name at least one scenario")
-    found = []
-    for item in items:
-        path = read.text(item, "an item of 'scenarios'", findings)
-        if path is not None:
-            found.append(Named(path, item.place.line, item.place.column))
-    return found
-
-
-def _axes(node: Node | None, findings: Findings) -> dict[str, list[Any]]:
-    item = read.mapping(node, "'matrix'", findings)
-    if item is None:
-        return {}
-    return {
-        key.text: _values(values, f"'{key.text}' of matrix", findings)
-        for key, values in item.entries
-        if _is_path(key, findings)
-    }
-
-
-def _values(node: Node, what: str, findings: Findings) -> list[Any]:
+def _values(value: Raw, findings: Findings) -> list[Any]:
     """Return the values of a list, or of ``{from: 0, to: 9}``, both included."""
-    if isinstance(node, Mapping):
-        required = {"from": "the first number", "to": "the last number, included"}
-        item = read.mapping(node, what, findings, ("from", "to"), required)
-        assert item is not None
-        first = read.integer(item.get("from"), f"'from' in {what}", findings)
-        last = read.integer(item.get("to"), f"'to' in {what}", findings)
-        if first is None or last is None:
+    node, what = value.node, value.what
+    if isinstance(node, document.Mapping):
+        ends = read(Range, node, what, findings)
+        if ends.from_ is None or ends.to is None:
             return []
-        if last < first or last - first >= MOST_COMBINATIONS:
-            found = f"{what}: from {first} to {last} is "
-            found += "empty" if last < first else f"more than {MOST_COMBINATIONS} values"
+        if not 0 <= ends.to - ends.from_ < MOST_COMBINATIONS:
+            found = f"{what}: from {ends.from_} to {ends.to} is "
+            found += "empty" if ends.to < ends.from_ else f"more than {MOST_COMBINATIONS} values"
             findings.add(node, found)
             return []
-        return list(range(first, last + 1))
-    ends = _RANGE.fullmatch(node.text) if isinstance(node, Scalar) else None
-    if ends is not None:
-        hint = f"write {{from: {ends[1]}, to: {ends[2]}}}"
-        read.wrong_type(node, what, "a list [...]", findings, hint)
+        return list(range(ends.from_, ends.to + 1))
+    span = _RANGE.fullmatch(node.text) if isinstance(node, Scalar) else None
+    if span is not None:
+        hint = f"write {{from: {span[1]}, to: {span[2]}}}"
+        wrong_type(node, what, "a list [...]", findings, hint)
         return []
-    items = read.sequence(node, what, findings)
+    items = sequence(node, what, findings)
     if items is not None and not items:
         findings.add(node, f"{what}: a list of no values", "remove it, or give one value")
-    return [plain(value) for value in items or ()]
+    return [plain(item) for item in items or ()]
 
 
-def _settings_list(node: Node | None, what: str, findings: Findings) -> list[dict[str, Any]]:
-    found = []
-    for item in read.sequence(node, f"'{what}'", findings) or ():
-        settings = read.mapping(item, f"an item of '{what}'", findings)
-        if settings is None:
-            continue
-        paths = [(key.text, value) for key, value in settings.entries if _is_path(key, findings)]
-        found.append({path: plain(value) for path, value in paths})
-    return found
+def _settings(listed: tuple[dict[Scalar, Raw], ...], findings: Findings) -> list[dict[str, Any]]:
+    return [
+        {path.text: plain(raw.node) for path, raw in settings.items() if _is_path(path, findings)}
+        for settings in listed
+    ]
 
 
-def _is_path(key: Scalar, findings: Findings) -> bool:
-    """Return whether a key begins with one of a scenario's own keys; otherwise report it."""
-    first = key.text.split(".")[0]
-    known = [word for word in ScenarioKeys.known if word not in _FIXED]
-    if first in known and all(key.text.split(".")):
+def _is_path(path: Scalar, findings: Findings) -> bool:
+    """Return whether a path begins with one of a scenario's own keys; otherwise report it."""
+    first = path.text.split(".")[0]
+    known = [word for word in entries(language.ScenarioKeys) if word not in _FIXED]
+    if first in known and all(path.text.split(".")):
         return True
-    found = f"'{key.text}' is not a path into a scenario"
-    findings.add(key, found, suggestion(first, known))
+    found = f"'{path.text}' is not a path into a scenario"
+    findings.add(path, found, suggestion(first, known))
     return False
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import ceil, floor
+from math import floor
 
 import numpy as np
 from msgspec import Struct
 
 from safenav.errors import UsageError
-from safenav.motion.check.paths import Array, discs
-from safenav.motion.file.records import Action, Motion, Moving
+from safenav.motion.check.paths import Array, Disc, Mass, discs, mass
+from safenav.motion.file.records import Action, Motion, Moving, Segment
 from safenav.trace.reading import Trace
 from safenav.trace.setting import ScenarioHeader
 
@@ -79,8 +79,8 @@ class Grid(Struct, frozen=True):
                 f"the motion has a piece across {(high - low).max():.6g} regions; "
                 f"expected less than {MOST_CELLS}"
             )
-        for col in range(floor(low[0]), ceil(high[0]) + 1):
-            for row in range(floor(low[1]), ceil(high[1]) + 1):
+        for col in range(floor(low[0]), floor(high[0]) + 1):
+            for row in range(floor(low[1]), floor(high[1]) + 1):
                 yield col, row
 
 
@@ -105,6 +105,8 @@ class Examination:
         self.grid = Grid(header.rows, header.cols, header.side)
         self.conflicts = conflicts_of(trace.header.scenario)
         self.held: list[Holding] = []
+        self._masses: dict[int, Mass] = {}
+        self._discs: dict[int, list[Disc]] = {}
 
     def wrong(self, t: float, robot: str, rule: str, found: str) -> None:
         """Report that a rule is broken."""
@@ -117,19 +119,32 @@ class Examination:
         """The radius of the disc that its body fits in, in metres."""
         return self.numbers[robot].get("size", 0.0) / 2
 
+    def mass(self, segment: Segment) -> Mass:
+        """The centre of mass of a walker, computed once."""
+        if id(segment) not in self._masses:
+            self._masses[id(segment)] = mass(segment, self.numbers[segment.robot]["omega"])
+        return self._masses[id(segment)]
+
+    def discs(self, piece: Moving) -> list[Disc]:
+        """The discs that a piece moves, computed once."""
+        if id(piece) not in self._discs:
+            path = self.mass(piece) if isinstance(piece, Segment) else None
+            self._discs[id(piece)] = discs(piece, self.radius(piece.robot), path)
+        return self._discs[id(piece)]
+
     def body(self, robot: str, begin: float, end: float) -> Array:
         """The centres of a body (n, 2) between two times, by the pieces of motion between them."""
         found = [np.empty((0, 2))]
         for piece in self.pieces[robot]:
             if piece.t0 < end - NEAR and piece.t1 > begin + NEAR:
-                path = discs(piece, self.numbers[robot])[0]
+                path = self.discs(piece)[0]
                 inside = (path.times >= begin - NEAR) & (path.times <= end + NEAR)
                 found.append(path.centres[inside])
         return np.concatenate(found)
 
     def places(self, robot: str, times: Array) -> Array:
         """The middle of a body (n, 2) at some times."""
-        bodies = [discs(piece, self.numbers[robot])[0] for piece in self.pieces[robot]]
+        bodies = [self.discs(piece)[0] for piece in self.pieces[robot]]
         samples = np.concatenate([body.times for body in bodies])
         centres = np.concatenate([body.centres for body in bodies])
         order = np.argsort(samples, kind="stable")

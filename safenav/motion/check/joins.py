@@ -6,12 +6,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from math import cos, hypot, sin
 
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
-from safenav.motion.check.paths import Array, along, grid, power_series
+from safenav.motion.check.paths import Array, along, grid, power_series, value
 from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Reset, Segment
+
+State = tuple[float, ...]
 
 
 def check_path(case: Examination, piece: Flight | Drive) -> None:
@@ -28,8 +31,9 @@ def check_path(case: Examination, piece: Flight | Drive) -> None:
         else:
             _driven(case, piece, part, begin)
         begin += part.seconds
-    for (_, end), (start, _) in pairwise(map(_part_ends, piece.parts)):
-        jump = float(np.abs(end - start).max())
+    parts: tuple[Curve | Arc, ...] = piece.parts
+    for before, after in pairwise(parts):
+        jump = _apart(_part_state(before, before.seconds), _part_state(after, 0.0))
         if jump > NEAR:
             case.wrong(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m")
 
@@ -60,20 +64,24 @@ def _driven(case: Examination, piece: Flight | Drive, arc: Arc, begin: float) ->
         _limited(case, piece, begin + t, pull, "acceleration", "m/s^2")
 
 
-def _part_ends(part: Curve | Arc) -> tuple[Array, Array]:
-    """Return x, y, their speeds, and other values that must not jump, at both ends of a part."""
-    t = np.array([0.0, part.seconds])
+def _part_state(part: Curve | Arc, t: float) -> State:
+    """Return x, y, their speeds, and other values that must not jump, at a time of a part."""
     if isinstance(part, Curve):
-        yaw = power_series(part.yaw, t)
-        more = [power_series(part.z, t, order) for order in (0, 1)]
-        values = [power_series(axis, t, order) for order in (0, 1) for axis in (part.x, part.y)]
+        yaw = value(part.yaw, t)
+        state = [value(axis, t, order) for order in (0, 1) for axis in (part.x, part.y)]
+        more = [value(part.z, t, order) for order in (0, 1)]
     else:
-        x, y, yaw = along(part, power_series(part.way, t)).T
-        speed, turning = power_series(part.way, t, 1), part.curvature is None
-        more = [speed * turning]
-        values = [x, y, *(speed * (not turning) * ahead for ahead in (np.cos(yaw), np.sin(yaw)))]
-    ends = np.stack([*values, np.cos(yaw), np.sin(yaw), *more], axis=1)
-    return ends[0], ends[1]
+        way, speed = value(part.way, t), value(part.way, t, 1)
+        x, y, yaw = (float(number) for number in along(part, np.array([way]))[0])
+        turning = part.curvature is None
+        ahead = 0.0 if turning else speed
+        state, more = [x, y, ahead * cos(yaw), ahead * sin(yaw)], [speed * turning]
+    return (*state, cos(yaw), sin(yaw), *more)
+
+
+def _apart(one: State, other: State) -> float:
+    """Return the largest difference of two states."""
+    return max(abs(a - b) for a, b in zip(one, other, strict=True))
 
 
 def _limited(
@@ -102,7 +110,7 @@ def check_joins(case: Examination, robot: str) -> None:
     if abs(last.t1 - case.makespan) > NEAR and last.t1 not in resets:
         found = f"no motion recorded from {last.t1:.3f} s to the end at {case.makespan:.3f} s"
         case.wrong(last.t1, robot, "continuity", found)
-    speed = np.hypot(*_ends(first)[0][2:4])
+    speed = hypot(*_end(first, last=False)[2:4])
     if speed > NEAR:
         case.wrong(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s")
     for before, after in pairwise(pieces):
@@ -125,9 +133,9 @@ def _joined(case: Examination, before: Moving, after: Moving) -> None:
         return
     if before.to != after.origin:
         wrong(f"it continues in region {after.origin}, not in {before.to}")
-    end, start = _ends(before)[1], _ends(after)[0]
-    jump = float(np.hypot(*(start[:2] - end[:2])))
-    kick = float(np.abs(start[2:] - end[2:]).max())
+    end, start = _end(before, last=True), _end(after, last=False)
+    jump = hypot(start[0] - end[0], start[1] - end[1])
+    kick = _apart(start[2:], end[2:])
     if jump > NEAR:
         wrong(f"it jumps by {jump:.4f} m")
     elif kick > NEAR:
@@ -171,9 +179,10 @@ def _yaw(segment: Segment, t: float) -> float:
     return before + (after - before) * u**3 * (10 - 15 * u + 6 * u**2)
 
 
-def _ends(piece: Moving) -> tuple[Array, Array]:
-    """Return at both ends the position, then velocity and other values that must not jump."""
+def _end(piece: Moving, *, last: bool) -> State:
+    """Return at one end the position, then velocity and other values that must not jump."""
     if isinstance(piece, Segment):
-        return np.array(piece.start), np.array(piece.goal)
+        return piece.goal if last else piece.start
     assert isinstance(piece, Flight | Drive)
-    return _part_ends(piece.parts[0])[0], _part_ends(piece.parts[-1])[1]
+    part = piece.parts[-1 if last else 0]
+    return _part_state(part, part.seconds if last else 0.0)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from math import ceil, perm
+from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 from msgspec import Struct
@@ -18,6 +18,7 @@ STEP = 0.02
 """Seconds between samples of a body."""
 MOST_SAMPLES = 5_000_000
 """Samples of one piece of motion: more than a day."""
+
 FOOT = 0.11
 """Metres: radius of the circle that a walker's foot fits in."""
 
@@ -33,10 +34,23 @@ class Disc(Struct, frozen=True):
 
 
 def power_series(coefficients: Numbers, times: Array, derivative: int = 0) -> Array:
-    """A polynomial or a derivative of it, term by term."""
+    """A polynomial or a derivative of it, by Horner's rule."""
+    for _ in range(derivative):
+        coefficients = tuple(power * c for power, c in enumerate(coefficients))[1:]
     total = np.zeros_like(times)
-    for power, coefficient in enumerate(coefficients[derivative:]):
-        total += coefficient * perm(power + derivative, derivative) * times**power
+    for coefficient in reversed(coefficients):
+        total *= times
+        total += coefficient
+    return total
+
+
+def value(coefficients: Numbers, time: float, derivative: int = 0) -> float:
+    """A polynomial or a derivative of it at one time."""
+    for _ in range(derivative):
+        coefficients = tuple(power * c for power, c in enumerate(coefficients))[1:]
+    total = 0.0
+    for coefficient in reversed(coefficients):
+        total = total * time + coefficient
     return total
 
 
@@ -48,16 +62,15 @@ def grid(seconds: float, step: float = STEP) -> Array:
     if not seconds < MOST_SAMPLES * STEP:
         most = f"expected at most {MOST_SAMPLES * STEP:,.0f} s"
         raise UsageError(f"the motion has a piece of {seconds:,.0f} s; {most}")
-    found: Array = np.linspace(0.0, seconds, max(2, ceil(seconds / step) + 1))
-    return found
+    count = max(1, ceil(seconds / step))
+    return np.arange(count + 1, dtype=np.float64) * (seconds / count)
 
 
-def discs(piece: Moving, numbers: Mapping[str, float]) -> list[Disc]:
-    """The discs that a piece moves: the body, and of a walker each foot. ``numbers``: of the robot
-    in the header."""
-    radius = numbers.get("size", 0.0) / 2
-    if isinstance(piece, Segment):
-        return _walking(piece, radius, numbers["omega"])
+def discs(piece: Moving, radius: float, path: Mass | None) -> list[Disc]:
+    """The discs that a piece moves: the body, and of a walker, whose mass is on ``path``, each
+    foot."""
+    if isinstance(piece, Segment) and path is not None:
+        return _walking(piece, radius, path)
     times, centres = [], []
     begin = piece.t0
     assert isinstance(piece, Flight | Drive)
@@ -106,10 +119,11 @@ class Mass(Struct, frozen=True):
     early: float
 
 
-def mass(segment: Segment, omega: float, step: float = STEP) -> Mass:
+def mass(segment: Segment, omega: float) -> Mass:
     """Solve c'' = omega^2 (c - p) phase by phase: its growing part backwards from the goal, its
     shrinking part forwards from the start."""
     start, goal = np.array(segment.start), np.array(segment.goal)
+    still = segment.start == segment.goal and len(segment.phases) == 1
     pressures = [np.array([phase.x, phase.y]) for phase in segment.phases]
     shrinking = [start[:2] - start[2:] / omega]
     for phase, p in zip(segment.phases, pressures, strict=True):
@@ -121,7 +135,7 @@ def mass(segment: Segment, omega: float, step: float = STEP) -> Mass:
     times, states, centres = [], [], []
     begin = 0.0
     for index, (phase, p) in enumerate(zip(segment.phases, pressures, strict=True)):
-        t = grid(phase.seconds, step)[:, None]
+        t = grid(phase.seconds, float("inf") if still else STEP)[:, None]
         falls = p + (shrinking[index] - p) * np.exp(-omega * t)
         rises = p + (growing[index + 1] - p) * np.exp(-omega * (phase.seconds - t))
         times.append(begin + t[:, 0])
@@ -133,22 +147,24 @@ def mass(segment: Segment, omega: float, step: float = STEP) -> Mass:
     return Mass(np.concatenate(times), np.concatenate(states), np.concatenate(centres), late, early)
 
 
-def swing_states(swing: Swing, times: Array) -> tuple[Array, Array]:
-    """Positions (n, 2) and speeds (n) of a foot in the air, at times since its lift: the quintic
-    by its Hermite form."""
-    seconds = swing.t1 - swing.t0
-    u = times / seconds
-    scale = np.array([1.0, seconds, seconds**2] * 2)
-    places, speeds = [], []
-    for axis in (0, 1):
-        ends = np.array([state[axis::3] for state in (swing.start, swing.goal)]).ravel() * scale
-        place, speed = np.zeros_like(u), np.zeros_like(u)
-        for coefficient in _HERMITE.T[::-1] @ ends:
-            speed = speed * u + place
-            place = place * u + coefficient
-        places.append(place)
-        speeds.append(speed / seconds)
-    return np.stack(places, axis=1), np.hypot(speeds[0], speeds[1])
+def swing_states(swings: Sequence[Swing]) -> tuple[Array, Array, Array]:
+    """Feet in the air, at most ``STEP`` apart: times since the segment's start (swings, n),
+    positions (swings, n, 2) and speeds (swings, n): quintics by their Hermite form."""
+    begin, end = np.array([[swing.t0, swing.t1] for swing in swings]).reshape(-1, 2).T
+    seconds = end - begin
+    longest = float(seconds.max(initial=STEP))
+    u = grid(longest) / longest
+    scale = np.stack([np.ones_like(seconds), seconds, seconds**2] * 2, axis=1)
+    states = np.array([(*swing.start, *swing.goal) for swing in swings]).reshape(-1, 6, 3)
+    ends = states[:, :, :2] * scale[:, :, None]
+    place, speed = np.zeros((2, len(swings), len(u), 2))
+    for coefficient in np.moveaxis(_HERMITE.T[::-1] @ ends, 1, 0)[:, :, None]:
+        speed *= u[:, None]
+        speed += place
+        place *= u[:, None]
+        place += coefficient
+    times = begin[:, None] + seconds[:, None] * u
+    return times, place, np.hypot(speed[:, :, 0], speed[:, :, 1]) / seconds[:, None]
 
 
 _HERMITE = np.array(
@@ -165,15 +181,11 @@ _HERMITE = np.array(
 goal) to its coefficients, over a unit of time."""
 
 
-def _walking(segment: Segment, radius: float, omega: float) -> list[Disc]:
-    still = segment.start == segment.goal and len(segment.phases) == 1
-    path = mass(segment, omega, float("inf") if still else STEP)
+def _walking(segment: Segment, radius: float, path: Mass) -> list[Disc]:
     found = [Disc("body", radius, segment.t0 + path.times, path.states[:, :2])]
     for foot in segment.feet:
         when, where = np.array([segment.t0 + foot.down]), np.array([[foot.x, foot.y]])
         found.append(Disc("foot", FOOT, when, where))
-    for swing in segment.swings:
-        t = grid(swing.t1 - swing.t0)
-        places, _ = swing_states(swing, t)
-        found.append(Disc("swinging foot", FOOT, segment.t0 + swing.t0 + t, places))
+    for times, places, _ in zip(*swing_states(segment.swings), strict=True):
+        found.append(Disc("swinging foot", FOOT, segment.t0 + times, places))
     return found

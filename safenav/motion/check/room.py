@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination, Holding
-from safenav.motion.check.paths import Array, Disc, discs
+from safenav.motion.check.paths import Array, Disc
 from safenav.motion.file.records import Moving, Release, Reserve
 
 FOREVER = float("inf")
@@ -103,7 +103,7 @@ def check_room(case: Examination) -> None:
         if piece.robot not in case.driven:
             entered = [region for region in entered if region in (piece.origin, piece.to)]
         own = {case.grid.place(region) for region in entered}
-        for disc in discs(piece, case.numbers[piece.robot]):
+        for disc in case.discs(piece):
             _contained(case, piece, disc, own)
 
 

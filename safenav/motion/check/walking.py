@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
-from safenav.motion.check.paths import grid, mass, swing_states
+from safenav.motion.check.paths import swing_states
 from safenav.motion.file.records import Foothold, Segment
 
 GRAVITY = 9.81
@@ -36,7 +36,7 @@ def check_segment(case: Examination, segment: Segment) -> None:
     if any(phase.seconds <= 0 for phase in segment.phases):
         wrong(0, "time", "a phase that takes no time")
         return
-    path = mass(segment, omega)
+    path = case.mass(segment)
     for end, missed in (("start", path.late), ("goal", path.early)):
         if missed > 1e-8:
             what = f"the centre of mass misses the {end} of its segment by {missed:.4f} m"
@@ -106,7 +106,7 @@ def _swings(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None
         if swing.t1 <= swing.t0:
             wrong(swing.t0, "time", "a swing that takes no time")
             return
-        _, speeds = swing_states(swing, grid(swing.t1 - swing.t0))
+    for swing, speeds in zip(segment.swings, swing_states(segment.swings)[2], strict=True):
         if speeds.max() > limits["swing"] + NEAR:
             what = f"a foot swings at {speeds.max():.2f} m/s, more than {limits['swing']:g}"
             wrong(swing.t0, "swing", what)

@@ -19,7 +19,7 @@ from safenav.report.picture.glyphs import STATUS_MARKS
 from safenav.report.picture.names import AREA
 from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
 from safenav.scenario.motion import AIR
-from safenav.scenario.objective import target_regions
+from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.looks import looks
 from safenav.world.map import Frame, Heading, Region
 
@@ -33,8 +33,8 @@ _HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
 _COLOURS = {status: mark.colour for status, mark in STATUS_MARKS.items()}
 _UNSEEN = {ObstacleStatus.ABSENT, ObstacleStatus.HIDDEN, ObstacleStatus.RESOLVED}
 """Statuses of obstacles that have no marker."""
-TRAIL = 24
-"""Most poses in a path: with all poses so far, bags would grow with the square of the ticks."""
+TRAIL = 8
+"""Most corners in a path: with all so far, bags would grow with the square of the ticks."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
@@ -98,7 +98,7 @@ class _Messages:
         yield Stamped(self.replay.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
         yield Stamped(self.replay.time(0), "/places", _MARKERS, {"markers": [*self._places()]})
         yield Stamped(self.replay.time(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
-        planned: list[Message] = []
+        planned: object = ({}, [None] * len(self.replay.robots))
         passed = {track.name: deque[Message](maxlen=TRAIL) for track in self.replay.robots}
         shown: dict[str, ObstacleStatus] = {}
         for tick in range(self.replay.last + 1):
@@ -108,18 +108,22 @@ class _Messages:
             for track in self.replay.robots:
                 if tick and track.regions[tick] == track.regions[tick - 1]:
                     continue
-                so_far = passed[track.name]
-                so_far.append({"header": self._header(tick), "pose": poses[track.name]})
+                so_far, pose = passed[track.name], poses[track.name]
+                if len(so_far) > 1 and _straight(so_far[-2]["pose"], so_far[-1]["pose"], pose):
+                    so_far.pop()
+                so_far.append({"header": self._header(tick), "pose": pose})
                 path = {"header": self._header(tick), "poses": list(so_far)}
                 topic = f"/{self.names[track.name]}/path"
                 yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
             if changed := [*self._obstacles(tick, shown)]:
                 yield Stamped(seconds, "/obstacles", _MARKERS, {"markers": changed})
-            plan = [*self._plan(tick)]
-            if _bare(plan) != _bare(planned):
+            objectives = [self.replay.objectives[t.name].at(tick) for t in self.replay.robots]
+            plan = self.replay.plans.at(tick)
+            if (plan, objectives) != planned:
+                planned = plan, objectives
                 deleted = self._marker(tick, "plan", 0, _LINE, _DELETE_ALL)
-                yield Stamped(seconds, "/plan", _MARKERS, {"markers": [deleted, *plan]})
-            planned = plan
+                drawn = [deleted, *self._plan(tick, plan, objectives)]
+                yield Stamped(seconds, "/plan", _MARKERS, {"markers": drawn})
             if tick == 0 or self.replay.stack.at(tick) != self.replay.stack.at(tick - 1):
                 yield Stamped(seconds, "/requests", _MARKERS, {"markers": [*self._requests(tick)]})
             for event in self.replay.happened(tick):
@@ -270,12 +274,15 @@ class _Messages:
                     "text": text,
                 }
 
-    def _plan(self, tick: int) -> Iterator[Message]:
+    def _plan(
+        self,
+        tick: int,
+        plan: Mapping[str, Sequence[Region]],
+        objectives: Sequence[Objective | None],
+    ) -> Iterator[Message]:
         """Yield each robot's targets, and its path while a joint plan is carried out."""
-        plan = self.replay.plans.at(tick)
         for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
-            objective = self.replay.objectives[track.name].at(tick)
-            if regions := sorted(target_regions(objective)):
+            if regions := sorted(target_regions(objectives[number])):
                 yield self._marker(tick, "targets", number, _CUBES) | {
                     "scale": self._size(0.8, 0.02),
                     "color": _colour(look.colour, 0.25),
@@ -318,8 +325,12 @@ class _Messages:
         return {"x": wide * side, "y": wide * side, "z": high * side}
 
 
-def _bare(markers: list[Message]) -> list[Message]:
-    return [{**marker, "header": None} for marker in markers]
+def _straight(first: Message, middle: Message, last: Message) -> bool:
+    """Whether a robot passed the middle pose without a turn."""
+    a, b, c = (pose["position"] for pose in (first, middle, last))
+    ahead, then = (b["x"] - a["x"], b["y"] - a["y"]), (c["x"] - b["x"], c["y"] - b["y"])
+    turned: float = ahead[0] * then[1] - ahead[1] * then[0]
+    return bool(abs(turned) < 1e-9 < ahead[0] * then[0] + ahead[1] * then[1])
 
 
 def stamp(seconds: float) -> Message:

@@ -9,16 +9,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.extras import missing
-from safenav.report.picture.raster import png_of
-from safenav.report.picture.scene import Options, svg_of
+from safenav.report.picture.floor import cell_size
+from safenav.report.picture.glyphs import separated
+from safenav.report.picture.raster import png_of, size_of
+from safenav.report.picture.scene import Layer, Options, svg_of
 from safenav.report.replay.perception import Shading, shading_of
-from safenav.report.replay.timeline import Replay, StoryKind
+from safenav.report.replay.timeline import Placed, Replay, Scene, StoryKind
 
 if TYPE_CHECKING:
     from PIL import Image
+
+Sprite = tuple["Image.Image", tuple[int, int]]
 
 _HALTS = {
     StoryKind.VIOLATION,
@@ -85,11 +90,12 @@ def write_gif(
         raise UsageError(
             f"{problem}\n    choose a part of the run (--ticks 0-100), or a higher --speed"
         )
-    colours = _colours(replay, film)
+    stage = _Stage(replay, film)
+    colours = _colours(replay, film, stage)
     frames: list[Image.Image] = []
     durations: list[int] = []
     for tick, part, caption, milliseconds in _captioned(replay, film):
-        image = _drawn(replay, film, tick, part, caption)
+        image = stage.frame(tick, part, caption)
         frames.append(image.quantize(palette=colours, dither=Image.Dither.NONE))
         durations.append(milliseconds)
         if progress is not None:
@@ -98,12 +104,62 @@ def write_gif(
     frames[0].save(path, "GIF", **more)
 
 
-def _drawn(replay: Replay, film: Film, tick: int, part: float, caption: str) -> Image.Image:
-    from PIL import Image
+class _Stage:
+    """Drawer of frames. A film would take most of its time for vectors: the ground and the names
+    are drawn once, the state once per tick, and a robot once for each of its headings and loads."""
 
-    options = Options(legend=False, caption=caption, shading=film.shading(replay, tick))
-    pixels = png_of(svg_of(replay.scene(tick, part), options), film.width)
-    return Image.open(io.BytesIO(pixels)).convert("RGB")
+    def __init__(self, replay: Replay, film: Film) -> None:
+        self._replay, self._film = replay, film
+        first = replay.scene(film.first)
+        self._ground = self._layer(first, film.first, Layer.GROUND)
+        self._names = self._layer(first, film.first, Layer.NAMES)
+        self._state: tuple[object, Image.Image] = None, self._ground
+        self._robots: dict[object, Sprite] = {}
+
+    def frame(self, tick: int, part: float, caption: str) -> Image.Image:
+        """Return a moment: a ``part`` of the time from ``tick`` to the next one."""
+        scene = self._replay.scene(tick, part)
+        key = tick, scene.moment, caption
+        if key != self._state[0]:
+            drawn = self._ground.copy()
+            drawn.alpha_composite(self._layer(scene, tick, Layer.STATE, caption=caption))
+            self._state = key, drawn
+        frame = self._state[1].copy()
+        side = cell_size(scene.map) * self._film.width / self._across
+        shifts = separated([(robot.row, robot.col) for robot in scene.robots])
+        for robot, (down, right) in zip(scene.robots, shifts, strict=True):
+            body, (x, y) = self._robot(scene, robot)
+            place = round(x + (robot.col + right) * side), round(y + (robot.row + down) * side)
+            frame.alpha_composite(body, place)
+        frame.alpha_composite(self._names)
+        return frame.convert("RGB")
+
+    def _robot(self, scene: Scene, robot: Placed) -> Sprite:
+        """Return a robot's body, and its place while the robot is in the first region."""
+        key = robot.name, robot.heading, robot.loads
+        if key not in self._robots:
+            first = tuple(replace(one, row=0.0, col=0.0) for one in scene.robots)
+            alone = replace(scene, robots=first)
+            drawn = self._layer(alone, self._film.first, Layer.ROBOTS, robot=robot.name)
+            box = drawn.getbbox() or (0, 0, 1, 1)
+            self._robots[key] = drawn.crop(box), box[:2]
+        return self._robots[key]
+
+    def _layer(
+        self, scene: Scene, tick: int, layer: Layer, caption: str = "", robot: str | None = None
+    ) -> Image.Image:
+        from PIL import Image
+
+        options = Options(
+            layers=frozenset({layer}),
+            legend=False,
+            caption=caption,
+            shading=self._film.shading(self._replay, tick),
+            robot=robot,
+        )
+        svg = svg_of(scene, options)
+        self._across = size_of(svg)[0]
+        return Image.open(io.BytesIO(png_of(svg, self._film.width))).convert("RGBA")
 
 
 def _captioned(replay: Replay, film: Film) -> Iterable[tuple[int, float, str, int]]:
@@ -126,7 +182,7 @@ def _captioned(replay: Replay, film: Film) -> Iterable[tuple[int, float, str, in
         yield tick, part, caption, milliseconds + halt
 
 
-def _colours(replay: Replay, film: Film) -> Image.Image:
+def _colours(replay: Replay, film: Film, stage: _Stage) -> Image.Image:
     """Return the most frequent colours of some moments as a palette for all frames: plain colours
     stay exact, and a frame holds only the pixels that changed. Pillow may confuse colours that are
     nearer to each other than ``APART``."""
@@ -136,7 +192,7 @@ def _colours(replay: Replay, film: Film) -> Image.Image:
     ticks = sorted({film.first, film.last, *halts})
     counts: Counter[tuple[int, ...]] = Counter()
     for tick in ticks[:: max(1, len(ticks) // 8)]:
-        image = _drawn(replay, film, tick, 0.0, "-")
+        image = stage.frame(tick, 0.0, "-")
         for count, colour in image.getcolors(1 << 24) or ():
             if isinstance(colour, tuple):  # of red, green and blue
                 counts[colour] += count

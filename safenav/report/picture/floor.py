@@ -15,7 +15,6 @@ LINES = "#D5D9DF"
 
 _LEGIBLE = 8.0
 """Height of the smallest digits, in units of the picture."""
-_LEAST_CELL = 26.0
 
 
 def cell_size(world: RegionMap) -> float:
@@ -46,16 +45,14 @@ def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
     return "".join(parts)
 
 
-def number_size(cell: float) -> float | None:
-    """Return the height of a region's number; None if there is no room for a legible one."""
-    return max(_LEGIBLE, cell * 0.17) if cell >= _LEAST_CELL else None
-
-
 def draw_numbers(
     page: SvgWriter, world: RegionMap, cell: float, names: Sequence[PlacedName]
 ) -> None:
-    """Draw the number of each free region in its corner, except those below ``names``."""
-    size = number_size(cell) or _LEGIBLE
+    """Draw the number of each free region in its corner, except those below ``names``; none where
+    the numbers of neighbours would overlap."""
+    size = max(_LEGIBLE, cell * 0.17)
+    if cell < text_width(f"{world.size - 1} ", size):
+        return
     page.open_group(font_size=number(size), fill="#8A919C")
     for region in world.free:
         row, col = world.position(region)

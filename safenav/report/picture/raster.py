@@ -29,21 +29,28 @@ _NOWHERE = "\U0010fffd"
 """A private-use character that no font has; it is drawn like a missing letter."""
 MOST_PIXELS = 48_000_000
 """Limit of a picture: drawing takes about 17 bytes per pixel."""
+ZOOM, WIDE = 2.0, 2000
+"""Pixels per unit of a picture, and its width in pixels, unless the user gives a width."""
 
 
-def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
-    """Return the picture as PNG, ``width`` pixels wide, or with ``zoom`` pixels per unit (fewer for
-    a very large picture).
+def png_of(svg: str, width: int | None = None) -> bytes:
+    """Return the picture as PNG, ``width`` pixels wide; by default with ``ZOOM`` pixels per unit,
+    and at most ``WIDE`` pixels wide.
 
     Raises UsageError if the extra ``pictures`` is not installed, or for too many pixels."""
-    found = _SIZE.search(svg)
-    assert found is not None
-    across = float(found[1])
-    most = widest(across, float(found[2]))
+    across, down = size_of(svg)
+    most = widest(across, down)
     if width is not None and width > most:
         what = f"--width {width} makes a picture of more than {MOST_PIXELS:,} pixels"
         raise UsageError(f"{what}; use at most --width {most}, or SVG")
-    return rendered(svg, width=width, zoom=None if width else min(zoom, most / across))
+    return rendered(svg, width=width, zoom=None if width else min(ZOOM, min(most, WIDE) / across))
+
+
+def size_of(svg: str) -> tuple[float, float]:
+    """Return the width and height of a picture, in its units."""
+    found = _SIZE.search(svg)
+    assert found is not None
+    return float(found[1]), float(found[2])
 
 
 def widest(across: float, down: float) -> int:

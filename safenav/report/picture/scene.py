@@ -6,6 +6,8 @@ is cut off whatever the names and the size of the map. PNG and GIF are made from
 
 from __future__ import annotations
 
+from enum import Enum
+
 from msgspec import Struct
 
 from safenav.report.picture.floor import (
@@ -15,7 +17,6 @@ from safenav.report.picture.floor import (
     draw_axes,
     draw_floor,
     draw_numbers,
-    number_size,
 )
 from safenav.report.picture.glyphs import (
     GLYPHS,
@@ -56,15 +57,28 @@ BADGE = 0.96
 the same distance above it."""
 
 
+class Layer(Enum):
+    """A part of a picture, from the bottom up: the floor with all that never changes, what changes
+    from tick to tick, the robots, and the names of regions."""
+
+    GROUND = "ground"
+    STATE = "state"
+    ROBOTS = "robots"
+    NAMES = "names"
+
+
 class Options(Struct, frozen=True):
     """Contents of a picture besides the scene itself.
 
-    ``numbers``: None puts region numbers where they can be read. ``caption``: some lines below the
-    map instead of a legend, always of the same height (for the frames of a film). ``shading``:
-    sight and beliefs of a robot. ``axes``: numbers of rows and columns around the map."""
+    ``numbers``: of regions, where they can be read. ``caption``: some lines below the map instead
+    of a legend, always of the same height (for the frames of a film). ``shading``: sight and
+    beliefs of a robot. ``axes``: numbers of rows and columns around the map. ``layers``: those to
+    draw; without ``GROUND`` the picture is transparent. ``robot``: the only one to draw."""
 
+    layers: frozenset[Layer] = frozenset(Layer)
+    robot: str | None = None
     legend: bool = True
-    numbers: bool | None = None
+    numbers: bool = True
     hidden: bool = True
     caption: str | None = None
     shading: Shading | None = None
@@ -88,23 +102,29 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     elif options.caption is not None:
         key_height = key_row(scene).measure(inner)
         below += key_height + 14 + CAPTION_LINES * 18
-    page.rect(0, 0, inner + 2 * MARGIN, below + MARGIN, fill="#FFFFFF")
-    for i, line in enumerate(title):
-        page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
+    if Layer.GROUND in options.layers:
+        page.rect(0, 0, inner + 2 * MARGIN, below + MARGIN, fill="#FFFFFF")
+        for i, line in enumerate(title):
+            page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
+        page.open_map(MARGIN, top)
+        drawing.ground()
+        page.close_group()
+        if legend is not None:
+            aside = MARGIN + (width + 24 if beside else 0)
+            legend.draw(page, aside, top if beside else top + height + 20)
+        elif options.caption is not None:
+            key_row(scene).draw(page, MARGIN, top + height + 6, inner)
     page.open_map(MARGIN, top)
-    drawing.ground()
-    page.close_group()
-    if legend is not None:
-        aside = MARGIN + (width + 24 if beside else 0)
-        legend.draw(page, aside, top if beside else top + height + 20)
-    elif options.caption is not None:
-        key_row(scene).draw(page, MARGIN, top + height + 6, inner)
-    page.open_map(MARGIN, top)
-    drawing.moment()
-    page.text(0, -9, scene.moment, 13, fill=MUTED)
-    if legend is None and options.caption is not None:
-        for i, line in enumerate(wrapped(options.caption, 13, inner)[:CAPTION_LINES]):
-            page.text(0, height + key_height + 24 + 18 * i, line, 13, fill=INK)
+    if Layer.STATE in options.layers:
+        drawing.state()
+        page.text(0, -9, scene.moment, 13, fill=MUTED)
+        if legend is None and options.caption is not None:
+            for i, line in enumerate(wrapped(options.caption, 13, inner)[:CAPTION_LINES]):
+                page.text(0, height + key_height + 24 + 18 * i, line, 13, fill=INK)
+    if Layer.ROBOTS in options.layers:
+        drawing.robots()
+    if Layer.NAMES in options.layers:
+        draw_names(page, drawing.names, INK)
     page.close_group()
     size = (inner + 2 * MARGIN, below + MARGIN)
     return page.document(*size, scene.title, _described(scene))
@@ -166,14 +186,13 @@ class _Drawing(Struct):
             x, y = self._corner(region)
             place = (x + 0.18 * self.cell, y + 0.8 * self.cell)
             self.page.glyph(GLYPHS.charger, *place, 0.17 * self.cell, fill="#B87900")
-        numbers = self.options.numbers
-        if number_size(self.cell) is not None if numbers is None else numbers:
+        if self.options.numbers:
             draw_numbers(self.page, self.scene.map, self.cell, self.names)
         if self.options.axes:
             draw_axes(self.page, self.scene.map, self.cell)
 
-    def moment(self) -> None:
-        """Draw the parts that change from moment to moment."""
+    def state(self) -> None:
+        """Draw the parts that change from tick to tick."""
         names = [r.name for r in self.scene.robots]
         style = looks(names)
         if self.options.shading is not None:
@@ -189,10 +208,17 @@ class _Drawing(Struct):
         self._targets(style)
         self._avoided(style)
         self._violations()
-        shifts = separated([(r.row, r.col) for r in self.scene.robots])
-        for robot, look, (d_row, d_col) in zip(self.scene.robots, style, shifts, strict=True):
+
+    def robots(self) -> None:
+        style = looks([r.name for r in self.scene.robots])
+        drawn = [
+            (robot, look)
+            for robot, look in zip(self.scene.robots, style, strict=True)
+            if self.options.robot in (None, robot.name)
+        ]
+        shifts = separated([(robot.row, robot.col) for robot, _ in drawn])
+        for (robot, look), (d_row, d_col) in zip(drawn, shifts, strict=True):
             self._robot(robot, look, robot.row + d_row, robot.col + d_col)
-        draw_names(self.page, self.names, INK)
 
     def _corner(self, region: Region) -> tuple[float, float]:
         row, col = self.scene.map.position(region)
@@ -251,7 +277,7 @@ class _Drawing(Struct):
                     stroke=look.colour,
                     stroke_width=max(1.5, self.cell * 0.055),
                     stroke_linejoin="round",
-                    opacity=opacity,
+                    stroke_opacity=opacity,
                 )
 
     def _targets(self, style: tuple[Look, ...]) -> None:

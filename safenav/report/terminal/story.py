@@ -31,6 +31,8 @@ ObstacleLine = (
     records.Violation | records.Resolved | records.Gone | records.KnownObstacle | records.Reopened
 )
 
+LARGE = 2500
+"""Most regions of a map that is drawn more than once."""
 _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
@@ -265,8 +267,8 @@ class Story:
         self._echo(f"{click.style(stamp, dim=True)}  {text}")
 
     def _map(self) -> None:
-        """Draw the map, unless it is the same as the last one."""
-        if not self._maps:
+        """Draw the map, unless it is the same as the last one; a large one only at the start."""
+        if not self._maps or (self._drawn and self._scenario.map.size > LARGE):
             return
         scene = (dict(self._poses), dict(self._closed), dict(self._barred))
         if scene == self._drawn:

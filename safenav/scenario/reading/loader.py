@@ -13,130 +13,33 @@ from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
 from safenav.lines import printable
-from safenav.scenario import settings
+from safenav.scenario import language
 from safenav.scenario.model import Catalogue, ObstacleType, Scenario
-from safenav.scenario.reading.areas import AREAS, NEVER_TOGETHER, PARTITION, read_areas
+from safenav.scenario.reading.areas import cells_of, resolve_areas, resolve_exclusions
 from safenav.scenario.reading.catalogue import (
-    TYPE,
-    CatalogueKeys,
     built_in,
-    read_catalogue,
     read_catalogue_file,
+    resolve_catalogue,
+    type_named,
 )
-from safenav.scenario.reading.changes import CHANGES, INPUTS, read_changes, read_inputs
+from safenav.scenario.reading.changes import resolve_changes, resolve_inputs
 from safenav.scenario.reading.compatibility import check_assignable, check_deadlines
-from safenav.scenario.reading.expectation import EXPECT, REQUIREMENTS
-from safenav.scenario.reading.maps.keys import MapKeys
-from safenav.scenario.reading.maps.map import read_map
-from safenav.scenario.reading.obstacles import (
-    OBSTACLES,
-    ORDERS,
-    read_obstacles,
-    read_orders,
-)
-from safenav.scenario.reading.regions import REGION, Reading
-from safenav.scenario.reading.robots import ROBOTS, read_robots
-from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml import shapes
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, entries_of
+from safenav.scenario.reading.expectation import resolve_expect, resolve_requirements
+from safenav.scenario.reading.maps.map import resolve_map
+from safenav.scenario.reading.obstacles import resolve_obstacles, resolve_orders
+from safenav.scenario.reading.regions import Reading
+from safenav.scenario.reading.robots import resolve_robots
+from safenav.scenario.settings import Coordination
+from safenav.scenario.yaml import document
+from safenav.scenario.yaml.document import Node, entries_of, items_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
-from safenav.scenario.yaml.shapes import Key, Shape, Table
+from safenav.scenario.yaml.json_schema import schema_text as schema_of
 from safenav.scenario.yaml.source import parsed, read_source
+from safenav.scenario.yaml.typed import entries, read
 from safenav.world.map import Region, RegionMap
-
-VERSION = 1
 
 Change = Callable[[Node, Findings], Node]
 """A change of a document before it is read: a variation is checked like the text of a file."""
-
-
-class UntilKeys(Table):
-    about = "When a run is completed."
-    example = "{rounds: 2}"
-    made = settings.Until
-    rounds = Key(shapes.whole(1), "Rounds of each robot after the last resolution.")
-    by = Key(shapes.whole(1), "The tick at which the mission is completed at the latest.")
-
-
-class LimitKeys(Table):
-    about = "Limits of the run and of each synthesis."
-    definition = "limits"
-    example = "{ticks: 500}"
-    made = settings.Limits
-    ticks = Key(shapes.whole(1), "Ticks of a run.")
-    seconds = Key(shapes.POSITIVE, "Seconds of a run (live: on its clock). Default: none.")
-    synthesis_seconds = Key(shapes.POSITIVE, "Seconds of a single synthesis.")
-    synthesis_memory = Key(shapes.whole(1), "Memory of a single synthesis, in MiB.")
-
-
-def _chargers(node: Node | None, _what: str, reading: Reading) -> frozenset[Region]:
-    found = read.values(
-        node, "chargers", reading, lambda item, what, _: reading.regions(item, what)
-    )
-    return frozenset[Region]().union(*(found or ()))
-
-
-class ScenarioKeys(Table):
-    about = (
-        "A map, robots with objectives, and hidden obstacles (format version 1). "
-        "See docs/scenario.md."
-    )
-    definition = "scenario"
-    made = Scenario
-    safenav = Key(
-        shapes.form({"const": VERSION}),
-        "Version of the format.",
-        required="begin the file with 'safenav: 1', the version of its format",
-    )
-    name = Key(shapes.TEXT, "Its name in reports. Default: that of the file.")
-    map = Key(
-        shapes.form(MapKeys),
-        required="draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
-    )
-    areas = Key(AREAS, "Named sets of regions, usable as targets.")
-    robots = Key(
-        ROBOTS,
-        "The team by name, in the order of moves within a tick.",
-        required="name each robot with its model, start and objective",
-    )
-    never_together = Key(NEVER_TOGETHER, "Regions with at most one of several robots at a time.")
-    inputs = Key(INPUTS, "Booleans that the environment sets.")
-    obstacles = Key(OBSTACLES, "Hidden obstacles, which robots discover by encountering them.")
-    orders = Key(ORDERS, "Tasks that the team receives during the run.")
-    changes = Key(CHANGES, "Objectives and service of robots during the run.")
-    until = Key(UntilKeys.filling(settings.Until()))
-    limits = Key(LimitKeys.filling(settings.Limits()))
-    clock = Key(shapes.choice(settings.Clock), "Time passes in ticks, or in seconds (live).")
-    resolve_within = Key(
-        shapes.whole(),
-        "Maximum ticks from a request to its resolution, unless the obstacle has its own.",
-    )
-    late = Key(shapes.choice(settings.LatePolicy), "After a missed deadline: go_on, or stop.")
-    chargers = Key(Shape(shapes.many(REGION), _chargers), "Regions where batteries are charged.")
-    flat = Key(
-        TYPE, "The obstacle type (with 'blocks: []') that represents a robot without charge."
-    )
-    seed = Key(shapes.whole(most=2**63 - 1), "Seed of all random draws.")
-    coordination = Key(shapes.choice(settings.Coordination), "How robots are reassigned.")
-    partition = Key(PARTITION)
-    requirements = Key(
-        REQUIREMENTS,
-        "Formulas over the motion, such as always(distance(a, b) >= 1); they may have names.",
-    )
-    expect = Key(EXPECT)
-    catalogue = Key(
-        shapes.form(shapes.either(CatalogueKeys, shapes.TEXT)),
-        "Models and types of its own, in place or as the path of a file.",
-    )
-
-
-AS_WRITTEN = (
-    *(ScenarioKeys.name, ScenarioKeys.seed, ScenarioKeys.coordination, ScenarioKeys.clock),
-    *(ScenarioKeys.resolve_within, ScenarioKeys.late, ScenarioKeys.never_together),
-    *(ScenarioKeys.expect, ScenarioKeys.requirements, ScenarioKeys.partition),
-    *(ScenarioKeys.chargers, ScenarioKeys.until, ScenarioKeys.limits),
-)
-"""Keys whose values are fields of the scenario, in the order in which they are read."""
 
 
 def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
@@ -216,11 +119,11 @@ def load_catalogue(path: Path) -> Catalogue:
     root = None if text is None else parsed(text, reading)
     reading.raise_if_any()
     assert text is not None and root is not None
-    keys = {key.text for key, _ in root.entries} if isinstance(root, Mapping) else set()
-    if not keys or not keys.issubset(CatalogueKeys.known):
+    keys = {key.text for key, _ in entries_of(root)}
+    if not keys or not keys.issubset(entries(language.CatalogueKeys)):
         return load_scenario_text(text, str(path)).catalogue
     reading.catalogue = built_in()
-    read_catalogue(root, reading, str(path))
+    resolve_catalogue(read(language.CatalogueKeys, root, "catalogue", reading), reading, str(path))
     reading.raise_if_any()
     return reading.catalogue
 
@@ -228,77 +131,100 @@ def load_catalogue(path: Path) -> Catalogue:
 def schema_text() -> str:
     """Return the JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It
     describes their shape only, so it accepts a region in a wall or an unknown robot model."""
-    from safenav.scenario.yaml import json_schema
-
-    return json_schema.schema_text(ScenarioKeys, "safenav scenario")
+    return schema_of(language.ScenarioKeys, "safenav scenario")
 
 
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
     """Return the scenario, which is valid only if nothing was reported."""
     reading.catalogue = built_in()
-    item = ScenarioKeys.read(root, "the scenario", reading, of="")
+    item: language.ScenarioKeys | None = read(language.ScenarioKeys, root, "the scenario", reading)
     if item is None:
         return None
-    _check_version(item.safenav, reading)
-    read_map(item.map, reading)
-    read_areas(item.areas, reading)
+    reading.names_known = item.map is not None
+    resolve_map(item.map, reading)
+    resolve_areas(item.areas or {}, reading)
     reading.alone = False
-    reading.named = tuple(key.text for key, _ in entries_of(item.robots))
-    reading.robots_known = isinstance(item.robots, Mapping)
+    reading.named = tuple(key.text for key, _ in entries_of(item.at("robots")))
+    reading.robots_known = isinstance(item.at("robots"), document.Mapping)
     before = len(reading)
-    _read_catalogue(item.catalogue, reading)
-    types_known = len(reading) == before
-    inputs = read_inputs(item.inputs, reading)
-    reading.inputs = tuple(each.name for each in inputs)
-    reading.team = read_robots(item.robots, reading)
+    _resolve_catalogue(item, reading)
+    types_known = len(reading) == before and not _flawed(item.catalogue)
+    reading.inputs = tuple(key.text for key, _ in entries_of(item.at("inputs")))
+    inputs = resolve_inputs(item.inputs or {}, reading)
+    if item.robots == {}:
+        reading.add(item.at("robots"), "there are no robots", "a scenario has at least one")
+    reading.team = resolve_robots(item.robots or {}, reading)
     before = len(reading)
-    obstacles = (*read_obstacles(item.obstacles, reading), *read_orders(item.orders, reading))
+    obstacles = (
+        *resolve_obstacles(item.obstacles, reading),
+        *resolve_orders(item.orders, reading),
+    )
     known = types_known and reading.robots_known and reading.world is not None
-    if known and len(reading) == before:
+    if known and len(reading) == before and _all_given(item):
         reading.obstacles = obstacles
-    changes = read_changes(item.changes, reading)
+    changes = resolve_changes(item.changes, reading)
     reading.flat = _flat(item, reading)
-    if item.coordination is settings.Coordination.ASSIGNABLE:
-        at = item.where(ScenarioKeys.coordination)
-        check_assignable(reading.team, changes, at, reading)
-    given = {"name": printable(Path(reading.file).stem), **item.given(*AS_WRITTEN)}
+    if item.coordination is Coordination.ASSIGNABLE:
+        check_assignable(reading.team, changes, item.at("coordination"), reading)
+    never_together = resolve_exclusions(item.never_together, reading)
+    expect = resolve_expect(item.expect, reading)
+    requirements = resolve_requirements(item.requirements, reading)
+    chargers = [reading.regions(place) or frozenset() for place in item.chargers or ()]
     if reading.world is None:
         return None
     scenario = Scenario(
+        name=item.name or printable(Path(reading.file).stem),
         map=reading.world,
         robots=reading.team,
         obstacles=obstacles,
+        until=item.until,
+        limits=item.limits,
+        seed=item.seed,
+        coordination=item.coordination,
+        expect=expect,
         source=reading.file,
+        partition=cells_of(item.partition, reading),
         changes=changes,
+        requirements=requirements,
         catalogue=reading.catalogue,
+        clock=item.clock,
+        never_together=never_together,
+        resolve_within=item.resolve_within,
+        late=item.late,
+        chargers=frozenset[Region]().union(*chargers),
         flat=reading.flat,
         inputs=inputs,
-        **given,
     )
     if len(reading) == 0:
         check_deadlines(scenario, item.node, reading)
     return scenario
 
 
-def _check_version(node: Node | None, findings: Findings) -> None:
-    what = "'safenav' (the version of the format)"
-    version = read.integer(node, what, findings, least=-read.MOST)
-    if version is not None and version != VERSION:
-        found = f"version {version} of the scenario format is unknown"
-        findings.add(node, found, f"this safenav reads 'safenav: {VERSION}'")
+def _all_given(item: language.ScenarioKeys) -> bool:
+    """Return whether all obstacles and orders could be read."""
+    for key, read_items in (("obstacles", item.obstacles), ("orders", item.orders)):
+        node = item.at(key)
+        listed = node is None or isinstance(node, document.Sequence)
+        if not listed or len(read_items) < len(items_of(node)):
+            return False
+    return not any(each.flawed for each in (*item.obstacles, *item.orders))
 
 
-def _read_catalogue(node: Node | None, reading: Reading) -> None:
-    if isinstance(node, Scalar) and isinstance(node.value, str):
-        path = reading.folder / node.value
-        read_catalogue_file(path, reading, str(path), node)
-    elif node is not None:
-        read_catalogue(node, reading, reading.file)
+def _flawed(part: language.CatalogueKeys | str | None) -> bool:
+    return isinstance(part, language.CatalogueKeys) and part.flawed
 
 
-def _flat(item: ScenarioKeys, reading: Reading) -> ObstacleType | None:
-    kind = item.flat
+def _resolve_catalogue(item: language.ScenarioKeys, reading: Reading) -> None:
+    if isinstance(item.catalogue, str):
+        path = reading.folder / item.catalogue
+        read_catalogue_file(path, reading, str(path), item.at("catalogue"))
+    elif item.at("catalogue") is not None:
+        resolve_catalogue(item.catalogue, reading, reading.file)
+
+
+def _flat(item: language.ScenarioKeys, reading: Reading) -> ObstacleType | None:
+    kind = type_named(item.flat, item.named("flat"), reading)
     if kind is not None and kind.blocks != frozenset():
         found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
-        reading.add(item.where(ScenarioKeys.flat), found, f"give {kind.name} 'blocks: []'")
+        reading.add(item.at("flat"), found, f"give {kind.name} 'blocks: []'")
     return kind

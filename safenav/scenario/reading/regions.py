@@ -8,46 +8,20 @@ from collections.abc import Mapping as Names
 from collections.abc import Sequence as Nodes
 from pathlib import Path
 
+from safenav.scenario.language import AnyOf
 from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot, name_parts
 from safenav.scenario.objective import Target
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, plain
-from safenav.scenario.yaml.fields import NAME, sequence, wrong_type
+from safenav.scenario.yaml.fields import wrong_type
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
-from safenav.scenario.yaml.shapes import Key, Shape, Table, either, form, many, matching, several
+from safenav.scenario.yaml.typed import Raw, read, sequence
 from safenav.world.map import Region, RegionMap
 
 _EXPECTED = "a region: 47, [row, column] or a name"
 _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
-_COUNT = {"type": "integer", "minimum": 0}
 
-
-def _region(node: Node | None, what: str, reading: Reading) -> Region | None:
-    return reading.region(node, what)
-
-
-NUMBER = form(_COUNT, "number", "Number of a region, in reading order from 0 in the north-west.")
-CELL = form(several(_COUNT, _COUNT), "cell", "[row, column] of a region, from 0 in the north-west.")
-PLACE = form(either(NUMBER, CELL), "place")
-REGION = Shape(
-    either(NUMBER, CELL, matching(NAME)),
-    _region,
-    "region",
-    "A region: its number, [row, column] or name; or an area, if several regions are allowed.",
-)
-
-
-class AnyKeys(Table):
-    any = Key(
-        form(many(REGION, 1)),
-        "Any one of these regions.",
-        required="a target of several regions is written {any: [47, [3, 8]]}; rows and columns get "
-        "a name under 'areas'",
-    )
-
-
-TARGET = form(either(REGION, AnyKeys), "target")
-ZONE = form(either(TARGET, many(TARGET)))
-"""A target, or a list of targets that all count."""
+Value = Node | Raw | None
+"""A value of a file: a node, or a raw value, which knows its name in messages."""
 
 
 def place_of(value: object) -> Region | tuple[int, int] | None:
@@ -60,6 +34,11 @@ def place_of(value: object) -> Region | tuple[int, int] | None:
         case [int(row), int(col)]:
             return int(row), int(col)
     return None
+
+
+def opened(value: Value, what: str) -> tuple[Node | None, str]:
+    """Return the node of a value and its name in messages."""
+    return (value.node, value.what) if isinstance(value, Raw) else (value, what)
 
 
 def _union(found: Iterable[Target | None]) -> Target | None:
@@ -108,55 +87,54 @@ class Reading(Findings):
         self.reachable = reachable
         self.folder = Path(file).parent
 
-    def region(self, node: Node | None, what: str) -> Region | None:
+    def region(self, value: Value, what: str = "") -> Region | None:
         """Return a region that is not a wall; None if there is none or it was reported."""
-        if node is None:
-            return None
-        region = self._number(node, what)
+        node, what = opened(value, what)
+        region = None if node is None else self._number(node, what)
         if region is not None and self.world is not None and region in self.world.walls:
             found = f"{what}: region {self.world.label(region)} is a wall"
             self.add(node, found, self._free_nearby(region))
             return None
         return region
 
-    def regions(self, node: Node, what: str) -> frozenset[Region] | None:
+    def regions(self, value: Value, what: str = "") -> frozenset[Region] | None:
         """Return the regions of an area, or one region; None if that was reported."""
+        node, what = opened(value, what)
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value in self.areas:
             return self.areas[node.value]
         region = self.region(node, what)
         return None if region is None else frozenset({region})
 
-    def target(self, node: Node | None, what: str) -> Target | None:
+    def target(self, value: Value, what: str = "") -> Target | None:
         """Return the regions of a region, an area or ``{any: [...]}``; None if it was reported."""
-        if node is None:
-            return None
+        node, what = opened(value, what)
         if not isinstance(node, Mapping):
             return self.regions(node, what)
-        item = AnyKeys.read(node, what, self)
-        items = sequence(item.any if item else None, f"'any' of {what}", self)
-        if items is None:
-            return None
-        if not items:
-            self.add(node, f"{what}: an empty set of regions", "name at least one region")
-            return None
-        return _union([self.regions(item, what) for item in items])
+        item = read(AnyOf, node, what, self)
+        return (
+            _union([self.regions(each.node, what) for each in item.any])
+            if item and item.any
+            else None
+        )
 
-    def zone(self, node: Node | None, what: str) -> Target | None:
+    def zone(self, value: Value, what: str = "") -> Target | None:
         """Return all regions of a target, or of a list of targets."""
+        node, what = opened(value, what)
         if not isinstance(node, Sequence):
             return self.target(node, what)
         found = self.targets(node, what)
         return None if found is None else _union(found)
 
     def targets(
-        self, node: Node | None, what: str, least: int = 1
+        self, value: Value, what: str = "", least: int = 1
     ) -> tuple[Target | None, ...] | None:
         """Return a list of ``least`` targets or more, None in place of those that were reported."""
+        node, what = opened(value, what)
         if isinstance(node, Scalar | Mapping):
             hint = "put brackets around it: [47, [3, 8], dock]"
             wrong_type(node, what, "a list of targets", self, hint)
             return None
-        items = sequence(node, what, self)
+        items = None if node is None else sequence(node, what, self)
         if items is None or (least == 1 and self.reports_position(node, what)):
             return None
         return tuple(self.target(item, what) for item in items)
@@ -239,10 +217,11 @@ class Reading(Findings):
         found = f"{what}: no region or area is named"
         if name.isdigit():
             self.add(node, f"{found} '{clipped(name)}'", f"write {clipped(name)} without quotes")
+        elif re.match(r"\(|\d+[ ,]", name):
+            hint = "a position is written in brackets: [row, column]"
+            self.add(node, f"{found} '{clipped(name)}'", hint)
         elif self.names_known:
             declared = "names are declared in 'names' of map, areas in 'areas'"
-            if name.startswith("("):
-                declared = "a position is written in brackets: [row, column]"
             self.unknown(node, found, name, {**self.names, **self.areas}, declared)
         return None
 

@@ -1,28 +1,15 @@
-"""Typed values of document nodes: each reader returns the value or reports an error.
-
-``what`` names the item for the message ("'rounds' of until"). A reader that returns None for an
-existing node has reported an error; callers continue, so that one error does not hide another.
-"""
+"""Errors of values and keys in words, with hints for what was probably meant."""
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from collections.abc import Mapping as Wanted
-from functools import partial
-from typing import TypeVar
 
 from msgspec.structs import replace
 
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
-from safenav.scenario.yaml.findings import Findings, closest, listed, suggestion
-
-Value = TypeVar("Value")
-Found = TypeVar("Found", bound=Findings)
-
-MOST = 2**31 - 1
-"""The largest whole number unless an item sets another limit."""
+from safenav.scenario.yaml.findings import Findings, closest, suggestion
 
 
 def described(node: Node) -> str:
@@ -68,36 +55,12 @@ _UNITS = {"tick", "ticks", "round", "rounds", "s", "sec", "seconds", "m", "metre
 """The units of numbers in a scenario."""
 
 
-def mapping(
-    node: Node | None,
-    what: str,
-    findings: Findings,
-    known: Iterable[str] | None = None,
-    required: Wanted[str, str] | None = None,
-    elsewhere: Wanted[str, str] | None = None,
-    example: str = "",
-) -> Mapping | None:
-    """Return a mapping; report keys that are not ``known`` (None: any) and missing ``required``
-    ones (each with a hint). ``elsewhere``: hints for keys that belong in another mapping;
-    ``example``: of such a mapping, for messages."""
-    if not isinstance(node, Mapping):
-        hint = f"for example {example}" if example else ""
-        wrong_type(node, what, "a mapping (key: value)", findings, hint)
-        return None
-    meant: set[str] = set()
-    if known is not None:
-        node, meant = _as_meant(node, what, known, elsewhere or {}, findings)
-    for key_word, hint in (required or {}).items():
-        if node.get(key_word) is None and key_word not in meant:
-            findings.add(node, f"{what}: the key '{key_word}' is missing", hint)
-    return node
-
-
-def _as_meant(
+def as_meant(
     node: Mapping, what: str, known: Iterable[str], elsewhere: Wanted[str, str], findings: Findings
 ) -> tuple[Mapping, set[str]]:
-    """Report unknown keys. Return the mapping with the keys that were probably meant in their
-    place, and the set of these: a misspelt key neither hides nor causes other errors."""
+    """Report keys that are not ``known``. Return the mapping with the keys that were probably meant
+    in their place, and the set of these: a misspelt key neither hides nor causes other errors.
+    ``elsewhere``: hints for keys that belong in another mapping, or are former ones."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
     entries, meant = [], set()
@@ -149,24 +112,6 @@ _ALSO_CALLED = {
 }
 """Keys of other tools, and the scenario's keys that may be meant."""
 
-REPLACED = {
-    "scenario.order": "the newest request is served first, earlier due times before that",
-    "scenario.deadlock": "joint plans always resolve deadlocks",
-    "scenario.controllers": "every strategy is listed",
-    "scenario.suspects": "the bound of a deadline needs no list of possible obstacles",
-    "scenario.failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults",
-    "limits.states": "limit a synthesis by 'synthesis_seconds' and 'synthesis_memory'",
-    "model.carries": "each robot carries one load",
-    "obstacleType.sweeps": "keep robots apart by 'never_together'",
-    "obstacle.sweeps": "keep robots apart by 'never_together'",
-    "input.probability": "list the ticks: at: [12, 20-30]",
-    "objective.circuit": "use 'patrol', with two targets or more",
-    "map.threshold": "adapt the image: darker than half is wall",
-    "expect.order": "state it in 'requirements', by requested_door@47 and resolved_door@47",
-    "expect.never": "state it in 'requirements', by requested_door@47 and resolved_door@47",
-}
-"""Former keys, by the definition of their table, and what to write instead."""
-
 FORMER_PARTS = {
     "file": "write the name of the file alone: 'image: floor.png'; 'names' names regions",
     "kind": "write the kind alone: 'motion: disc'",
@@ -178,141 +123,17 @@ FORMER_PARTS = {
 """Former keys of values that no longer are mappings, and what to write instead."""
 
 
-def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
-    """Return the items of a list."""
-    if not isinstance(node, Sequence):
-        shown = clipped(node.text) if isinstance(node, Scalar) else ""
-        if isinstance(node, Mapping) and all(is_nothing(value) for _, value in node.entries):
-            shown = clipped(", ".join(key.text for key, _ in node.entries))
-        hint = f"put brackets around it: [{shown}]" if shown else "begin each item with '- '"
-        if shown in ("none", "nothing", "no"):
-            hint = "for none, write []"
-        wrong_type(node, what, "a list [...]", findings, hint)
-        return None
-    return node.items
-
-
-def values(
-    node: Node | None,
-    what: str,
-    findings: Found,
-    reads: Callable[[Node, str, Found], Value | None],
-) -> tuple[Value, ...] | None:
-    """Return the items of a list that ``reads`` returns; the others were reported."""
-    items = sequence(node, what, findings)
-    if items is None:
-        return None
-    found = (reads(item, f"an item of {what}", findings) for item in items)
-    return tuple(value for value in found if value is not None)
-
-
-def text(node: Node | None, what: str, findings: Findings) -> str | None:
-    """Return a text that is not empty."""
-    if not isinstance(node, Scalar) or not isinstance(node.value, str):
-        wrong_type(node, what, "a text", findings)
-        return None
-    if not node.value.strip():
-        findings.add(node, f"{what} is empty")
-        return None
-    return node.value
-
-
-def texts(node: Node | None, what: str, findings: Findings) -> tuple[str, ...] | None:
-    """Return a list of texts."""
-    return values(node, what, findings, text)
-
-
-def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
-    """Return a list of words as a set."""
-    found = texts(node, what, findings)
-    return None if found is None else frozenset(found)
-
-
-def integer(
-    node: Node | None, what: str, findings: Findings, *, least: int = 0, most: int = MOST
-) -> int | None:
-    """Return a whole number from ``least`` to ``most``; true and false are not numbers."""
-    value = node.value if isinstance(node, Scalar) else None
-    if isinstance(value, bool) or not isinstance(value, int):
-        wrong_type(node, what, "a whole number", findings)
-        return None
-    if not least <= value <= most:
-        limits = f"at least {least}" if value < least else f"at most {most}"
-        findings.add(node, f"{what} is {clipped(str(value))}, and must be {limits}")
-        return None
-    return value
-
-
-def finite(
-    node: Node | None, what: str, findings: Findings, expected: str = "a number"
-) -> float | None:
-    """Return a number other than ``.inf`` and ``.nan``."""
-    value = node.value if isinstance(node, Scalar) else None
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        wrong_type(node, what, expected, findings)
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        wrong_type(node, what, "a finite number", findings)
-        return None
-    return number
-
-
-def within(
-    node: Node | None,
-    what: str,
-    findings: Findings,
-    *,
-    allowed: Callable[[float], bool],
-    limits: str,
-) -> float | None:
-    """Return a finite number that is ``allowed``; ``limits`` describes the condition."""
-    value = finite(node, what, findings)
-    if value is None or allowed(value):
-        return value
-    findings.add(node, f"{what} is {value:g}, and must be {limits}")
-    return None
-
-
-positive = partial(within, allowed=lambda value: value > 0, limits="more than 0")
-probability = partial(within, allowed=lambda value: 0 <= value <= 1, limits="from 0 to 1")
-
-
-def boolean(node: Node | None, what: str, findings: Findings) -> bool | None:
-    if not isinstance(node, Scalar) or not isinstance(node.value, bool):
-        wrong_type(node, what, "true or false", findings)
-        return None
-    return node.value
-
-
-def choice(
-    node: Node | None, what: str, findings: Findings, known: Wanted[str, Value]
-) -> Value | None:
-    """Return the value of a known word."""
-    if not isinstance(node, Scalar) or not isinstance(node.value, str):
-        wrong_type(node, what, f"one of {listed(known)}", findings)
-        return None
-    if node.value not in known:
-        hint = suggestion(node.value, known)
-        findings.add(node, f"{what}: unknown word '{clipped(node.value)}'", hint)
-        return None
-    return known[node.value]
-
-
 MOST_OF_A_NAME = 100
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
 """The form of names that become variables of specifications."""
 
 
-def well_named(key: Scalar, what: str, findings: Findings, form: re.Pattern[str] = NAME) -> bool:
-    """Return whether a key can name ``what``; report it if not."""
-    if form.fullmatch(key.text):
+def well_named(key: Scalar, what: str, findings: Findings, *, identifier: bool = False) -> bool:
+    """Return whether a key can name ``what``; report it if not. ``identifier``: without hyphens."""
+    if (IDENTIFIER if identifier else NAME).fullmatch(key.text):
         return True
-    signs = "digits, '_' and '-'" if form is NAME else "digits and '_'"
+    signs = "digits and '_'" if identifier else "digits, '_' and '-'"
     hint = f"use letters from a to z, {signs}, beginning with a letter"
     if len(key.text) > MOST_OF_A_NAME:
         hint = f"it has {len(key.text)} characters; use at most {MOST_OF_A_NAME}"

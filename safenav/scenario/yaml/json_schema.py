@@ -1,90 +1,105 @@
-"""The JSON Schema (draft 2020-12) of a document, generated from its tables."""
+"""The JSON Schema (draft 2020-12) of documents, from the annotations that ``typed`` reads."""
 
 from __future__ import annotations
 
 import json
+import types
 from collections.abc import Mapping
 from enum import StrEnum
-from typing import Any
+from inspect import cleandoc
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from msgspec.structs import fields
+from msgspec import Struct
 
-from safenav.scenario.yaml.shapes import Key, Shape, Table
+from safenav.scenario.yaml.document import Scalar
+from safenav.scenario.yaml.typed import Key, entries, key_of, whole_range
 
 
-def schema_text(root: type[Table], title: str) -> str:
-    """Return the schema of documents described by a table, as JSON text."""
-    definitions: dict[str, object] = {}
-    schema = {
+def schema_text(root: type[Struct], title: str) -> str:
+    """Return the JSON Schema (draft 2020-12) of documents of a class, as JSON text."""
+    definitions: dict[str, Any] = {}
+    schema(root, definitions)
+    whole = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": title,
-        **_table(root, definitions),
+        **definitions.pop(_definition(root)),
         "$defs": dict(sorted(definitions.items())),
     }
-    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(whole, indent=2, ensure_ascii=False) + "\n"
 
 
-def _written(part: object, definitions: dict[str, object]) -> object:
-    """Return a part of a schema in JSON; shapes and tables with a name become definitions."""
-    if isinstance(part, Shape):
-        about = {"description": part.about} if part.about else {}
-        return _defined(part.name, {**about, **_shape(part.schema, definitions)}, definitions)
-    if isinstance(part, type) and issubclass(part, Table):
-        return _defined(part.definition, _table(part, definitions), definitions)
-    if isinstance(part, Mapping):
-        return {key: _written(value, definitions) for key, value in part.items()}
-    if isinstance(part, tuple | list):
-        return [_written(value, definitions) for value in part]
-    return part.value if isinstance(part, StrEnum) else part
+def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None) -> Any:
+    """Return the JSON Schema of an annotation, or of a schema with annotations inside. Classes
+    become definitions."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    key = key_of(annotation) if origin is Annotated or key is None else key
+    found: dict[str, Any]
+    if isinstance(annotation, Mapping):
+        return {name: schema(value, definitions) for name, value in annotation.items()}
+    if isinstance(annotation, list | tuple):
+        return [schema(value, definitions) for value in annotation]
+    if origin is Annotated:
+        found = schema(arguments[0] if key.form is None else key.form, definitions, key)
+        about = {"description": key.about} if key.about else {}
+        return {**about, **found, **key.schema}
+    if origin in (Union, types.UnionType):
+        choices = [schema(a, definitions, key) for a in arguments if a is not types.NoneType]
+        return choices[0] if len(choices) == 1 else {"anyOf": choices}
+    if origin is tuple and arguments[-1] is Ellipsis:
+        few = {"minItems": key.entries} if key.entries else {}
+        return {"type": "array", **few, "items": schema(arguments[0], definitions)}
+    if origin is tuple:
+        items = [schema(a, definitions) for a in arguments]
+        return {"type": "array", "prefixItems": items, "items": False, "minItems": len(items)}
+    if origin is dict:
+        found = {"type": "object", "additionalProperties": schema(arguments[1], definitions)}
+        for name in get_args(arguments[0])[1:]:
+            found["propertyNames"] = name.schema
+        return found
+    if origin is Literal:
+        return {"enum": list(arguments)}
+    if not isinstance(annotation, type):
+        return annotation
+    if annotation is int:
+        least, most = whole_range(key)
+        return {"type": "integer", "minimum": least, "maximum": most}
+    if annotation is float:
+        limits = {"minimum": key.least, "maximum": key.most, "exclusiveMinimum": key.above}
+        return {"type": "number", **{n: limit for n, limit in limits.items() if limit is not None}}
+    if annotation is bool:
+        return {"type": "boolean"}
+    if annotation in (str, Scalar):
+        return {"type": "string", "pattern": "\\S"}
+    if issubclass(annotation, StrEnum):
+        return {"enum": [member.value for member in annotation]}
+    assert issubclass(annotation, Struct)
+    return _defined(annotation, definitions)
 
 
-def _shape(part: object, definitions: dict[str, object]) -> dict[str, object]:
-    found = _written(part, definitions)
-    assert isinstance(found, dict), "a shape is a mapping in JSON"
-    return found
-
-
-def _defined(name: str, schema: object, definitions: dict[str, object]) -> object:
-    """Return the schema, or a reference to it if it has a name."""
-    if not name:
-        return schema
-    definitions[name] = schema
+def _defined(kind: type[Struct], definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return the reference to a class, which becomes a definition."""
+    name = _definition(kind)
+    if name not in definitions:
+        definitions[name] = {}
+        about = cleandoc(kind.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
+        described = {"description": about.replace("``", "")} if about else {}
+        properties = {}
+        for entry in entries(kind).values():
+            own = {"description": entry.about} if entry.about else {}
+            part = schema(entry.annotation, definitions, entry.described)
+            properties[entry.key] = {**own, **part, **entry.described.schema}
+        needed = [entry.key for entry in entries(kind).values() if entry.described.required]
+        definitions[name] = {
+            **described,
+            "type": "object",
+            "properties": properties,
+            "additionalProperties": False,
+            **({"required": needed} if needed else {}),
+            **schema(getattr(kind, "rules", {}), definitions),
+        }
     return {"$ref": f"#/$defs/{name}"}
 
 
-def _table(table: type[Table], definitions: dict[str, object]) -> dict[str, object]:
-    found: dict[str, object] = {"description": table.about} if table.about else {}
-    found["type"] = "object"
-    found["properties"] = {name: _key(key, table, definitions) for name, key in table.known.items()}
-    found["additionalProperties"] = False
-    if table.needed:
-        found["required"] = [key.name for key in table.needed]
-    return {**found, **_shape(table.rules, definitions)}
-
-
-def _key(key: Key[Any], table: type[Table], definitions: dict[str, object]) -> object:
-    shape = _shape(key.shape, definitions)
-    about = _own(key, table)
-    return {"description": about, **shape} if about else shape
-
-
-def described(key: Key[Any], table: type[Table]) -> str:
-    """Return the description of a key, or else that of its shape."""
-    shape = key.shape
-    inner = shape.about or getattr(shape.schema, "about", "")
-    return _own(key, table) or inner
-
-
-def _own(key: Key[Any], table: type[Table]) -> str:
-    return " ".join(filter(None, (key.about, _default(key.name, table))))
-
-
-def _default(name: str, table: type[Table]) -> str:
-    """Return the default value of a key in words, from the structure that the table fills."""
-    made = fields(table.made) if table.made is not None else ()
-    default = next((field.default for field in made if field.encode_name == name), None)
-    if isinstance(default, bool):
-        default = "true" if default else "false"
-    if isinstance(default, float):
-        default = f"{default:g}"
-    return f"Default: {default}." if isinstance(default, str | int) else ""
+def _definition(kind: type[Struct]) -> str:
+    name = kind.__name__.removesuffix("Keys")
+    return name[:1].lower() + name[1:]

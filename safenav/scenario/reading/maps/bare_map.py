@@ -11,11 +11,13 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import ROS_MAP, kind_of
-from safenav.scenario.reading.maps.keys import NO_SIZE
-from safenav.scenario.reading.maps.map import read_map
+from safenav.scenario.language import MapKeys
+from safenav.scenario.reading.maps.map import resolve_map
+from safenav.scenario.reading.maps.origin import NO_SIZE
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.source import FOREIGN, parsed, read_source
+from safenav.scenario.yaml.typed import read
 from safenav.world.map import RegionMap
 
 _IMAGES = (".png", ".pgm")
@@ -82,7 +84,7 @@ def load_map(path: Path, division: Division, reach: ReadableFolder | None = None
     reading = Reading(str(path), reach)
     reading.folder = Path.cwd()
     root = parsed("{" + ", ".join(map_lines(path, division, reading.folder)) + "}", reading)
-    read_map(root, reading)
+    resolve_map(read(MapKeys, root, "map", reading), reading)
     _tell_whole_file(reading, division)
     assert reading.world is not None, "else it was reported"
     return reading.world

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
-from safenav.scenario.yaml.fields import described, sequence, wrong_type
+from safenav.scenario.yaml.fields import described, wrong_type
 from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.typed import sequence
 from safenav.world.map import FREE, MAX_REGIONS, WALL, RegionMap
 
 _CHARACTERS = frozenset({WALL, FREE})

@@ -1,4 +1,5 @@
-"""Map files that a scenario names: MovingAI maps, and code shared by all forms (docs/maps.md).
+"""Map files that a scenario names: images (pixels darker than half are walls), MovingAI maps, and
+code shared by all forms (docs/maps.md).
 
 A message points to the line of the file if known, else to the place where the scenario names the
 file.
@@ -11,26 +12,26 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
+from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.maps.grid import too_large
-from safenav.scenario.reading.maps.keys import MapKeys
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, Place
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import read_bytes, read_source
+from safenav.scenario.yaml.typed import read
 from safenav.world.files.flaws import MAX_BYTES, MapFileError
-from safenav.world.files.image import Image, read_image
+from safenav.world.files.image import Image, dark, read_image
 from safenav.world.files.movingai import read_movingai as parse_movingai
 from safenav.world.files.pixels import Blocked, Layout, walls
-from safenav.world.files.spots import losses
+from safenav.world.files.spots import losses, suggested
 from safenav.world.map import MAX_REGIONS, RegionMap
 
 
-def read_movingai_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
+def read_movingai_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map of ``movingai: arena.map``, divided into ``rows`` and ``cols`` if given; None
     after an error was reported."""
     before = len(findings)
-    count, share = read_count(fields, findings), fields.share or 0.0
+    count, share = read_count(item, findings), item.share or 0.0
     path = named_path(node, "movingai", findings)
     text = None if path is None else read_source(path, findings, node)
     if path is None or text is None:
@@ -47,9 +48,26 @@ def read_movingai_map(node: Node, fields: MapKeys, findings: Reading) -> RegionM
     return with_walls(blocked, layout, share, node, findings)
 
 
+def read_image_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
+    """Return the map of an image with ``rows`` and ``cols``; None after an error was reported."""
+    before = len(findings)
+    count, share = read_count(item, findings), item.share or 0.0
+    image = read_pixels(node, findings)
+    if image is None or len(findings) > before:
+        return None
+    walls = dark(image)
+    if count is None:
+        height, width = walls.shape
+        rows, cols = suggested(walls)
+        found = f"map: the image of {width} x {height} pixels needs a number of rows and columns"
+        findings.add(node, found, f"add 'rows: {rows}' and 'cols: {cols}'")
+        return None
+    return with_walls(walls, Layout.of_count(walls, *count), share, node, findings)
+
+
 def named_path(node: Node, key: str, findings: Reading) -> Path | None:
     """Return the file that a key of the map names; None if an error was reported."""
-    name = read.text(node, f"'{key}' of map", findings)
+    name = read(str, node, f"'{key}' of map", findings)
     return None if name is None else findings.folder / name
 
 
@@ -66,12 +84,12 @@ def read_pixels(node: Node, findings: Reading) -> Image | None:
         return None
 
 
-def read_count(fields: MapKeys, findings: Findings) -> tuple[int, int] | None:
+def read_count(item: MapKeys, findings: Findings) -> tuple[int, int] | None:
     """Return ``rows`` and ``cols``; None unless both are given."""
-    rows, cols = fields.rows, fields.cols
+    rows, cols = item.rows, item.cols
     for word, other in (("rows", "cols"), ("cols", "rows")):
-        node = fields.node.get(word)
-        if node is not None and fields.node.get(other) is None:
+        node = item.at(word)
+        if node is not None and item.at(other) is None:
             findings.add(node, f"map: '{word}' without '{other}'", "give both or none")
     return None if rows is None or cols is None else (rows, cols)
 

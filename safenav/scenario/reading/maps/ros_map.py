@@ -7,25 +7,25 @@ it as free: occupancy (darkness, or brightness if ``negate``) at most ``free_thr
 
 from __future__ import annotations
 
-from enum import StrEnum
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.file_kind import ROS_MAP
+from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.maps.grid import too_large
-from safenav.scenario.reading.maps.keys import NO_SIZE, MapKeys, read_origin
 from safenav.scenario.reading.maps.map_file import named_path, read_count, read_pixels, with_walls
+from safenav.scenario.reading.maps.origin import NO_SIZE, read_origin
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar
-from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.shapes import by_word
+from safenav.scenario.yaml.document import Node, Scalar, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.source import parsed, read_source
+from safenav.scenario.yaml.typed import Item, Raw, key, read
 from safenav.world.files.image import Image
 from safenav.world.files.pixels import Blocked, Layout
 from safenav.world.map import MAX_REGIONS, Frame, RegionMap
@@ -69,31 +69,44 @@ def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
     )
 
 
-REQUIRED = {
-    "image": "the path of the image, relative to this file",
-    "resolution": "metres per pixel, for example 'resolution: 0.05'",
-    "origin": "[x, y, yaw] of the lower left corner",
-    "occupied_thresh": "map_saver writes 'occupied_thresh: 0.65'",
-    "free_thresh": "map_saver writes 'free_thresh: 0.196'",
-    "negate": "map_saver writes 'negate: 0'",
-}
+def _mode(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:
+    """Report a mode of map_server other than those in which white is free and black occupied."""
+    if word.text == "raw":
+        hint = "save it again with 'mode: trinary'"
+        findings.add(node, "maps of the mode 'raw', whose pixels are occupancies", hint)
+    elif word.text not in _MODES:
+        found = f"{what}: unknown word '{clipped(word.text)}'"
+        findings.add(node, found, suggestion(word.text, _MODES))
+    return word
 
 
-class Mode(StrEnum):
-    """The modes of map_server in which white is free and black is occupied."""
-
-    TRINARY = "trinary"
-    SCALE = "scale"
+_MODES = ("trinary", "scale")
 
 
-def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
+class RosFile(Item, frozen=True):
+    """The YAML file of a map; further keys are ignored."""
+
+    open: ClassVar = True
+    label: ClassVar = ""
+    image: Scalar | None = key("", "the path of the image, relative to this file")
+    resolution: float | None = key("", "metres per pixel, for example 'resolution: 0.05'", above=0)
+    origin: Raw | None = key("", "[x, y, yaw] of the lower left corner")
+    occupied_thresh: float | None = key(
+        "", "map_saver writes 'occupied_thresh: 0.65'", least=0, most=1
+    )
+    free_thresh: float | None = key("", "map_saver writes 'free_thresh: 0.196'", least=0, most=1)
+    negate: bool | int | None = key("", "map_saver writes 'negate: 0'", most=1, expected="0 or 1")
+    mode: Scalar | None = key(check=_mode)
+
+
+def read_ros(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map with its frame; None after an error was reported."""
     before = len(findings)
-    count = read_count(fields, findings)
-    side, share = fields.resolution, fields.share or 0.0
-    sized = [key for key, _ in fields.node.entries if key.text in ("rows", "cols", "resolution")]
-    if fields.where(MapKeys.resolution) is not None and len(sized) > 1:
-        extra = next(key for key in sized if key.text != "resolution")
+    count = read_count(item, findings)
+    side, share = item.resolution, item.share or 0.0
+    sized = [word for word, _ in item.node.entries if word.text in ("rows", "cols", "resolution")]
+    if item.at("resolution") is not None and len(sized) > 1:
+        extra = next(word for word in sized if word.text != "resolution")
         hint = "the size of a region follows from either of them"
         findings.add(extra, f"map: both '{extra.text}' and 'resolution'", hint)
     path = named_path(node, "ros", findings)
@@ -117,7 +130,7 @@ def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None
     if side is not None:
         rows, cols = ceil(height / side), ceil(width / side)
         if rows * cols > MAX_REGIONS:
-            findings.add(fields.where(MapKeys.resolution), *too_large(rows, cols))
+            findings.add(item.at("resolution"), *too_large(rows, cols))
             return None
         layout = Layout.of_size(blocked, _decimal(side) / _decimal(settings.resolution))
         resolution = (side, side)
@@ -143,45 +156,15 @@ def read_ros_file(
 ) -> tuple[RosMap | None, Image | None, Blocked | None]:
     """Return the settings, their image, and its pixels that are not free; three times None after
     an error was reported."""
-    item = read.mapping(parsed(text, findings, ROS_MAP), "a ROS map", findings, None, REQUIRED)
+    before = len(findings)
+    item: RosFile | None = read(RosFile, parsed(text, findings, ROS_MAP), "a ROS map", findings)
     if item is None:
         return None, None, None
-    settings = _settings(item, findings)
-    node = item.get("image")
-    image = read_pixels(node, findings) if node is not None else None
-    if settings is None or image is None:
+    origin = item.origin and read_origin(item.origin.node, item.origin.what, findings)
+    flawed = len(findings) > before
+    image = read_pixels(item.image, findings) if item.image is not None else None
+    needed = item.resolution, origin, item.occupied_thresh, item.free_thresh
+    if flawed or image is None or None in needed:
         return None, None, None
+    settings = RosMap(*needed[:2], item.negate == 1, *needed[2:])  # type: ignore[arg-type]
     return settings, image, occupied(image, settings)
-
-
-def _settings(item: Mapping, findings: Findings) -> RosMap | None:
-    before = len(findings)
-    node = item.get("mode")
-    if isinstance(node, Scalar) and node.value == "raw":
-        hint = "save it again with 'mode: trinary'"
-        findings.add(node, "maps of the mode 'raw', whose pixels are occupancies", hint)
-    else:
-        read.choice(node, "'mode'", findings, by_word(Mode))
-    resolution = read.positive(item.get("resolution"), "'resolution'", findings)
-    origin = read_origin(item.get("origin"), "'origin'", findings)
-    occupied_thresh, free_thresh = (
-        read.probability(item.get(word), f"'{word}'", findings)
-        for word in ("occupied_thresh", "free_thresh")
-    )
-    negate = _negate(item.get("negate"), findings)
-    if (
-        len(findings) > before
-        or resolution is None
-        or origin is None
-        or occupied_thresh is None
-        or free_thresh is None
-    ):
-        return None
-    return RosMap(resolution, origin, negate, occupied_thresh, free_thresh)
-
-
-def _negate(node: Node | None, findings: Findings) -> bool:
-    """Read 0 or 1, as map_saver writes it, or a truth value."""
-    if isinstance(node, Scalar) and isinstance(node.value, bool):
-        return node.value
-    return read.integer(node, "'negate'", findings, most=1) == 1

@@ -1,0 +1,580 @@
+"""The scenario language: a class for each mapping of a file, an annotated line for each key.
+
+``scenario.yaml.typed`` reads the classes and writes their JSON Schema; the modules of ``reading``
+turn their values into the model (``scenario.model``). A class of values that need more than their
+form (a region of the map, a formula) is ``Raw``. docs/scenario.md explains each key.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from safenav.formula.syntax import RESERVED_WORDS
+from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ResolveAt, Tracking
+from safenav.scenario.motion import KINDS as MOTIONS
+from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that, one_of
+from safenav.scenario.settings import Clock, Coordination, LatePolicy, Limits, Until
+from safenav.scenario.yaml.document import Node, Scalar
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.typed import MOST, Item, Key, NameForm, Raw, key, version
+from safenav.world.moves import Mobility
+
+VERSION = 1
+UNLIMITED = "unlimited"
+MOST_CHARGE = 1_000_000
+
+OWN_VARIABLES = frozenset({"region", "heading"})
+RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "request", "wait", "assigned"}
+"""Words of formulas, and variables that specifications declare themselves, with those of the
+following prefixes."""
+PREFIXES = ("busy_", "at_")
+
+RegionName = Annotated[Scalar, NameForm("a region")]
+AreaName = Annotated[Scalar, NameForm("an area")]
+ModelName = Annotated[Scalar, NameForm("a robot model")]
+_CLOSED = "is reserved for regions that robots report as closed"
+TypeName = Annotated[Scalar, NameForm("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
+RobotName = Annotated[
+    Scalar,
+    NameForm(
+        "a robot",
+        identifier=True,
+        taken=RESERVED_WORDS | OWN_VARIABLES,
+        reserved="is reserved and cannot name a robot",
+        why="use another name: robots become variables of specifications",
+    ),
+]
+InputName = Annotated[Scalar, NameForm("an input", True, RESERVED, PREFIXES)]
+Variable = Annotated[Scalar, NameForm("a variable", True, RESERVED, PREFIXES)]
+RequirementName = Annotated[Scalar, NameForm("a requirement")]
+
+
+def _matching(pattern: str) -> dict[str, object]:
+    """Return the schema of a text that matches a pattern as a whole."""
+    return {"type": "string", "pattern": f"^(?:{pattern})$"}
+
+
+_COUNT = {"type": "integer", "minimum": 0}
+_CELL = {"type": "array", "prefixItems": [_COUNT, _COUNT], "items": False, "minItems": 2}
+_NAMED = _matching("[A-Za-z_][A-Za-z0-9_-]{0,99}")
+_OBSTACLE = {"description": "An obstacle: type@region.", **_matching(".+@.+")}
+_GRID = r"\s*[#.]+[ \t]*(\r?\n[#.]+[ \t]*)*\s*"
+_ROWS = {"type": "array", "minItems": 1, "items": _matching(r"[#.]+\s*")}
+
+Position = Annotated[Raw, Key(form={"anyOf": [_COUNT, _CELL]})]
+"""The number of a region, in reading order from 0 in the north-west, or [row, column]."""
+RegionValue = Annotated[Raw, Key(form={"anyOf": [_COUNT, _CELL, _NAMED]})]
+"""A region: its number, [row, column] or name; or an area, if several regions are allowed."""
+
+
+class AnyOf(Item, frozen=True):
+    """Any one of several regions."""
+
+    any: tuple[RegionValue, ...] | None = key(
+        "Any one of these regions.",
+        "a target of several regions is written {any: [47, [3, 8]]}; rows and columns get "
+        "a name under 'areas'",
+        entries=1,
+        why="name at least one region",
+    )
+
+
+TargetValue = Annotated[Raw, Key(form=RegionValue | AnyOf)]
+TargetList = Annotated[Raw, Key(form=tuple[TargetValue, ...])]
+ZoneValue = Annotated[Raw, Key(form=TargetValue | tuple[TargetValue, ...])]
+"""A target, or a list of targets that all count."""
+Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, _matching(r"(\d{1,9})\s*-\s*(\d{1,9})")]})]
+"""A row or column, or a range of them."""
+FormulaList = Annotated[Raw, Key(form=str | tuple[str, ...])]
+"""A formula, or a list of formulas."""
+GridRows = Annotated[Raw, Key(form={"anyOf": [_matching(_GRID), _ROWS]})]
+MapOrigin = Annotated[Raw, Key(form=tuple[float, ...], schema={"minItems": 2, "maxItems": 3})]
+
+
+class RectangleKeys(Item, frozen=True):
+    """The free regions of these rows and columns, from 0 in the north-west."""
+
+    rules: ClassVar = {"minProperties": 1}
+    elsewhere: ClassVar = {"any": "an area lists its regions: [[1, 1], [1, 2]]"}
+    rows: Span | None = key("Default: all rows.")
+    columns: Span | None = key("Default: all columns.")
+
+
+AreaValue = Annotated[
+    Raw, Key(form=RectangleKeys | tuple[RegionValue | RectangleKeys, ...], entries=1)
+]
+
+
+class TileKeys(Item, frozen=True):
+    """Cells of equal size."""
+
+    tiles: tuple[Annotated[int, Key(least=1)], Annotated[int, Key(least=1)]] | None = key(
+        "Rows and columns of a tile.", "for example {tiles: [4, 4]}", expected="[rows, columns]"
+    )
+
+
+FORMS: dict[str, tuple[str, ...]] = {
+    "grid": ("resolution", "origin"),
+    "image": ("rows", "cols", "share", "resolution", "origin"),
+    "ros": ("rows", "cols", "resolution", "share"),
+    "movingai": ("rows", "cols", "share", "resolution", "origin"),
+}
+"""The forms of a map, and the further keys that apply to each."""
+OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
+
+
+def _of_form(kind: str) -> dict[str, object]:
+    """Return the allowed and the required keys of a form of a map."""
+    others = [{"required": [other]} for other in OPTIONS if other not in FORMS[kind]]
+    needed = {"image": ["rows"]}.get(kind, [])
+    sized = {"oneOf": [{"required": ["rows"]}, {"required": ["resolution"]}]}
+    without = {"not": {"anyOf": others}} if others else {}
+    return {"required": [kind, *needed], **without, **(sized if kind == "ros" else {})}
+
+
+class MapKeys(Item, frozen=True):
+    """The known world: one of grid, image, ros and movingai (docs/maps.md)."""
+
+    rules: ClassVar = {
+        "dependentRequired": {"rows": ["cols"], "cols": ["rows"], "origin": ["resolution"]},
+        "oneOf": [_of_form(kind) for kind in FORMS],
+    }
+    elsewhere: ClassVar = {
+        "areas": "'areas' stands beside 'map', not in it",
+        "threshold": "adapt the image: darker than half is wall",
+    }
+    grid: GridRows | None = key("One line for each row: '#' is a wall, '.' is free.")
+    image: Scalar | None = key("A PNG or PGM file: dark is wall.")
+    ros: Scalar | None = key("The YAML file of a map as ROS map_server saves it.")
+    movingai: Scalar | None = key("A map of the MovingAI benchmarks.")
+    rows: int | None = key("Rows of regions that divide the file.", least=1)
+    cols: int | None = key("Columns of regions that divide the file.", least=1)
+    share: float | None = key(
+        "Blocked share of a region that makes it a wall. Default: 0, any of it.", least=0, most=1
+    )
+    resolution: float | None = key("Size of a region in metres.", above=0)
+    origin: MapOrigin | None = key(
+        "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians."
+    )
+    names: dict[RegionName, Position] | None = key("Names for regions.")
+
+
+def _capability(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:
+    if word.value == OPERATOR_ACTION:
+        found = f"{what}: '{word.value}' is reserved for human operators"
+        findings.add(node, found, "use another word")
+    return word
+
+
+Action = Annotated[Scalar, Key(check=_capability, schema={"not": {"const": OPERATOR_ACTION}})]
+"""An action of robots: any word but that of the operator's."""
+
+_VISION = key(
+    "Radius of sight in regions.",
+    least=1,
+    expected=f"a number of regions, or '{UNLIMITED}'",
+    why="a robot sees at least the regions next to its own",
+)
+
+
+def _amount(value: float, node: Node, what: str, findings: Findings) -> float | None:
+    """Return a charge of at most six decimals; a whole number as it is written."""
+    if value != round(value, 6):
+        found = f"{what} is {value:g}, expected a number with at most six decimals"
+        findings.add(node, found)
+        return None
+    return int(value) if isinstance(node, Scalar) and isinstance(node.value, int) else value
+
+
+class BatteryKeys(Item, frozen=True):
+    """Charge, in units of your choice."""
+
+    capacity: int | None = key(
+        "Full charge.", "for example 'capacity: 60'", least=1, most=MOST_CHARGE
+    )
+    move: int = key("Charge used by a step.", most=MOST_CHARGE, default=1)
+    stay: float = key(
+        "Charge used by a tick without a step; live, per second, a fraction too.",
+        least=0,
+        most=MOST_CHARGE,
+        check=_amount,
+        default=0,
+    )
+    charge: int | None = key(
+        "Charge gained by a tick on a charger.",
+        "for example 'charge: 5'",
+        least=1,
+        most=MOST_CHARGE,
+    )
+    start: int | None = key("Initial charge. Default: full.", most=MOST_CHARGE)
+
+
+class ModelKeys(Item, frozen=True):
+    """A robot model."""
+
+    one: ClassVar = "robot model {name}"
+    elsewhere: ClassVar = {"carries": "each robot carries one load"}
+    mobility: Mobility | None = key(
+        "free: any neighbour; heading: straight on or with a turn.",
+        "'mobility: free' or 'mobility: heading'",
+    )
+    layer: str | None = key("Robots of one layer avoid each other.", "for example 'layer: ground'")
+    capabilities: tuple[Action, ...] = key("Actions that it can perform.", default=())
+    vision: float | Literal["unlimited"] | None = _VISION
+    size: float | None = key("Diameter of its body's bounding circle, in metres.", above=0)
+    speed: float | None = key("Metres per second.", above=0)
+    timing: int = key("Ticks of a step in lockstep.", least=1, most=1000, default=1)
+    motion: Scalar | None = key("The kind of its motion.", schema={"examples": [*MOTIONS]})
+    battery: BatteryKeys | None = None
+
+
+Where = Annotated[Raw, Key(form=ResolveAt | tuple[RegionValue, ...], entries=1)]
+
+
+class NeedKeys(Item, frozen=True):
+    """One of several actions that an obstacle needs."""
+
+    one: ClassVar = "need {name} {rest}"
+    action: Action | None = key("The capability that resolves it.", "for example 'action: push'")
+    robots: int = key("Number of distinct robots that perform it.", least=1, most=100, default=1)
+    at_: Where | None = key("Where the action works. Default: self.")
+    together: bool = key("Whether all perform it in the same tick.", default=False)
+    same: bool = key(
+        "Whether the robots that fulfilled the previous need must fulfil this one.", default=False
+    )
+
+
+_WITHIN = key("Maximum number of ticks from the request to the resolution.")
+_NO_SWEEPS = {"sweeps": "keep robots apart by 'never_together'"}
+
+
+class TypeKeys(Item, frozen=True):
+    """A type of obstacles: an action that resolves it, or several needs."""
+
+    one: ClassVar = "obstacle type {name}"
+    elsewhere: ClassVar = _NO_SWEEPS
+    rules: ClassVar = {
+        "oneOf": [
+            {"required": ["action"], "not": {"required": ["needs"]}},
+            {
+                "required": ["needs"],
+                "not": {"anyOf": [{"required": ["action"]}, {"required": ["resolve_at"]}]},
+            },
+        ]
+    }
+    action: Action | None = key("The capability that resolves it.")
+    resolve_at: Where | None = key("Where the action works. Default: self.")
+    needs: tuple[NeedKeys, ...] | None = key(
+        "Several actions that resolve it, in this order.",
+        entries=1,
+        why="list the actions that resolve it",
+    )
+    blocks: tuple[Scalar, ...] | None = key(
+        "Layers, models and robots that it stops. Default: all without the action."
+    )
+    has_truth: bool = key(
+        "Whether resolving it reveals if the region is traversable.", default=False
+    )
+    resolve_within: int | None = _WITHIN
+
+
+class CatalogueKeys(Item, frozen=True):
+    """Robot models and obstacle types; they replace built-in ones of the same name."""
+
+    robots: dict[ModelName, ModelKeys] | None = key("Robot models by name.")
+    obstacles: dict[TypeName, TypeKeys] | None = key("Obstacle types by name.")
+
+
+def _ascending(value: Any, node: Node, what: str, findings: Findings) -> Any:
+    if isinstance(value, tuple) and value[0] > value[1]:
+        found = f"{what}: the range [{value[0]}, {value[1]}] is empty"
+        findings.add(node, found, "the lowest value comes first")
+        return None
+    return value
+
+
+Range = Annotated[
+    Literal["bool"] | tuple[int, int],
+    Key(expected="'bool' or a range [lowest, highest]", check=_ascending),
+]
+
+
+class LtlKeys(Item, frozen=True):
+    """Guarantees in structured slugs over region, heading and memory."""
+
+    label: ClassVar = "in {what}"
+    example: ClassVar = "{liveness: [region = 14, region = 20], safety: region' != 47}"
+    rules: ClassVar = {"anyOf": [{"required": ["safety"]}, {"required": ["liveness"]}]}
+    init: FormulaList | None = key("Conditions at the start (no next values).")
+    safety: FormulaList | None = key("Conditions on every step.")
+    liveness: FormulaList | None = key("Conditions met infinitely often.")
+    memory: dict[Variable, Range] | None = key("Variables of its own: bool or [lowest, highest].")
+
+
+FORM, WITHIN, RULES = "form", "within", ("avoid", "always")
+TIMED = kinds_that(lambda kind: kind.timed())
+STRICT = kinds_that(lambda kind: kind.strict)
+
+
+def _kind(name: str) -> Any:
+    """Return the key of a kind of objective."""
+    kind = KINDS[name]
+    limits = {"minItems": kind.least, **({"maxItems": kind.most} if kind.most else {})}
+    about = f"{kind.meaning[0].upper()}{kind.meaning[1:]}."
+    return key(about, schema={} if kind.one else limits)
+
+
+class ObjectiveKeys(Item, frozen=True):
+    """The task of a robot, repeated in rounds."""
+
+    one: ClassVar = "objective {rest} when {name}"
+    label: ClassVar = "{rest}"
+    example: ClassVar = EXAMPLE
+    elsewhere: ClassVar = {"circuit": "use 'patrol', with two targets or more"}
+    rules: ClassVar = {
+        "oneOf": [{"required": [kind]} for kind in (*KINDS, "ltl")],
+        "dependentSchemas": {
+            FORM: {"anyOf": [{"required": [kind]} for kind in STRICT]},
+            WITHIN: {"anyOf": [{"required": [kind]} for kind in TIMED]},
+        },
+    }
+    patrol: TargetList | None = _kind("patrol")
+    visit: TargetList | None = _kind("visit")
+    cover: TargetList | None = _kind("cover")
+    hold: TargetValue | None = _kind("hold")
+    once: TargetList | None = _kind("once")
+    ltl: LtlKeys | None = None
+    form: str | None = key(
+        "literal: the exact formula, or unrealizable.", schema={"const": "literal"}
+    )
+    within: int | None = key(f"Maximum number of ticks of each round of {one_of(TIMED)}.", least=1)
+    avoid: ZoneValue | None = key("Regions that the robot never enters.")
+    always: FormulaList | None = key(
+        "Formulas over region and heading that each of its steps satisfies."
+    )
+
+
+_EXAMPLES = {word: kind.example() for word, kind in KINDS.items()}
+
+
+class RobotKeys(Item, frozen=True):
+    """A robot of the team."""
+
+    one: ClassVar = "robot {name}"
+    label: ClassVar = "of {rest}"
+    elsewhere: ClassVar = {
+        word: f"it belongs in the objective, for example 'objective: {{{example}}}'"
+        for word, example in {
+            "avoid": f"{_EXAMPLES[TIMED[0]]}, avoid: [5]",
+            "always": f"{STAYING.example()}, always: region != 5",
+            "within": f"{_EXAMPLES[TIMED[0]]}, within: 20",
+            **_EXAMPLES,
+            "ltl": "ltl: {liveness: [region = 3]}",
+        }.items()
+    }
+    model: Scalar | None = key("A robot model of the catalogue.", "for example 'model: digit'")
+    start: RegionValue | None = key(
+        "Where it starts.", "a region, for example 'start: 47' or 'start: [3, 8]'"
+    )
+    heading: Literal["north", "east", "south", "west"] | None = key(
+        "Its initial heading, if its mobility is heading."
+    )
+    objective: ObjectiveKeys | None = key("", f"its task, for example 'objective: {EXAMPLE}'")
+    while_waiting: ObjectiveKeys | None = key(
+        "While it waits for help; not 'ltl'. Default: it stays."
+    )
+    vision: float | Literal["unlimited"] | None = _VISION
+    avoids: tuple[Scalar, ...] | None = key(
+        "Robots whose regions it must not enter. Default: those of its layer."
+    )
+    tracks: tuple[Scalar, ...] = key("Robots that its specification also models.", default=())
+    tracking: Tracking = key("How its specification models other robots.", default=Tracking.NEARBY)
+    when: dict[Scalar, ObjectiveKeys] | None = key(
+        "Objectives while inputs are on; the first counts.", example=f"{{alarm: {EXAMPLE}}}"
+    )
+
+
+class ExclusionKeys(Item, frozen=True):
+    """Robots of which at most one is in some regions."""
+
+    one: ClassVar = "an entry of never_together"
+    label: ClassVar = "of never_together"
+    example: ClassVar = "{robots: [quad, digit], in: [47]}"
+    robots: tuple[Scalar, ...] | None = key(
+        "At least two robots.",
+        "name two robots or more, for example 'robots: [quad, digit]'",
+        schema={"minItems": 2},
+    )
+    in_: ZoneValue | None = key(
+        "Regions for at most one of them.",
+        "name regions or areas, for example 'in: bridge'",
+        schema={"minItems": 1},
+    )
+
+
+_TICK = {"type": "integer", "minimum": 1, "maximum": MOST}
+_TICKS = {"anyOf": [_TICK, _matching(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")]}
+Spans = Annotated[Raw, Key(form={"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]})]
+Recurrence = Annotated[Raw, Key(form={"enum": ["off", "on", "both", True, False]})]
+
+
+class InputKeys(Item, frozen=True):
+    """A Boolean that the environment sets."""
+
+    one: ClassVar = "input {name}"
+    example: ClassVar = "{at: 12-30}; {} for one that a program sets"
+    elsewhere: ClassVar = {"probability": "list the ticks: at: [12, 20-30]"}
+    at_: Spans | None = key("Ticks when a simulation has it on: 12, 20-30 or a list.")
+    always_eventually: Recurrence | None = key("Assumed infinitely often: off, on or both.")
+
+
+_AT = "for example 'region: 47' or 'region: [3, 8]'"
+
+
+class ObstacleKeys(Item, frozen=True):
+    """A hidden obstacle."""
+
+    one: ClassVar = "an obstacle"
+    label: ClassVar = "of {type}"
+    example: ClassVar = "{type: door, region: 47}"
+    elsewhere: ClassVar = _NO_SWEEPS
+    type: Scalar | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
+    region: RegionValue | None = key("Where it is.", _AT)
+    traversable: bool | None = key("What resolving it reveals. Default: true.")
+    from_: int | None = key("The tick at which it appears. Default: the first.", least=1)
+    until: int | None = key("The tick at which it disappears. Default: never.", least=1)
+    resolve_within: int | None = _WITHIN
+
+
+class OrderKeys(Item, frozen=True):
+    """A task that the team receives during the run."""
+
+    one: ClassVar = "an order"
+    at_: int | None = key(
+        "The tick at which the team receives it.", "for example 'at: 10'", least=1
+    )
+    type: Scalar | None = key(
+        "An obstacle type with 'blocks: []'.", "an obstacle type with 'blocks: []'"
+    )
+    region: RegionValue | None = key("Where it is.", _AT)
+    resolve_within: int | None = _WITHIN
+
+
+class ChangeKeys(Item, frozen=True):
+    """Another objective of a robot, or its service."""
+
+    one: ClassVar = "a change"
+    label: ClassVar = "of {robot}"
+    rules: ClassVar = {"oneOf": [{"required": ["objective"]}, {"required": ["service"]}]}
+    at_: int | None = key("The tick at which it applies.", "for example 'at: 12'", least=1)
+    robot: Scalar | None = key("", "the name of a robot of the team")
+    objective: ObjectiveKeys | None = key("Its objective from then on; not 'ltl'.")
+    service: Literal["out", "back"] | None = key("out: it stops; back: it continues.")
+
+
+_NAMED_FORMULAS = dict[RequirementName, str]
+Requirements = Annotated[Raw, Key(form=_NAMED_FORMULAS | tuple[str | _NAMED_FORMULAS, ...])]
+Ended = Literal[
+    "completed",
+    "operator_needed",
+    "unrealizable",
+    "tick_limit",
+    "time_limit",
+    "search_limit",
+    "assumption_violated",
+    "late",
+    "interrupted",
+]
+"""The outcomes (``safenav.outcome``) of a run without a defect of the program."""
+
+_NAMES = {"items": _OBSTACLE}
+
+
+_AS_REQUIREMENT = "state it in 'requirements', by requested_door@47 and resolved_door@47"
+
+
+class ExpectKeys(Item, frozen=True):
+    """The expected result of a run; only the keys that are given are checked."""
+
+    example: ClassVar = "{outcome: completed}"
+    elsewhere: ClassVar = dict.fromkeys(("order", "never"), _AS_REQUIREMENT)
+    outcome: Ended | None = key("The outcome of the run.")
+    late: tuple[Scalar, ...] | None = key(
+        "Exactly the missed deadlines: robots, obstacles, mission."
+    )
+    resolved: tuple[Scalar, ...] | None = key(
+        "Exactly the obstacles that are resolved.", schema=_NAMES
+    )
+    blocked: tuple[Scalar, ...] | None = key(
+        "Exactly the obstacles that become permanent.", schema=_NAMES
+    )
+    helpers: dict[Scalar, Scalar] | None = key(
+        "The helper of each obstacle.", schema={"propertyNames": {"pattern": "^.+@.+$"}}
+    )
+    ticks: int | None = key("At most this many ticks.", least=1)
+    rounds: Annotated[int, Key(least=1)] | dict[Scalar, int] | None = key(
+        "At least this many rounds of every robot, or of each.",
+        expected="a whole number, or one for each robot",
+    )
+
+
+class ScenarioKeys(Item, frozen=True):
+    """A map, robots with objectives, and hidden obstacles (format version 1). See
+    docs/scenario.md."""
+
+    label: ClassVar = ""
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "order": "the newest request is served first, earlier due times before that",
+        "deadlock": "joint plans always resolve deadlocks",
+        "controllers": "every strategy is listed",
+        "suspects": "the bound of a deadline needs no list of possible obstacles",
+        "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults",
+    }
+    safenav: int | None = version(VERSION, "scenario", "safenav")
+    name: str | None = key("Its name in reports. Default: that of the file.")
+    map: MapKeys | None = key(
+        "", "draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'"
+    )
+    areas: dict[AreaName, AreaValue] | None = key("Named sets of regions, usable as targets.")
+    robots: dict[RobotName, RobotKeys] | None = key(
+        "The team by name, in the order of moves within a tick.",
+        "name each robot with its model, start and objective",
+        schema={"minProperties": 1},
+    )
+    never_together: tuple[ExclusionKeys, ...] = key(
+        "Regions with at most one of several robots at a time.", default=()
+    )
+    inputs: dict[InputName, InputKeys] | None = key(
+        "Booleans that the environment sets.", example="{alarm: {at: 12-30}}"
+    )
+    obstacles: tuple[ObstacleKeys, ...] = key(
+        "Hidden obstacles, which robots discover by encountering them.", default=()
+    )
+    orders: tuple[OrderKeys, ...] = key("Tasks that the team receives during the run.", default=())
+    changes: tuple[ChangeKeys, ...] = key(
+        "Objectives and service of robots during the run.", default=()
+    )
+    until: Until = Until()
+    limits: Limits = Limits()
+    clock: Clock = key("Time passes in ticks, or in seconds (live).", default=Clock.LOCKSTEP)
+    resolve_within: int | None = key(
+        "Maximum ticks from a request to its resolution, unless the obstacle has its own."
+    )
+    late: LatePolicy = key("After a missed deadline: go_on, or stop.", default=LatePolicy.GO_ON)
+    chargers: tuple[RegionValue, ...] | None = key("Regions where batteries are charged.")
+    flat: Scalar | None = key(
+        "The obstacle type (with 'blocks: []') that represents a robot without charge."
+    )
+    seed: int = key("Seed of all random draws.", most=2**63 - 1, default=0)
+    coordination: Coordination = key("How robots are reassigned.", default=Coordination.RESYNTHESIS)
+    partition: Literal["rooms"] | TileKeys | None = key(
+        "The cells in which a robot out of sight may be. Default: rooms.",
+        expected="'rooms' or {tiles: [rows, columns]}",
+    )
+    requirements: Requirements | None = key(
+        "Formulas over the motion, such as always(distance(a, b) >= 1); they may have names."
+    )
+    expect: ExpectKeys | None = None
+    catalogue: CatalogueKeys | str | None = key(
+        "Models and types of its own, in place or as the path of a file.",
+        expected="a mapping (key: value), or the path of a file",
+    )
