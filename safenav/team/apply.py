@@ -207,7 +207,7 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
     """A robot is in a pose to which no decision has led."""
     robot = state.robots[i]
     same = pose % team.size == robot.pose % team.size
-    changes |= {"pose": pose, "behind": robot.behind if same else None}
+    changes |= {"pose": pose} if same else {"pose": pose, "behind": None, "fresh": True}
     return _robot(state, i, to=None, node=None, by=None, **changes)
 
 

@@ -30,12 +30,11 @@ def consequences(
         if isinstance(event, now.Elsewhere):
             return
     if isinstance(event, now.Lost):
-        here = before.robots[i].pose % team.size
-        for region in sorted(event.regions - {here}):
-            there = lost(robot, _rivals(team, i), region)
-            yield from noticed(team, before, there)
-            if there.name not in team.numbers:
-                team = introduced(team, there)
+        for region, others in sorted(_closed(team, before, event).items()):
+            obstacle = lost(robot, others, region)
+            yield from met(team, before, i, obstacle, region)
+            if obstacle.name not in team.numbers:
+                team = introduced(team, obstacle)
         if before.robots[i].active:
             yield now.Served(i, False, FAILURE)
         return
@@ -48,6 +47,20 @@ def consequences(
             yield now.Served(i, False, FAILURE)
         else:
             yield from met(team, before, i, unknown(robot, target), before.robots[i].next)
+
+
+def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozenset[str]]:
+    """The regions in which a lost robot may be, except its last one, which it blocks itself, each
+    with the robots to which it is closed. If it may be in a zone that it does not block there, the
+    whole zone is closed to the zone's other robots."""
+    name, here = team.members[event.robot].name, before.robots[event.robot].pose % team.size
+    rivals = frozenset(team.members[j].name for j in team.members[event.robot].rivals)
+    closed = dict.fromkeys(event.regions - {here}, rivals)
+    for zone in team.scenario.never_together:
+        if name in zone.robots and here not in zone.regions and zone.regions & event.regions:
+            for region in zone.regions:
+                closed[region] = closed.get(region, frozenset()) | zone.robots - {name}
+    return closed
 
 
 def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iterator[now.Event]:
@@ -65,10 +78,9 @@ def vain(
     behind, steps = after.robots[i].behind, team.members[i].graph.steps(pose)
     for k in failed:
         inside = team.obstacles[k].region == pose % team.size and i in team.obstacles[k].blocks
-        left = inside and (i, k) in late
-        if left or not before.obstacles[k].known:
-            yield now.Seen(k)
-        if left or (inside and not before.obstacles[k].known):
+        left, there = inside and (i, k) in late, before.obstacles[k]
+        yield now.Seen(k)
+        if inside and (there.state is Is.SEEN or not there.known):
             yield now.Met(i, k, pose, stopped=True)
         if left and behind is not None and all(to % team.size != behind for to in steps):
             yield now.Served(i, False, FAILURE)  # it cannot turn back
@@ -92,10 +104,6 @@ def number(team: Team, state: State, obstacle: Obstacle) -> int:
             return k
     there = (k for k in numbers if state.obstacles[k].state is not Is.OVER)
     return next(there, numbers[-1])
-
-
-def _rivals(team: Team, i: int) -> frozenset[str]:
-    return frozenset(team.members[j].name for j in team.members[i].rivals)
 
 
 def unknown(robot: Robot, region: Region) -> Obstacle:

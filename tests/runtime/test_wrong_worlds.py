@@ -7,11 +7,13 @@ import pytest
 from msgspec.structs import replace
 
 from runtime.played import Run, loaded
+from runtime.worlds import Driven
 from safenav import Mission
 from safenav.errors import ExitCode
 from safenav.runtime.worlds.adapter import WorldError
-from safenav.runtime.worlds.world import Change, SimulatedWorld
-from safenav.scenario.model import Need, Obstacle, Scenario
+from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.world import Change
+from safenav.scenario.model import Need, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
@@ -80,7 +82,7 @@ def says(value: Any) -> Callable[..., Any]:
             "'yes' is not true, false or None: whether uncertainty@10",
         ),
         ("act", says([(Obstacle(DOOR, 9), None)]), r"drone cannot 'push' door@9"),
-        ("act", says([(Obstacle(FOG, 12), True)]), r"drone is at 9; .* can be resolved at 11"),
+        ("act", says([(Obstacle(FOG, 12), True)]), r"drone is at 8; .* can be resolved at 11"),
         ("changes", broken, r"World.changes\(1\) failed: RuntimeError"),
         ("changes", says([Obstacle(DOOR, 9)]), r"World.changes\(1\): .* which is not a Change"),
         ("changes", says([Change(Obstacle(DOOR, 0), True)]), "door@0 is in a wall or off the map"),
@@ -91,7 +93,7 @@ def test_an_inconsistent_world_is_an_error_with_its_reason(
     call: str, answer: Callable[..., Any], told: str
 ) -> None:
     scenario = loaded(SCENARIO)
-    world = SimulatedWorld(scenario)
+    world = (Driven if call == "act" else SimulatedWorld)(scenario)
     setattr(world, call, answer)
     run = Run()
     with pytest.raises(WorldError, match=told) as caught:
@@ -102,16 +104,15 @@ def test_an_inconsistent_world_is_an_error_with_its_reason(
     assert not run.findings
 
 
-class Slippery(SimulatedWorld):
-    """The robot does not get where it is told: it stays for some moves, or slips back."""
+class Slippery(Driven):
+    """The robot does not get where it is told: it stays for some moves (by their number, from 0:
+    the first one is to its start), or slips back."""
 
     def __init__(self, scenario: Scenario, poses: dict[int, Pose]) -> None:
         super().__init__(scenario)
-        self.moves = 0
         self.poses = poses
 
-    def move(self, robot: Any, pose: Pose) -> Pose:  # type: ignore[override]
-        self.moves += 1
+    def move(self, robot: Robot, pose: Pose) -> Pose:
         pose = self.poses.get(self.moves, pose)
         super().move(robot, pose)
         return pose

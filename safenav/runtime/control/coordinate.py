@@ -359,9 +359,10 @@ def _planned(
         case Deadlock():
             return _deadlock(team, state, answer)
         case None:
-            return End(
-                "search_limit", "search budget exhausted while planning a joint plan; no verdict"
-            )
+            why = "search budget exhausted while planning a joint plan; no verdict"
+            out = [i for i, robot in enumerate(state.robots) if not robot.active]
+            left = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
+            return _without(team, state, left, why) if left else End("search_limit", why)
     return None
 
 
@@ -399,10 +400,10 @@ def _out_of_service(team: Team, state: State, control: Control) -> End | None:
     return _without(team, state, left)
 
 
-def _without(team: Team, state: State, robots: Sequence[int]) -> End:
-    """The end of a run for want of robots that are out of service."""
+def _without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
+    """The end of a run for want of robots that are out of service. ``left``: what else is known."""
     names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
-    left = what_is_left(team, state, (), live=team.scenario.clock is Clock.LIVE)
+    left = left or what_is_left(team, state, (), live=team.scenario.clock is Clock.LIVE)
     return End("operator_needed", f"{names} out of service; {left}", "out_of_service")
 
 

@@ -109,8 +109,10 @@ class Run:
         for event in self.world.wait(self):  # it reports, and gives turns
             self.check()
             happened = True
-            if isinstance(event, now.Change):
+            if isinstance(event, now.Change | now.Astray):
                 self.happens(event)
+                if not isinstance(event, now.Change):
+                    self.drains(event.robot)
                 changed = True
                 continue
             if changed:
@@ -231,8 +233,9 @@ class Run:
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
-            if isinstance(event, now.Acted) and not on_own(self.team, self.state, i):
-                return  # the action was its duty, which is over
+            ended = isinstance(event, now.Acted) or self.control.end is not None
+            if ended and not on_own(self.team, self.state, i):
+                return  # its duty is over
             same = robot.fresh or robot.objective == before.robots[i].objective
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))

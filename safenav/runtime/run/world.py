@@ -8,7 +8,7 @@ pass is an instant at which something ends, after which each idle robot has its 
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import inf
 
 from msgspec.structs import replace
@@ -74,6 +74,10 @@ class World:
         self._places: object = None
         self._stood: list[State] = []
         """The states since a robot moved last: strategies may go in a circle where they stand."""
+        self._works: dict[int, tuple[int, ...]] = {}
+        """The obstacles on which robots act now."""
+        self._acts_now = False
+        """Whether a robot has acted since the last pass, so that another one may change more."""
         self._asked: set[int] = set()
         """The robots that have acted since their last move."""
         self._told_late = not self.live and self._truth is None
@@ -124,6 +128,7 @@ class World:
                 self._places, self._stood = places, []
             news = here not in self._stood
             self._stood += [here] if news else []
+            news, self._acts_now = news or self._acts_now, False
             changed = news or run.answers.fresh() or bool(self.operator.asked)
             marks = self.coming(run), charging_ends(run.team, run.state)
             due = min((t for t in marks if t is not None), default=None)
@@ -159,9 +164,12 @@ class World:
             elif sensed.there:
                 yield from noticed(run.team, run.state, sensed.obstacle)
             elif sensed.obstacle.name in run.team.numbers:
+                self._opened[name] = commands.now()
                 yield now.Gone(number(run.team, run.state, sensed.obstacle), "world")
-        for i, member in enumerate(run.team.members):
-            robot = run.state.robots[i]
+        robots = range(len(run.state.robots))
+        busy = [i for i in robots if not run.state.robots[i].idle] if self.live else []
+        for i in (*busy, *(i for i in robots if i not in busy)):  # where robots are counts first
+            member, robot = run.team.members[i], run.state.robots[i]
             if robot.to is not None:
                 if self._told_late:
                     found = self.sense(run, i, robot.to % run.team.size)
@@ -173,7 +181,8 @@ class World:
                     yield now.Goes(i)
             elif robot.acting == i:
                 acted = self.commands.acted(member.robot)
-                yield from () if acted is None else self._acted(run, i, acted)
+                if acted is not None:
+                    yield from self._acted(run, i, self._news(run, i, acted))
             else:
                 yield now.Turn(i, None if self.live else 1)
 
@@ -233,6 +242,7 @@ class World:
             cause = "user" if change.by_user else "scenario"
             yield now.Appeared(k, change.truth, change.another, cause)
         elif change.obstacle.name in run.team.numbers:
+            self._opened[change.obstacle.name] = self.commands.now()
             cause = "user" if change.by_user else "scenario"
             yield now.Gone(number(run.team, run.state, change.obstacle), cause)
 
@@ -299,7 +309,7 @@ class World:
             reached = self.commands.within_reach(robot, known)
             if reached is not None:
                 return reached
-        if i in self._asked:
+        if i in self._asked or self._is_busy(run, i):
             return i in self._found
         if self._told_late and i not in self._held:  # it acts after a move, also at its start
             ended = self._holds(run, i)
@@ -307,11 +317,10 @@ class World:
                 self._strayed[i] = ended
                 return True
         self._asked.add(i)
-        if self.live and not self.commands.simulated:
-            return False  # such a world acts on nothing unasked
         here = run.team.members[i].graph.pose(there.pose)
         event = self.commands.act(robot, here, known)  # only acting shows it
-        if event is None or event.found:
+        event = None if event is None else self._news(run, i, event)
+        if event is None or event.found or event.reason:
             self._found[i] = event
         return i in self._found
 
@@ -324,6 +333,9 @@ class World:
             here = graph.pose(run.state.robots[i].pose)
             self._asked.add(i)
             event = self.commands.act(robot, here, self._known(run, i))
+            event = None if event is None else self._news(run, i, event)
+        self._acts_now = True
+        self._works[i] = tuple(k for k, _ in self._changes(run, i)) if event is None else ()
         if event is None or self.live:
             obstacles = tuple(k for k, _ in self._changes(run, i))
             command = self.commands.number(robot.name) if event is None else event.command or 0
@@ -334,12 +346,19 @@ class World:
     def _acted(self, run: Running, i: int, event: protocol.Acted) -> Iterator[now.Event]:
         """The results of an action: earlier needs follow from where robots stand, the last one only
         from what the world reports."""
-        again: tuple[int, ...] = ()
-        if self._truth is None:
-            event, again = yield from self._news(run, i, event)
+        self._works.pop(i, None)
         for obstacle, _ in event.found:
             yield from _introduced(run, obstacle)
         team, truths = run.team, dict[int, bool | None]()
+        again = tuple(  # opened in passing: nobody had asked for that
+            k
+            for k, (obstacle, result) in zip(
+                (number(team, run.state, o) for o, _ in event.found), event.found, strict=True
+            )
+            if run.state.obstacles[k].state is now.Is.SEEN
+            and obstacle.name in self._opened
+            and result is ActResult.DONE
+        )
         stages = {k: stage for k, stage in self._changes(run, i) if k not in again}
         if self._truth is not None:
             stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
@@ -347,7 +366,9 @@ class World:
                 for obstacle, stage in self._truth.parts(team.members[i].robot)
             }
         reported = {
-            number(run.team, run.state, obstacle): result for obstacle, result in event.found
+            k: result
+            for obstacle, result in event.found
+            if (k := number(team, run.state, obstacle)) not in again
         }
         failed = tuple(
             k
@@ -374,40 +395,32 @@ class World:
         yield from map(now.Gone, gone)
         yield from vain(run.team, before, run.state, i, failed)
 
-    def _news(
-        self, run: Running, i: int, event: protocol.Acted
-    ) -> Generator[now.Event, None, tuple[protocol.Acted, tuple[int, ...]]]:
-        """The news of an action for the team, and the obstacles that it has opened again
-        although nobody had asked: a world that repeats its results would keep the robot acting
-        forever. A load is not delivered where it is taken."""
+    def _news(self, run: Running, i: int, event: protocol.Acted) -> protocol.Acted:
+        """An action with the results that tell the team something: a world that repeats its results
+        would keep the robot acting forever. A load is not delivered where it is taken."""
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
-        again, echoes, early = list[int](), list[str](), list[str]()
+        echoes, early, acts = list[str](), list[str](), dict(self._changes(run, i))
         for obstacle, result in event.found:
             k, words = number(team, state, obstacle), f"{obstacle.name}: {result.value}"
-            listed = k < len(state.obstacles)
-            there = state.obstacles[k] if listed else now.ObstacleNow()
-            new = obstacle.name not in self._opened and result is not ActResult.NOTHING
+            there = state.obstacles[k] if k < len(state.obstacles) else now.ObstacleNow()
+            asked = there.known and there.state is not now.Is.SEEN
+            done = result in (ActResult.DONE, ActResult.UNTRAVERSABLE)
+            new = done and (obstacle.name not in self._opened or there.known)
             if result is ActResult.FAILED:
-                new = _shows(team, state, i, obstacle, there)
-            if (
-                there.known
-                and result is ActResult.DONE
-                and _is_early(team, state, i, obstacle, there)
-            ):
+                asked, new = k in acts, not asked and _shows(team, state, i, obstacle, there)
+            if asked and result is ActResult.DONE and _is_early(team, state, i, obstacle, there):
                 early.append(words)
-            elif new or (there.known and there.state is not now.Is.SEEN):
+            elif asked or new:
                 told.append((obstacle, result))
             else:
                 echoes.append(words)
-                again += [k] if there.known and result is ActResult.DONE else []
-        for why, dropped in (
+        for why, found in (
             ("other needs are still open", early),
             ("it adds nothing to the knowledge", echoes),
         ):
-            if dropped and self.live:
-                why = f"{why} ({', '.join(dropped)})"
-                yield now.Late("acted", why, i, None, self.commands.at(event))
-        return replace(event, found=tuple(told)), tuple(again)
+            if found and self.live:
+                self.commands.dropped.append((event, f"{why} ({', '.join(found)})"))
+        return replace(event, found=tuple(told))
 
     def _changes(self, run: Running, i: int) -> tuple[tuple[int, now.Stage], ...]:
         if not run.team.members[i].robot.capabilities or not any(
@@ -422,9 +435,29 @@ class World:
         (A joint plan says which loads its robots take.)"""
         obstacles, roles = run.team.obstacles, run.control.roles
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
+        known = [k for k in known if not self._is_met(run, i, k)]
         taken = [k for k in known if obstacles[k].needs[run.state.obstacles[k].stage.need].takes]
         sent = roles[i].helps if roles and not run.team.members[i].planned else None
         return [k for k in known if k not in taken or k == sent] if sent in taken else known
+
+    def _is_met(self, run: Running, i: int, k: int) -> bool:
+        """Whether enough other robots act on an obstacle already."""
+        stage, needs = run.state.obstacles[k].stage, run.team.obstacles[k].needs
+        others = sum(k in works for j, works in self._works.items() if j != i)
+        if not others or stage.need >= len(needs):
+            return False
+        need = needs[stage.need]
+        return need.together or others + len(stage.done) >= need.robots
+
+    def _is_busy(self, run: Running, i: int) -> bool:
+        """Whether a robot leaves an obstacle beside it to others that act on it: if these fail, it
+        may act later."""
+        if not any(self._works.values()):
+            return False
+        where = standing(run.team, run.state, moving=self.moving)
+        all_known = [k for k, each in enumerate(run.state.obstacles) if each.known]
+        changes = acts_on(run.team, run.state, where, i, all_known)
+        return any(self._is_met(run, i, k) for k, _ in changes)
 
     def _known(self, run: Running, i: int) -> list[model.Obstacle]:
         """The known obstacles on which a robot acts: in a live run where it stands, else all."""
