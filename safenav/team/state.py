@@ -474,7 +474,7 @@ Change = (
 )
 """Events beyond the turns of robots, of which the team decides together."""
 
-Astray = Elsewhere | Failed | Lost | Met
+Strayed = Elsewhere | Failed | Lost | Met
 """Ends of steps that are not as decided; more changes may follow from them."""
 
 Event = (

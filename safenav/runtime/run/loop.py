@@ -109,7 +109,7 @@ class Run:
         for event in self.world.wait(self):  # it reports, and gives turns
             self.check()
             happened = True
-            if isinstance(event, now.Change | now.Astray):
+            if isinstance(event, now.Change | now.Strayed):
                 self.happens(event)
                 if not isinstance(event, now.Change):
                     self.drains(event.robot)
