@@ -3,15 +3,16 @@
 import yaml
 
 from campaigns.generate.families import mission
-from safenav.audit.check import check_trace
+from safenav.checked_trace import check_trace
 from safenav.outcome import Outcome
 from safenav.plan.immobile import Immobile
-from safenav.runtime.run.mission import Mission, play, text_of
+from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now
 from safenav.team.team import team_of
 from safenav.trace.records import Plan, Record
+from team.playing import play, text_of
 
 FACING = """
 safenav: 1

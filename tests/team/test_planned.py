@@ -4,9 +4,9 @@ import pytest
 
 from safenav.checked_trace import check_trace
 from safenav.outcome import Outcome
-from safenav.runtime.run.mission import play, text_of
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Synthesis
+from team.playing import play, text_of
 
 SCENARIO = """
 safenav: 1

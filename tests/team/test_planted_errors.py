@@ -14,13 +14,13 @@ from live.campaign import play
 from safenav.checked_trace import check_trace
 from safenav.plan import order
 from safenav.runtime.run import decide, loop
-from safenav.runtime.run.mission import play as played
-from safenav.runtime.run.mission import text_of
 from safenav.team import apply as applying
 from safenav.team import battery, floor
 from safenav.team.state import State
 from safenav.team.team import Team
 from team import model
+from team.playing import play as played
+from team.playing import text_of
 from team.test_batteries import scenario
 
 Patch = Callable[[Any, str, Any], None]

@@ -7,12 +7,9 @@ Nothing here depends on a simulation: an implementation of ``World`` can drive r
 
 from __future__ import annotations
 
-import json
-import sys
 import time
 from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
-from pathlib import Path
 from threading import get_ident
 from typing import NoReturn
 
@@ -38,7 +35,6 @@ from safenav.runtime.worlds.protocol import BlockingWorld
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.compatibility import unsafe_live, unsafe_lockstep
-from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.solve.reasons import Shortfall
 from safenav.synthesis.binary import Binary
@@ -48,7 +44,7 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.team.state import Is
 from safenav.team.team import team_of
 from safenav.trace.records import Record
-from safenav.trace.writing import Listener, as_data
+from safenav.trace.writing import Listener
 from safenav.verify.verification import first_failure
 
 WAITED = 0.05
@@ -354,26 +350,3 @@ def default_synthesizer(
         verifier=first_failure if verify else None,
         at_once=at_once,
     )
-
-
-def play(
-    scenario: Scenario, *, world: protocol.World | BlockingWorld | None = None
-) -> tuple[RunResult, list[Record], Run]:
-    """The result of a run, the lines of its trace, and the run itself."""
-    lines = list[Record]()
-    mission = Mission(scenario, world=world, listeners=[lines.append])
-    return mission.run(), lines, mission._run
-
-
-def text_of(lines: list[Record]) -> list[str]:
-    return [json.dumps(as_data(line)) + "\n" for line in lines]
-
-
-if __name__ == "__main__":
-    scenario = load_scenario(sys.argv[1])
-    if "--live" in sys.argv:
-        scenario = replace(scenario, clock=Clock.LIVE)
-    result, lines, _ = play(scenario)
-    if len(sys.argv) > 2 and not sys.argv[2].startswith("--"):
-        Path(sys.argv[2]).write_text("".join(text_of(lines)))
-    print(result.outcome.value, result.cause or "", result.explanation, lines[-1].tick, "ticks")
