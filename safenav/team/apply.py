@@ -119,10 +119,12 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             state = _obstacle(_dropped(state, k), k, sealed)
             return replace(state, plan=None)
         case now.Seen(k):
-            if state.obstacles[k].state not in (Is.HIDDEN, Is.OVER):
-                return state
-            plan = state.plan if state.obstacles[k].state is Is.HIDDEN else None
-            return replace(_obstacle(state, k, ObstacleNow(Is.SEEN)), plan=plan)
+            match state.obstacles[k].state:
+                case Is.HIDDEN:  # robots may have met needs of it unknowingly
+                    return _obstacle(state, k, replace(state.obstacles[k], state=Is.SEEN))
+                case Is.OVER:
+                    return replace(_obstacle(state, k, ObstacleNow(Is.SEEN)), plan=None)
+            return state
         case now.Introduced():
             return replace(state, obstacles=(*state.obstacles, ObstacleNow()))
         case now.Stayed(i, _, node):

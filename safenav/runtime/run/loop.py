@@ -72,6 +72,7 @@ class Run:
     def begin(self) -> None:
         self.recorder.begins()
         self.settle()  # 4
+        self.recorder.ledger.turn_ends(self.team, self.state)
         if self.control.end is None and (end := refusal_of(self.team, self.state)) is not None:
             self.control = replace(self.control, end=end)
 
