@@ -156,9 +156,10 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Counted(i, ticks):
             return _counted(team, state, i, ticks)
         case now.GaveUp(k):
-            return _obstacle(
-                _dropped(state, k), k, replace(state.obstacles[k], state=Is.SEALED, given_up=True)
-            )
+            sealed = replace(state.obstacles[k], state=Is.SEALED, given_up=True)
+            foreseen = state.plan is not None and k in state.plan.foreseen
+            state = replace(state, plan=None) if foreseen else state
+            return _obstacle(_dropped(state, k), k, sealed)
         case now.Reopened():
             for k, each in enumerate(state.obstacles):
                 if each.given_up:
@@ -429,7 +430,7 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
 def will_count(team: Team, state: State, i: int) -> bool:
     """Whether a robot has still to count what it meets by staying."""
     robot, member = state.robots[i], team.members[i]
-    here = _reached(team, robot, i, member.objective)
+    here = member.kept(robot.pose)
     after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
     return robot.fresh or (after != robot.own and not done(team, state, i))
 
