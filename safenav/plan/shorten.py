@@ -24,6 +24,7 @@ def shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> 
     for _ in range(REPEATS if len(floor.robots) <= MANY else REPEATS // 2):
         order = sorted(floor.robots, key=lambda i: -_arrival(best, i))
         before, groups = best, [order]
+        best, plan = _direct(floor, best, served) or (best, plan)
         if (
             floor.gates or len(order) <= FEW
         ):  # also one by one: together they may disturb each other
@@ -33,6 +34,19 @@ def shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> 
         if best is before:
             break
     return plan
+
+
+def _direct(
+    floor: Floor, best: list[Joint], served: frozenset[int]
+) -> tuple[list[Joint], Plan] | None:
+    """The plan without detours from a joint state back to it; None if there are none."""
+    last, kept, t = {joint: t for t, joint in enumerate(best)}, list[Joint](), 0
+    while t < len(best):
+        t = last[best[t]] + 1
+        kept.append(best[t - 1])
+    if len(kept) == len(best):
+        return None
+    return _accepted(floor, best, [joint.poses for joint in kept], served)
 
 
 def _improved(
@@ -51,7 +65,14 @@ def _improved(
                 for t, (old, new) in enumerate(zip(ways[i], way, strict=False)):
                     masks[t] = masks[t] & ~(1 << old % size) | 1 << new % size
             ways[i] = way
-    found = _shown(floor, best[0], list(zip(*ways, strict=True)))
+    return _accepted(floor, best, list(zip(*ways, strict=True)), served)
+
+
+def _accepted(
+    floor: Floor, best: list[Joint], ticks: Sequence[tuple[int, ...]], served: frozenset[int]
+) -> tuple[list[Joint], Plan] | None:
+    """The plan with these joint poses; None if it is no better."""
+    found = _shown(floor, best[0], ticks)
     if found is None or not floor.completed(found[0][-1], served) or _cost(found[0]) >= _cost(best):
         return None
     return found

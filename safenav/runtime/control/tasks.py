@@ -239,8 +239,9 @@ def _sealed_words(team: Team, state: State, k: int) -> str:
     what = obstacle_words(team.obstacles[k].name, team.world.word)
     if not enough(team, k):
         return f"this team cannot resolve {what}"
-    ever = "" if any(each.state is Is.AWAY for each in state.obstacles) else "ever "
-    return f"no robot can {ever}resolve {what}"
+    pairs = zip(team.obstacles, state.obstacles, strict=True)
+    comes = any(now.state is Is.AWAY or (each.source.goes and now.known) for each, now in pairs)
+    return f"no robot can {'' if comes else 'ever '}resolve {what}"
 
 
 def enough(team: Team, k: int) -> bool:
